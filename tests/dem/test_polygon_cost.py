@@ -19,7 +19,9 @@ from tests.dem.compiled.polygon_steps import (
 )
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
-VELOCITY_CHANGE_ROW = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, "predicted.velocity_correction.x")
+VELOCITY_CHANGE_ROW = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(
+    ElementState, "predicted.step_end_velocity_correction.x"
+)
 
 
 def solve_random_equations_by_kernel_and_numpy(
@@ -109,7 +111,9 @@ def test_suspending_contact_tests_of_pairs_does_not_change_a_tower_collapse() ->
     every, expected = max_tested_pairs_per_step_and_final_state(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
     poses = [rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
-    speeds = [rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
+    speeds = [
+        rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "angular")
+    ]
     found, full = (
         values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
     )

@@ -63,15 +63,17 @@ def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> N
         0.36, 1.2, 2650.0
     )
     assert made.contact_law(*made.elements).springs_and_dashpots == Contact()
-    assert prepared.laws.normal_stiffness[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
-    assert prepared.laws.tangential_stiffness[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
-    assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
+    assert prepared.pair_contact_laws.normal_stiffness[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
+    assert prepared.pair_contact_laws.tangential_stiffness[0] / stone.mass == pytest.approx(
+        float(tangential), rel=1e-12
+    )
+    assert prepared.pair_contact_laws.dashpot_coefficient[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
 
 
 def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
     prepared = prepare_scene(load_shipped_scene("three-tier"))
     weight = [item.mass * 9.80665 for item in prepared.elements[1:]]
-    carried = dict(zip((pair[:2] for pair in prepared.pairs), prepared.laws.carried_weight, strict=True))
+    carried = dict(zip((pair[:2] for pair in prepared.pairs), prepared.pair_contact_laws.carried_weight, strict=True))
     assert carried[(1, 0)] == pytest.approx(sum(weight), rel=1e-9)
     assert carried[(2, 1)] == pytest.approx(sum(weight[1:]), rel=1e-9)
     assert carried[(3, 2)] == pytest.approx(weight[2], rel=1e-9)
@@ -119,9 +121,9 @@ def test_a_contact_that_carries_hardly_any_weight_still_gets_stiff_springs() -> 
     """Two stones that stand flush sink in unequally and press on each other with a ten-thousandth of their weight."""
     flush = scene_of_elements(block_element("one", 0.44, 1.01), block_element("other", 0.47, 1.13, x=0.455))
     prepared = prepare_scene(flush)
-    carried = prepared.laws.carried_weight
+    carried = prepared.pair_contact_laws.carried_weight
     assert 0.0 < carried[carried > 0.0].min() < 1e-3 * carried.max()
-    assert prepared.laws.design_weight.min() > 0.1 * carried.max()
+    assert prepared.pair_contact_laws.stiffness_design_weight.min() > 0.1 * carried.max()
     found = simulate(motion_at_rest(0.1), flush, azimuth_deg=[0.0], friction=[0.6])
     assert found.status.item() in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
 
@@ -233,7 +235,7 @@ def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> Non
 
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     prepared = prepare_scene(load_shipped_scene("boulder"))
-    assert np.isfinite(prepared.laws.normal_stiffness).all()
+    assert np.isfinite(prepared.pair_contact_laws.normal_stiffness).all()
     assert prepared.critical_angles[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.elements[1].x - 0.02), prepared.elements[1].z), rel=1e-9
     )

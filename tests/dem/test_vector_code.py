@@ -14,14 +14,14 @@ from numba import typeof
 from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, equations, rows
-from overturning.dem.polygon.centred import (
-    add_pair_to_equations,
-    compute_pair_forces_after_solution,
+from overturning.dem.polygon.centred import add_pair_contact_terms_to_equations
+from overturning.dem.polygon.centred_solution import (
+    add_solved_pair_forces_and_store_new_state,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import PairSubmatrices
-from overturning.dem.polygon.slip import store_slip_and_last_upright_time
-from overturning.dem.polygon.step import correct_element_motion, predict_element_motion
+from overturning.dem.polygon.slip import store_slip_and_last_recoverable_time
+from overturning.dem.polygon.step import predict_element_motion, store_element_motion_of_accepted_step
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
@@ -53,7 +53,7 @@ PAIR, ELEMENT, CASE, BLOCK = (
 )
 ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
     "couple": create_function_yielding_loop_assembly(
-        add_pair_to_equations,
+        add_pair_contact_terms_to_equations,
         PAIR,
         ELEMENT,
         ELEMENT.copy(),
@@ -62,7 +62,7 @@ ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
         (True, True, True),
     ),
     "correct": create_function_yielding_loop_assembly(
-        compute_pair_forces_after_solution, PAIR, ELEMENT, ELEMENT.copy(), CASE
+        add_solved_pair_forces_and_store_new_state, PAIR, ELEMENT, ELEMENT.copy(), CASE
     ),
     "keep": create_function_yielding_loop_assembly(store_accepted_pair_history, PAIR, CASE),
     "invert": create_function_yielding_loop_assembly(equations.invert_submatrix_in_place, BLOCK),
@@ -80,20 +80,22 @@ ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
         predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665
     ),
     "correct state, vertical": create_function_yielding_loop_assembly(
-        correct_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
+        store_element_motion_of_accepted_step, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
     ),
     "correct state, level": create_function_yielding_loop_assembly(
-        correct_element_motion, None, ELEMENT, CASE, 128.0, 9.80665
+        store_element_motion_of_accepted_step, None, ELEMENT, CASE, 128.0, 9.80665
     ),
     "cundall contact": create_function_yielding_loop_assembly(
-        cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), CASE
+        cundall.add_pair_forces_and_store_contact_history, PAIR, ELEMENT, ELEMENT.copy(), CASE
     ),
     "motion, vertical": create_function_yielding_loop_assembly(
-        cundall.advance_element, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665
+        cundall.advance_element_motion_one_step, UPWARD_ACCELERATION, ELEMENT, CASE, 9.80665
     ),
-    "motion, level": create_function_yielding_loop_assembly(cundall.advance_element, None, ELEMENT, CASE, 9.80665),
+    "motion, level": create_function_yielding_loop_assembly(
+        cundall.advance_element_motion_one_step, None, ELEMENT, CASE, 9.80665
+    ),
     "slip": create_function_yielding_loop_assembly(
-        store_slip_and_last_upright_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01
+        store_slip_and_last_recoverable_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01
     ),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""

@@ -436,11 +436,13 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
     # Whole steps follow the motion; the contact halves only the finest ones.
     assert 1.0 < steps["stiffer"] < 1.2
     soft, stiff = (
-        prepare_scene(settings.scene).laws,
-        prepare_scene(PlanarModel(settings.scene).with_stiffness_factor(4.0).scene).laws,
+        prepare_scene(settings.scene).pair_contact_laws,
+        prepare_scene(PlanarModel(settings.scene).with_stiffness_factor(4.0).scene).pair_contact_laws,
     )
     np.testing.assert_allclose(stiff.normal_stiffness, 4 * soft.normal_stiffness)
-    np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
+    np.testing.assert_allclose(
+        stiff.dashpot_coefficient, 2 * soft.dashpot_coefficient, err_msg="the damping ratio stays"
+    )
 
 
 def test_gravestone_scene_is_rechecked_with_the_kernel_for_single_blocks() -> None:

@@ -40,7 +40,7 @@ def results_with_other_rotations_and_flags(
     prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]
 ) -> CaseResults:
     """Return results with other rotations and flags, and overturning times that fit them."""
-    rotation = np.radians([turned_deg]) / prepared.tipping_angles_or_one_degree[prepared.free_element_indices]
+    rotation = np.radians([turned_deg]) / prepared.tipping_angles_or_one_degree_in_rad[prepared.free_element_indices]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
     changed = {
         "peak_rotation": rotation,

@@ -163,7 +163,7 @@ def find_failed_scene_check(
         bound * (1 + 1e-9),
         bound,
     )
-    turned = results.peak_rotation[row] * prepared.tipping_angles_or_one_degree[prepared.free_element_indices]
+    turned = results.peak_rotation[row] * prepared.tipping_angles_or_one_degree_in_rad[prepared.free_element_indices]
     return find_failed_check(
         bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
     )
@@ -174,7 +174,11 @@ def max_static_penetration(prepared: PreparedScene) -> float:
 
     The two ends of a contact share its weight.
     """
-    return float(np.max(prepared.laws.carried_weight / (2.0 * prepared.laws.normal_stiffness), initial=0.0))
+    return float(
+        np.max(
+            prepared.pair_contact_laws.carried_weight / (2.0 * prepared.pair_contact_laws.normal_stiffness), initial=0.0
+        )
+    )
 
 
 def min_acceleration_ratio_to_start_rocking(placed: Sequence[PlacedElement]) -> float:
@@ -232,7 +236,7 @@ def rotations_requiring_fallen_flag(prepared: PreparedScene) -> FloatArray:
         )
         if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
-            pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal_stiffness[mine].min())
+            pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.pair_contact_laws.normal_stiffness[mine].min())
             angle[place] -= np.arcsin(min(pressed / length, 1.0))
     return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
@@ -242,7 +246,7 @@ def rotations_forbidding_fallen_flag(prepared: PreparedScene) -> FloatArray:
     found = []
     for index, asked in zip(prepared.free_element_indices, _fall_rotations_of_free_elements(prepared), strict=True):
         item = prepared.elements[index]
-        on_ground = all(prepared.elements[k].is_driven_or_held for k in prepared.carriers[index])
+        on_ground = all(prepared.elements[k].is_driven_or_held for k in prepared.carrying_element_indices[index])
         x, z = item.shape.vertices.T
         base = x[z < z.min() + 1e-9 * item.smaller_extent]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))

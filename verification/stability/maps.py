@@ -246,17 +246,17 @@ def _dimensionless_groups_of_scene(
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
         return dict.fromkeys(DIMENSIONLESS_GROUPS, np.full(CASE_COUNT_PER_SCENE_SETTING, np.nan))
-    laws, bound = prepared.laws, max(min_acceleration_ratio_to_start_rocking(prepared.elements), 1e-9)
+    laws, bound = prepared.pair_contact_laws, max(min_acceleration_ratio_to_start_rocking(prepared.elements), 1e-9)
     loaded = laws.carried_weight > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight / STANDARD_GRAVITY)
-    damping = laws.dashpot[loaded] / heave[loaded]
+    damping = laws.dashpot_coefficient[loaded] / heave[loaded]
     groups = (
         max_static_penetration(prepared)
         / min(item.smaller_extent for item in prepared.elements if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _ratio_of_time_step_to_stable_step(
             setting.common_parameters,
-            np.array([prepared.max_spring_eigenvalue]),
+            np.array([prepared.max_omega_squared_on_springs]),
             np.array([prepared.max_dashpot_eigenvalue]),
             motion.sampling_interval,
         ),

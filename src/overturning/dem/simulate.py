@@ -214,9 +214,9 @@ def critical_angle_coordinate(
     """
     if not isinstance(model, PlanarModel) or model.scene.is_single_block_on_wide_ground:
         return None
-    from overturning.dem.polygon.prepare import CRITICAL_ANGLE_ATTRIBUTES, free_element_critical_angles
+    from overturning.dem.polygon.prepare import CRITICAL_ANGLE_ATTRIBUTES, free_element_critical_angles_deg
 
-    angles = free_element_critical_angles(model.scene, grid["b_over_h"])
+    angles = free_element_critical_angles_deg(model.scene, grid["b_over_h"])
     return (
         (("b_over_h", "element"), angles, CRITICAL_ANGLE_ATTRIBUTES)
         if grid.element_names

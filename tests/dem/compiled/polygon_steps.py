@@ -19,7 +19,10 @@ from overturning.kernel_cache import cache_compiled_kernel
 @njit
 def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: ignore[no-untyped-def]
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
-    pattern, matrix = equations.create_empty_nonzero_pattern(size), np.zeros(size * size * equations.SUBMATRIX_SIZE)
+    pattern, matrix = (
+        equations.create_empty_nonzero_pattern(size),
+        np.zeros(size * size * equations.FLOATS_PER_SUBMATRIX_OF_ALL_CASES),
+    )
     for k in range(size):
         pattern.is_nonzero[k, k] = True
     for i, k in links:
@@ -31,7 +34,11 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
             if pattern.is_nonzero[i, k]:
                 for number in range(9):
                     for j in range(rows.PARALLEL_CASE_COUNT):
-                        place = (i * size + k) * equations.SUBMATRIX_SIZE + number * rows.PARALLEL_CASE_COUNT + j
+                        place = (
+                            (i * size + k) * equations.FLOATS_PER_SUBMATRIX_OF_ALL_CASES
+                            + number * rows.PARALLEL_CASE_COUNT
+                            + j
+                        )
                         matrix[place] = blocks[i, k, number // 3, number % 3]
     equations.solve_velocity_changes(
         view_without_reference_counts(state), view_without_reference_counts(matrix), pattern, size
@@ -39,7 +46,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     used = pattern.is_nonzero.sum()
     equations.clear_nonzero_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    return used, pattern.is_nonzero.any() or pattern.later_coupled_counts.any(), matrix[0], state[0]
+    return used, pattern.is_nonzero.any() or pattern.later_coupled_element_counts.any(), matrix[0], state[0]
 
 
 @cache_compiled_kernel
@@ -66,10 +73,10 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
             if not sleep:
                 resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
             advance_scene_one_step(
-                inputs.ground_motion.up, state, view_without_reference_counts(workspace.matrix),
+                inputs.ground_motion.up, state, view_without_reference_counts(workspace.equation_matrix),
                 view_without_reference_counts(workspace.nonzero_pattern),
                 view_without_reference_counts(workspace.active_pairs),
-                view_without_reference_counts(workspace.is_movable), scene,
+                view_without_reference_counts(workspace.moves_relative_to_base), scene,
                 inputs.settings.ticks_per_sample,
             )  # fmt: skip
             if n + sample > 0:
@@ -77,8 +84,12 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         store_sample_results_and_start_next_sample(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
-    found = state[: rows.CASE_SIZE + scene.element_rules.shape[1] * rows.ELEMENT_SIZE].copy()
+    found = state[: rows.CASE_SIZE + scene.element_fall_limits.shape[1] * rows.ELEMENT_SIZE].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    held = workspace.state_memory[0] + workspace.matrix[0] + workspace.nonzero_pattern.later_coupled_counts[0]
-    held += workspace.active_pairs.active_pair_count[0] + workspace.is_movable[0]
-    return most, found, held + inputs.scene.initial_state_columns[0, 0]
+    held = (
+        workspace.array_owning_state[0]
+        + workspace.equation_matrix[0]
+        + workspace.nonzero_pattern.later_coupled_element_counts[0]
+    )
+    held += workspace.active_pairs.active_pair_count[0] + workspace.moves_relative_to_base[0]
+    return most, found, held + inputs.scene.initial_state_column_by_scene_variant[0, 0]

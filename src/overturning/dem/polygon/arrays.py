@@ -28,13 +28,13 @@ class SceneCaseTableColumns(NamedTuple):
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the scene stays at rest."""
-    friction: float
+    friction_coefficient_if_law_has_none: float
     """Coefficient of friction of contact laws without one."""
-    damping_factor: float
-    """Factor on the dashpots."""
+    dashpot_factor: float
+    """Factor on the dashpot coefficients of all contacts."""
     first_simulated_sample: float
     """First sample that is computed."""
-    last_onset_sample: float
+    last_sample_with_possible_motion_onset: float
     """First sample after which the motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -42,7 +42,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
-class ElementTerminationTableColumns(NamedTuple):
+class ElementFallLimitColumns(NamedTuple):
     """Fall limits, support and energy barrier of each element: columns of the scene kernel's table of elements."""
 
     is_free: float
@@ -55,10 +55,10 @@ class ElementTerminationTableColumns(NamedTuple):
     """Rotation to −x from which the element cannot come back, rad."""
     tipping_rotation_to_plus_x: float
     """Rotation to +x from which the element cannot come back, rad."""
-    support_index: float
-    """Index of the supporting element."""
-    held_base_index: float
-    """Index of the fixed element below, −1 if there is none."""
+    support_element_index: float
+    """Index of the first element that carries this one at rest, or its own index."""
+    index_of_held_element_at_stack_bottom: float
+    """Index of the element at the bottom of the stack if that one is held, fixed in space; else −1."""
     overturning_energy: float
     """Energy needed to overturn the element, J."""
 
@@ -107,36 +107,36 @@ class ElementResultRow(NamedTuple):
 
 
 CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
-ELEMENT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementTerminationTableColumns)
+ELEMENT_FALL_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(ElementFallLimitColumns)
 TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
 ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow)
 
-MAX_KINETIC_ENERGY_RATIO_AT_REST: Final = 1e-9
+MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_SIDE: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
 
-MIN_FLAT_LANDING_MASS_RATIO: Final = 0.1
+MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING: Final = 0.1
 """Smallest mass of an element for which the rule of flat landings is applied, as a share of the heaviest mass."""
 
-MIN_ROTATION_RATIO_OF_LYING_ELEMENT: Final = 0.999
+MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE: Final = 0.999
 """Share of the rotation onto another face from which an element counts as lying on it; contacts are compliant."""
 
 
 class SceneArrays(NamedTuple):
     """Constants and initial states of a 2-D scene for the kernel, for each variant (one size and damping)."""
 
-    initial_state_columns: FloatArray
+    initial_state_column_by_scene_variant: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""
     pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
-    lowest_and_last_element_by_group: NDArray[np.int64]
-    """Lowest and last listed element of each group that can move as one, shape (parts, 2)."""
+    lowest_and_last_index_of_rocking_groups: NDArray[np.int64]
+    """Lowest and last listed element of each group that can move as one, shape (groups, 2)."""
     piece_vertex_counts: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
     piece_face_tables: FloatArray
     """Faces of each piece, see `Polygon.face_table`, shape (variants, pieces, vertices, 12)."""
-    element_rules: NDArray[np.void]
-    """Termination rules of elements, of type `ELEMENT_TABLE_DTYPE`, shape (variants, elements)."""
+    element_fall_limits: NDArray[np.void]
+    """Fall limits, support and energy barrier of each element, shape (variants, elements)."""
     termination_limits: NDArray[np.void]
     """Limits of failure and rest, of type `TERMINATION_LIMITS_DTYPE`, shape (variants,)."""
     gravity: float
@@ -162,12 +162,12 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
         for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_table
     return SceneArrays(
-        initial_state_columns=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
+        initial_state_column_by_scene_variant=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
-        lowest_and_last_element_by_group=one.lowest_and_last_element_by_group,
+        lowest_and_last_index_of_rocking_groups=one.lowest_and_last_index_of_rocking_groups,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
-        element_rules=np.stack([element_termination_rules(item) for item in prepared_scenes]),
+        element_fall_limits=np.stack([fall_limits_and_supports_of_elements(item) for item in prepared_scenes]),
         termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes]),
         gravity=one.scene.gravity,
     )
@@ -188,35 +188,35 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
 
 def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.ElementState:
     """Return the `ElementState` at rest of the element with number `index` in the prepared scene."""
-    placed, still = prepared_scene.elements, k.PlanarVector(0.0, 0.0, 0.0)
-    item, (dx, dz, turn) = placed[index], prepared_scene.rest_displacements[index]
+    placed, still = prepared_scene.elements, k.PlanarMotionOrForce(0.0, 0.0, 0.0)
+    item, (dx, dz, turn) = placed[index], prepared_scene.static_displacements[index]
     # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
     pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
     free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
-    support, (x, z) = placed[prepared_scene.support_indices[index]], prepared_scene.base_centres[index]
+    support, (x, z) = placed[prepared_scene.support_element_indices[index]], prepared_scene.base_centres[index]
     return k.ElementState(
         pose=pose,
         velocity=still,
         predicted=k.PredictedElement(pose, still, still, 0.0, 0.0, still),
         acceleration=still,
-        force=still,
+        contact_force_sum=still,
         constants=k.ElementConstants(
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
             float(prepared_scene.critical_angles[index]),
-            *prepared_scene.largest_recoverable_rotations[index].tolist(),
+            *prepared_scene.max_recoverable_rotations_by_side[index].tolist(),
         ),
         step_motion_and_peaks=k.ElementStepMotionWorkAndPeaks(
-            step_displacement=0.0,
-            step_rotation=0.0,
-            work=0.0,
+            abs_dx_plus_abs_dz_in_step=0.0,
+            abs_rotation_in_step=0.0,
+            work_by_base_and_holding_forces_so_far=0.0,
             peak_rotation_to_minus_x=max(-turn, 0.0),
             peak_rotation_to_plus_x=max(turn, 0.0),
-            last_upright_tick=-1.0,
-            power=0.0,
+            last_recoverable_tick_in_sample=-1.0,
+            power_against_inertial_and_holding_forces=0.0,
         ),
-        summed_motion=k.SummedElementMotion(0.0, 0.0),
+        motion_since_contact_tests_paused=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
         slip_and_fall=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
         rest_position=k.ElementRestPose(
             x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.fall_threshold_drop
@@ -226,10 +226,10 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
 
 def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
     """Return the contact state at rest of two convex pieces, `a` and `b`, of elements of the prepared scene."""
-    placed, laws, pair = prepared_scene.elements, prepared_scene.laws, prepared_scene.pairs[index]
+    placed, laws, pair = prepared_scene.elements, prepared_scene.pair_contact_laws, prepared_scene.pairs[index]
     tangential = laws.tangential_stiffness[index]
     ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
-    for end in prepared_scene.loaded_points:
+    for end in prepared_scene.contact_points_loaded_at_rest:
         if end.pair_index == index:
             carrier = (
                 k.VERTEX_OF_A if _contact_vertex_belongs_to_first_element(a, b, end.point_number) else k.VERTEX_OF_B
@@ -238,35 +238,37 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
     settled = np.inf if nearest_faces_never_change(placed) else 0.0
     return k.PairState(
-        face_a=face,
-        face_b=face,
+        nearest_face_of_a=face,
+        nearest_face_of_b=face,
         contact_vertex_ranges=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
-        law=k.ContactPointLaw(
+        contact_law=k.ContactPointLaw(
             laws.normal_stiffness[index],
             tangential,
-            laws.dashpot[index],
-            laws.friction[index],
+            laws.dashpot_coefficient[index],
+            laws.friction_coefficient[index],
             1.0 / tangential if tangential > 0 else 0.0,
             FLAT_LANDING_DURATION_IN_DECAY_TIMES
             if pair_uses_flat_landing_rule(placed, pair.first_element_index, pair.second_element_index)
             else 0.0,
         ),
         nearest_faces=k.NearestFaces(
-            face_a=-1.0,
-            face_b=-1.0,
-            lever_arm=0.0,
-            motion_until_face_change=settled,
-            motion_before_contact=-1.0,
-            motion_since_search=0.0,
-            max_motion_at_step_end=0.0,
+            face_index_of_a=-1.0,
+            face_index_of_b=-1.0,
+            rotation_to_motion_lever_arm=0.0,
+            max_motion_keeping_nearest_faces=settled,
+            max_motion_without_contact=-1.0,
+            motion_since_face_search=0.0,
+            max_motion_since_search_at_step_end=0.0,
         ),
         history=k.PairHistory(
             k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0
         ),
-        signed_friction_1=0.0,
-        signed_friction_2=0.0,
-        carried_element_sign=float(pair.second_element_index in prepared_scene.carriers[pair.first_element_index])
-        - (pair.first_element_index in prepared_scene.carriers[pair.second_element_index]),
+        signed_friction_coefficient_1=0.0,
+        signed_friction_coefficient_2=0.0,
+        is_a_on_b_minus_is_b_on_a=float(
+            pair.second_element_index in prepared_scene.carrying_element_indices[pair.first_element_index]
+        )
+        - (pair.first_element_index in prepared_scene.carrying_element_indices[pair.second_element_index]),
     )
 
 
@@ -278,7 +280,7 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, ind
     """
     heaviest = max(item.mass for item in elements if not item.is_driven_or_held)
     return all(
-        elements[n].is_driven_or_held or elements[n].mass >= MIN_FLAT_LANDING_MASS_RATIO * heaviest
+        elements[n].is_driven_or_held or elements[n].mass >= MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING * heaviest
         for n in (index_a, index_b)
     )
 
@@ -317,32 +319,35 @@ def _contact_vertex_belongs_to_first_element(
 def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     """Return the rotations to −x and to +x at which an element counts as fallen, rad.
 
-    They are `MIN_ROTATION_RATIO_OF_LYING_ELEMENT` times the rotations onto the next face, or the rotation given in the
-    scene file.
+    They are `MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE` times the rotations onto the next face, or the rotation given
+    in the scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
     back, on = element.fall_threshold_rotations_rad
     return (
-        (round(MIN_ROTATION_RATIO_OF_LYING_ELEMENT * back, 12), round(MIN_ROTATION_RATIO_OF_LYING_ELEMENT * on, 12))
+        (
+            round(MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE * back, 12),
+            round(MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE * on, 12),
+        )
         if brings_down
         else (back, on)
     )
 
 
-def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return each element's fall limits, support and energy barrier (`ELEMENT_TABLE_DTYPE`), shape (elements,)."""
+def fall_limits_and_supports_of_elements(prepared_scene: PreparedScene) -> NDArray[np.void]:
+    """Return each element's fall limits, support, energy barrier (`ELEMENT_FALL_LIMITS_DTYPE`), shape (elements,)."""
     return np.array(
         [
             (
                 not item.is_driven_or_held,
                 *fall_rotations_to_both_sides(item),
                 *prepared_scene.tipping_angles_by_side[k],
-                *prepared_scene.support_and_fixed_element_below_indices(k),
+                *prepared_scene.support_index_and_held_stack_bottom_index(k),
                 prepared_scene.overturning_energies[k],
             )
             for k, item in enumerate(prepared_scene.elements)
         ],
-        ELEMENT_TABLE_DTYPE,
+        ELEMENT_FALL_LIMITS_DTYPE,
     )
 
 
@@ -356,7 +361,11 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
     barrier = prepared_scene.overturning_energies[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
     rest_energy = (
-        MAX_KINETIC_ENERGY_RATIO_AT_REST * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.smaller_extent
+        MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_SIDE
+        * lightest.mass
+        * prepared_scene.scene.gravity
+        * 0.5
+        * lightest.smaller_extent
     )
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(

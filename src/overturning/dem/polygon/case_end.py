@@ -21,55 +21,66 @@ from overturning.dem.polygon.resting import (
     count_closed_contact_points,
     element_has_tipped,
     element_has_tipped_or_dropped,
-    last_support_time,
+    last_time_on_standing_support_or_inf,
     longest_time_until_sliding_stops,
     no_element_tipped_dropped_or_unsupported,
 )
 from overturning.dem.polygon.state import ElementState
 from overturning.model.status import CaseStatus
 
-MAX_SAFE_TILT_RATIO: Final = 0.1
+MAX_SAFE_TILT_OVER_CRITICAL_ANGLE: Final = 0.1
 """Largest rotation, over α, of an element that stands for good if the rest of the record cannot lift or slide it."""
-MAX_SAFE_SLIP_RATIO: Final = 1.0
+MAX_SAFE_SLIP_OVER_HALF_HEIGHT: Final = 1.0
 """Largest slip, over half its height, of an element that stands for good."""
-MAX_SAFE_ENERGY_RATIO: Final = 0.1
+MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY: Final = 0.1
 """Largest kinetic energy, over its barrier, of an element that stands for good; also of all moving elements, over the
 lowest barrier."""
 
-MAX_SUPPORT_GAP_TO_LIMIT_RATIO: Final = 0.1
+MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT: Final = 0.1
 """Largest gap between an element and its support, as a share of the penetration limit."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
-    state: Any, lane: int, scene: Any, stable_from_sample: Any, last_sample: float, sampling_interval: float
+    state: Any,
+    lane: int,
+    scene: Any,
+    rocking_groups_immovable_from_sample: Any,
+    last_sample: float,
+    sampling_interval: float,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended.
 
-    The record ends at sample `last_sample`. `stable_from_sample` holds the sample from which each group of elements
-    that can move as one cannot be moved any more, shape (groups,).
+    The record ends at sample `last_sample`. `rocking_groups_immovable_from_sample` holds the sample from which each
+    group of elements that can move as one cannot be moved any more, shape (groups,).
     """
     case = rows.load_case(state, lane)
-    element_rules, limits = (
-        scene.element_rules[int(case.variant_index)], scene.termination_limits[int(case.variant_index)],
-    )  # fmt: skip
-    check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_rules)
+    v = int(case.scene_variant_index)
+    element_fall_limits, limits = scene.element_fall_limits[v], scene.termination_limits[v]
+    check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_fall_limits)
     if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.max_penetration:
         return CaseStatus.UNSTABLE
-    gap = MAX_SUPPORT_GAP_TO_LIMIT_RATIO * limits.max_penetration
+    gap = MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration
     # A fallen element may still hit, or slide into, one that stands.
-    calm = fallen > 0 and safe == standing and moving < MAX_SAFE_ENERGY_RATIO * limits.min_overturning_energy
+    calm = (
+        fallen > 0
+        and safe == standing
+        and moving < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * limits.min_overturning_energy
+    )
     if standing == 0 or (
-        calm and no_element_can_fall_later(state, lane, scene, element_rules, stable_from_sample, gap)
+        calm
+        and no_element_can_fall_later(
+            state, lane, scene, element_fall_limits, rocking_groups_immovable_from_sample, gap
+        )
     ):
         return CaseStatus.SIMULATED
-    if case.current_sample < last_sample and case.current_sample < case.last_onset_sample:
+    if case.current_sample < last_sample and case.current_sample < case.last_sample_with_possible_motion_onset:
         return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.
     if (
         moving < limits.max_kinetic_energy_at_rest
-        and count_contact_points_of_standing_elements(state, lane, scene, element_rules) >= 2 * standing
+        and count_closed_points_of_standing_elements(state, lane, scene, element_fall_limits) >= 2 * standing
     ):
         return CaseStatus.SIMULATED
     if case.current_sample < last_sample:
@@ -77,15 +88,15 @@ def case_status(
     if (
         fallen == 0
         and not slid
-        and outcomes_are_final(state, lane, scene, element_rules, limits.min_overturning_energy, gap)
+        and outcomes_are_final(state, lane, scene, element_fall_limits, limits.min_overturning_energy, gap)
     ):
         return CaseStatus.SIMULATED
     if case.current_sample < case.end_sample_if_undecided:
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
-    if all_elements_upright(state, lane, element_rules) and no_element_tipped_dropped_or_unsupported(
-        state, lane, scene, element_rules, gap
+    if all_elements_upright(state, lane, element_fall_limits) and no_element_tipped_dropped_or_unsupported(
+        state, lane, scene, element_fall_limits, gap
     ):
         sliding_time = longest_time_until_sliding_stops(state, lane, scene)
     if update_slide_end_and_check_case_continues(
@@ -93,43 +104,48 @@ def case_status(
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
-        state, lane, element_rules, scene.gravity
+        state, lane, element_fall_limits, scene.gravity
     )
     return (
         CaseStatus.SIMULATED
-        if still and not any_element_can_still_land(state, lane, scene, element_rules, gap)
+        if still and not any_element_can_still_land(state, lane, scene, element_fall_limits, gap)
         else CaseStatus.UNDECIDED
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_can_fall_later(
-    state: Any, lane: int, scene: Any, element_rules: Any, stable_from_sample: Any, max_gap: float
+    state: Any,
+    lane: int,
+    scene: Any,
+    element_fall_limits: Any,
+    rocking_groups_immovable_from_sample: Any,
+    max_gap: float,
 ) -> bool:
     """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
     sample = rows.load_case(state, lane).current_sample
-    weak = remaining_motion_cannot_move_groups(
-        state, lane, stable_from_sample, scene.lowest_and_last_element_by_group, sample
+    weak = remaining_base_motion_cannot_move_groups(
+        state, lane, rocking_groups_immovable_from_sample, scene.lowest_and_last_index_of_rocking_groups, sample
     )
-    return bool(weak and not any_element_can_still_land(state, lane, scene, element_rules, max_gap))
+    return bool(weak and not any_element_can_still_land(state, lane, scene, element_fall_limits, max_gap))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def outcomes_are_final(
-    state: Any, lane: int, scene: Any, element_rules: Any, smallest_barrier: float, max_gap: float
+    state: Any, lane: int, scene: Any, element_fall_limits: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
     """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
-    if not no_element_tipped_dropped_or_unsupported(state, lane, scene, element_rules, max_gap):
+    if not no_element_tipped_dropped_or_unsupported(state, lane, scene, element_fall_limits, max_gap):
         return False
     spare = scene_energy(state, lane, scene) - rows.load_case(state, lane).initial_energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
-    over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_rules, spare)
+    over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_fall_limits, spare)
     return bool(over and not longest_time_until_sliding_stops(state, lane, scene) > 0.0)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def update_fall_sides_and_count_elements(
-    state: Any, lane: int, element_rules: Any
+    state: Any, lane: int, element_fall_limits: Any
 ) -> tuple[float, float, int, int, int, bool]:
     """Store the side of elements that fell in this sample; count elements that stand, that fell and that are safe.
 
@@ -143,24 +159,26 @@ def update_fall_sides_and_count_elements(
         True if an element has slid by more than a tenth of half its height.
     """
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
-    for i in range(element_rules.size):
-        e = rows.element_window(state, i)
+    for i in range(element_fall_limits.size):
+        e = rows.slice_element_rows(state, i)
         item = rows.load_element(e, lane)
-        check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
-        if element_rules[i].is_free == 0.0:
+        check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.angular + item.pose.cos
+        if element_fall_limits[i].is_free == 0.0:
             continue
         moving += element_kinetic_energy(item)
-        slid = slid or abs(item.slip_and_fall.slip) > 0.1 * abs(item.rest_position.base_z)
+        slid = slid or abs(item.slip_and_fall.slip_on_support) > 0.1 * abs(
+            item.rest_position.base_point_z_in_element_axes
+        )
         if item.slip_and_fall.fall_side == 0.0:
-            e[rows.SIDE + lane] = fall_side_by_rotation(item, element_rules[i])
+            e[rows.SIDE + lane] = fall_side_by_rotation(item, element_fall_limits[i])
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and element_stands_safely(item, element_rules[i].overturning_energy))
+        safe += int(stands and element_stands_safely(item, element_fall_limits[i].overturning_energy))
     return check, moving, standing, fallen, safe, slid
 
 
 @njit(**INLINE_OPTIONS)
-def peak_rotation(element: ElementState) -> float:
+def peak_rotation_to_either_side(element: ElementState) -> float:
     """Return the largest rotation of an element to either side, rad."""
     return updated_maximum(
         element.step_motion_and_peaks.peak_rotation_to_minus_x, element.step_motion_and_peaks.peak_rotation_to_plus_x
@@ -168,14 +186,14 @@ def peak_rotation(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def fall_side_by_rotation(element: ElementState, element_rules: Any) -> float:
+def fall_side_by_rotation(element: ElementState, element_fall_limits: Any) -> float:
     """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not fallen.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
     back, on = (
-        element.step_motion_and_peaks.peak_rotation_to_minus_x >= element_rules.fall_rotation_to_minus_x,
-        element.step_motion_and_peaks.peak_rotation_to_plus_x >= element_rules.fall_rotation_to_plus_x,
+        element.step_motion_and_peaks.peak_rotation_to_minus_x >= element_fall_limits.fall_rotation_to_minus_x,
+        element.step_motion_and_peaks.peak_rotation_to_plus_x >= element_fall_limits.fall_rotation_to_plus_x,
     )
     if back and on:
         return 1.0 if element.pose.angle > 0.0 else -1.0
@@ -183,26 +201,26 @@ def fall_side_by_rotation(element: ElementState, element_rules: Any) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rules: Any, gravity: float) -> bool:
+def any_element_can_fall_without_base_motion(state: Any, lane: int, element_fall_limits: Any, gravity: float) -> bool:
     """True if any standing element has enough energy to overturn while the base is at rest.
 
     An element needs its energy barrier (energy to overturn) or, without a tipping angle, 1 % of the potential energy
     that it loses down to its fall limit.
     """
-    for i in range(element_rules.size):
-        item = rows.load_element(rows.element_window(state, i), lane)
+    for i in range(element_fall_limits.size):
+        item = rows.load_element(rows.slice_element_rows(state, i), lane)
         if (
-            element_rules[i].is_free == 0.0
+            element_fall_limits[i].is_free == 0.0
             or item.slip_and_fall.fall_side != 0.0
-            or element_has_tipped_or_dropped(item, element_rules[i])
+            or element_has_tipped_or_dropped(item, element_fall_limits[i])
         ):
             continue
-        own, weight = element_rules[i].tipping_rotation_to_plus_x < np.inf, item.constants.mass * gravity
-        lift = weight * max(item.pose.z - item.rest_position.z, 0.0) if own else 0.0
+        own, weight = element_fall_limits[i].tipping_rotation_to_plus_x < np.inf, item.constants.mass * gravity
+        lift = weight * max(item.pose.z - item.rest_position.centre_z, 0.0) if own else 0.0
         needed = (
-            element_rules[i].overturning_energy
+            element_fall_limits[i].overturning_energy
             if own
-            else 0.01 * weight * (item.rest_position.z - item.rest_position.fall_limit_z)
+            else 0.01 * weight * (item.rest_position.centre_z - item.rest_position.fallen_below_centre_z)
         )
         if element_kinetic_energy(item) + lift > needed:
             return True
@@ -210,7 +228,7 @@ def any_element_can_fall_without_base_motion(state: Any, lane: int, element_rule
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> None:
+def store_side_and_time_of_falls(state: Any, lane: int, scene: Any, element_fall_limits: Any, max_gap: float) -> None:
     """Store, at the end of a case, the side and time of the fall for each free element that has fallen.
 
     An element has fallen if it has rotated to where it can rest on another face or past the angle from which it can
@@ -219,16 +237,19 @@ def mark_fallen_elements(state: Any, lane: int, scene: Any, element_rules: Any, 
     found = True
     while found:
         found = False
-        for i in range(element_rules.size):
-            e = rows.element_window(state, i)
-            if element_rules[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
+        for i in range(element_fall_limits.size):
+            e = rows.slice_element_rows(state, i)
+            if element_fall_limits[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
                 continue
-            item, until = rows.load_element(e, lane), last_support_time(state, lane, scene, i, max_gap)
-            if element_has_tipped_or_dropped(item, element_rules[i]):
-                until = item.slip_and_fall.last_upright_time
+            item, until = (
+                rows.load_element(e, lane),
+                last_time_on_standing_support_or_inf(state, lane, scene, i, max_gap),
+            )
+            if element_has_tipped_or_dropped(item, element_fall_limits[i]):
+                until = item.slip_and_fall.last_recoverable_time
             if until < np.inf:
                 e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
-                    fall_side_by_rotation_or_displacement(item, element_rules[i]), until, True,
+                    fall_side_by_rotation_or_displacement(item, element_fall_limits[i]), until, True,
                 )  # fmt: skip
 
 
@@ -243,37 +264,45 @@ def largest_penetration_so_far(state: Any, lane: int, scene: Any) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def count_contact_points_of_standing_elements(state: Any, lane: int, scene: Any, element_rules: Any) -> int:
+def count_closed_points_of_standing_elements(state: Any, lane: int, scene: Any, element_fall_limits: Any) -> int:
     """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         for e, i in ((a, scene.pair_element_and_piece_indices[p, 0]), (b, scene.pair_element_and_piece_indices[p, 1])):
-            if element_rules[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
+            if element_fall_limits[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
                 total += count_closed_contact_points(rows.load_pair(q, lane))
     return total
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def fall_side_by_rotation_or_displacement(element: ElementState, element_rules: Any) -> float:
+def fall_side_by_rotation_or_displacement(element: ElementState, element_fall_limits: Any) -> float:
     """Return the side (±1 along x) of a fallen element: sign of its rotation if it tipped, else of its displacement.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
     """
-    way = element.pose.angle if element_has_tipped(element, element_rules) else element.pose.x - element.rest_position.x
+    way = (
+        element.pose.angle
+        if element_has_tipped(element, element_fall_limits)
+        else element.pose.x - element.rest_position.centre_x
+    )
     return 1.0 if way > 0.0 or (way == 0.0 and element.pose.angle > 0.0) else -1.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def remaining_motion_cannot_move_groups(
-    state: Any, lane: int, stable_from_sample: Any, element_groups: Any, sample: float
+def remaining_base_motion_cannot_move_groups(
+    state: Any, lane: int, rocking_groups_immovable_from_sample: Any, element_groups: Any, sample: float
 ) -> bool:
     """True if the record after `sample` is too weak to lift or slide any group of stacked elements that still stand."""
     for p in range(element_groups.shape[0]):
         lowest, last = (
-            rows.element_window(state, element_groups[p, 0]), rows.element_window(state, element_groups[p, 1]),
+            rows.slice_element_rows(state, element_groups[p, 0]), rows.slice_element_rows(state, element_groups[p, 1]),
         )  # fmt: skip
-        if lowest[rows.SIDE + lane] == 0.0 and last[rows.SIDE + lane] == 0.0 and sample < stable_from_sample[p]:
+        if (
+            lowest[rows.SIDE + lane] == 0.0
+            and last[rows.SIDE + lane] == 0.0
+            and sample < rocking_groups_immovable_from_sample[p]
+        ):
             return False
     return True
 
@@ -282,21 +311,22 @@ def remaining_motion_cannot_move_groups(
 def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
     """True if an element is nearly upright, in place and at rest, so that weak shaking cannot move it."""
     return bool(
-        abs(element.pose.angle) < MAX_SAFE_TILT_RATIO * element.constants.critical_angle
-        and abs(element.slip_and_fall.slip) < MAX_SAFE_SLIP_RATIO * abs(element.rest_position.base_z)
-        and element_kinetic_energy(element) < MAX_SAFE_ENERGY_RATIO * energy_barrier
+        abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_angle
+        and abs(element.slip_and_fall.slip_on_support)
+        < MAX_SAFE_SLIP_OVER_HALF_HEIGHT * abs(element.rest_position.base_point_z_in_element_axes)
+        and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * energy_barrier
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_peak_rotation_can_grow(state: Any, lane: int, element_rules: Any, spare_energy: float) -> bool:
+def any_peak_rotation_can_grow(state: Any, lane: int, element_fall_limits: Any, spare_energy: float) -> bool:
     """True if the energy `spare_energy` (J) would suffice to rotate an element beyond its largest rotation so far."""
-    for e in range(element_rules.size):
-        item = rows.load_element(rows.element_window(state, e), lane)
-        reached = peak_rotation(item) / item.constants.critical_angle
-        if element_rules[e].is_free == 0.0 or reached < 1e-3:
+    for e in range(element_fall_limits.size):
+        item = rows.load_element(rows.slice_element_rows(state, e), lane)
+        reached = peak_rotation_to_either_side(item) / item.constants.critical_angle
+        if element_fall_limits[e].is_free == 0.0 or reached < 1e-3:
             continue
-        share = min(max(spare_energy / element_rules[e].overturning_energy, 0.0), 1.0)
+        share = min(max(spare_energy / element_fall_limits[e].overturning_energy, 0.0), 1.0)
         if 1.0 - np.sqrt(1.0 - share) > reached:
             return True
     return False
@@ -308,20 +338,25 @@ def mark_fallen_and_write_case_results(
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(state[rows.VARIANT + lane])
-    element_rules, limits = scene.element_rules[v], scene.termination_limits[v]
-    mark_fallen_elements(state, lane, scene, element_rules, MAX_SUPPORT_GAP_TO_LIMIT_RATIO * limits.max_penetration)
+    element_fall_limits, limits = scene.element_fall_limits[v], scene.termination_limits[v]
+    store_side_and_time_of_falls(
+        state, lane, scene, element_fall_limits, MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration
+    )
     work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         absorbed += q[rows.ABSORBED + lane]
-    for e in range(element_rules.size):
-        item = rows.load_element(rows.element_window(state, e), lane)
+    for e in range(element_fall_limits.size):
+        item = rows.load_element(rows.slice_element_rows(state, e), lane)
         totals, record = item.step_motion_and_peaks, item.slip_and_fall
-        work += totals.work
+        work += totals.work_by_base_and_holding_forces_so_far
         element_result_rows[e].overturned = record.fall_side
-        element_result_rows[e].overturning_time = record.last_upright_time if record.fall_side != 0.0 else np.nan
-        element_result_rows[e].peak_rotation = min(peak_rotation(item), 0.5 * np.pi)
-        element_result_rows[e].peak_slip, element_result_rows[e].residual_slip = record.peak_slip, record.slip
+        element_result_rows[e].overturning_time = record.last_recoverable_time if record.fall_side != 0.0 else np.nan
+        element_result_rows[e].peak_rotation = min(peak_rotation_to_either_side(item), 0.5 * np.pi)
+        element_result_rows[e].peak_slip, element_result_rows[e].residual_slip = (
+            record.peak_slip_on_support,
+            record.slip_on_support,
+        )
     balance = (
         (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).initial_energy)
         - work

@@ -23,7 +23,7 @@ def reset_contact_history(pair_rows: Any, lane: int) -> None:
     """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
     rows.store_memory(pair_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
     rows.store_memory(
-        pair_rows, lane + rows.SECOND_POINT_ROW_OFFSET, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0)
+        pair_rows, lane + rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0)
     )
 
 
@@ -38,20 +38,20 @@ def transfer_contact_history(
     """
     pair = rows.load_pair(pair_rows, lane)
     face_a, face_b, vertices = (
-        int(pair.nearest_faces.face_a),
-        int(pair.nearest_faces.face_b),
+        int(pair.nearest_faces.face_index_of_a),
+        int(pair.nearest_faces.face_index_of_b),
         pair.history.previous_vertex_positions,
     )
     reset_contact_history(pair_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
-        if old.vertex_owner == OPEN:
+        if old.contact_vertex_owner_code == OPEN:
             continue
-        mine = old.vertex_owner != VERTEX_OF_B
+        mine = old.contact_vertex_owner_code != VERTEX_OF_B
         if mine:
-            target = contact_point_number_for_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = new_contact_point_number_of_old_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = contact_point_number_for_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = new_contact_point_number_of_old_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = normal_force_direction_on_element_a(
             pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
         )
@@ -60,23 +60,25 @@ def transfer_contact_history(
             old.normal_force * old_z - old.tangential_force * old_x,
         )
         inner = (
-            vertices.a1.position_along_face <= pair.face_b.end_along_tangent
+            vertices.first_vertex_of_a.position_along_face <= pair.nearest_face_of_b.end_along_tangent
             if target == 0
-            else vertices.a2.position_along_face >= pair.face_b.start_along_tangent
+            else vertices.second_vertex_of_a.position_along_face >= pair.nearest_face_of_b.start_along_tangent
         )
-        new_x, new_z = normal_force_direction_on_element_a(pose_a, pose_b, pair.face_a, pair.face_b, inner)
+        new_x, new_z = normal_force_direction_on_element_a(
+            pose_a, pose_b, pair.nearest_face_of_a, pair.nearest_face_of_b, inner
+        )
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
-        there = rows.load_memory(pair_rows, lane + target * rows.SECOND_POINT_ROW_OFFSET)
-        if there.vertex_owner == OPEN or there.normal_force < n:
+        there = rows.load_memory(pair_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
+        if there.contact_vertex_owner_code == OPEN or there.normal_force < n:
             rows.store_memory(
                 pair_rows,
-                lane + target * rows.SECOND_POINT_ROW_OFFSET,
-                PlanarContactPointHistory(old.tangential_stretch, TRANSFERRED, n, t, 0.0),
+                lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
+                PlanarContactPointHistory(old.tangential_spring_stretch, TRANSFERRED, n, t, 0.0),
             )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_point_number_for_vertex(
+def new_contact_point_number_of_old_vertex(
     faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
 ) -> int:
     """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `vertex_index`.
@@ -110,8 +112,8 @@ def normal_force_direction_on_element_a(
 ) -> tuple[float, float]:
     """Return the direction of the normal force on element a, from the normal of the face that a vertex touches."""
     if vertex_is_of_a:
-        return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
-    x, z = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
+        return rotate_to_scene_axes(pose_b, face_b.outward_normal_x, face_b.outward_normal_z)
+    x, z = rotate_to_scene_axes(pose_a, face_a.outward_normal_x, face_a.outward_normal_z)
     return -x, -z
 
 
@@ -120,9 +122,12 @@ def contact_vertex_position_from_centre_of_a(
     pair: PairState, pose_a: Pose, pose_b: Pose, point_number: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
     """Return the vector (m) from element a's centre to the vertex at contact point `point_number` (0 or 1)."""
-    own = pair.face_a if vertex_is_of_a else pair.face_b
+    own = pair.nearest_face_of_a if vertex_is_of_a else pair.nearest_face_of_b
     along = own.start_along_tangent if vertex_is_of_a == (point_number == 0) else own.end_along_tangent
-    x, z = own.centre_distance * own.nx - along * own.nz, own.centre_distance * own.nz + along * own.nx
+    x, z = (
+        own.distance_from_centre * own.outward_normal_x - along * own.outward_normal_z,
+        own.distance_from_centre * own.outward_normal_z + along * own.outward_normal_x,
+    )
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_a, x, z)
     x, z = rotate_to_scene_axes(pose_b, x, z)
@@ -135,15 +140,15 @@ def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
     pair = rows.load_pair(pair_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
-        if old.vertex_owner != OPEN:
+        if old.contact_vertex_owner_code != OPEN:
             n = max(
-                pair.law.normal_stiffness
+                pair.contact_law.normal_stiffness
                 * contact_vertex_position(old, end, pair.history.previous_vertex_positions).depth,
                 0.0,
             )
-            t = -pair.law.tangential_stiffness * old.tangential_stretch
+            t = -pair.contact_law.tangential_stiffness * old.tangential_spring_stretch
             rows.store_memory(
                 pair_rows,
-                lane + end * rows.SECOND_POINT_ROW_OFFSET,
-                PlanarContactPointHistory(old.tangential_stretch, old.vertex_owner, n, t, 0.0),
+                lane + end * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
+                PlanarContactPointHistory(old.tangential_spring_stretch, old.contact_vertex_owner_code, n, t, 0.0),
             )

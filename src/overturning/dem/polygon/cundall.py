@@ -16,8 +16,8 @@ from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
     correct_slip_for_friction_work,
-    flat_landing_slip_flag_and_signed_mu,
     pair_lands_flat,
+    slides_in_flat_landing_and_signed_friction,
 )
 from overturning.dem.polygon.mechanics import (
     PlanarContactPointForce,
@@ -30,7 +30,7 @@ from overturning.dem.polygon.mechanics import (
     pair_history_after_step,
     power_against_inertial_and_holding_forces,
     sum_contact_point_forces,
-    tangential_spring_stretch,
+    trial_tangential_spring_stretch,
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.search import update_nearest_faces_and_check_possible_contact
@@ -38,7 +38,7 @@ from overturning.dem.polygon.state import (
     ContactPointLaw,
     ElementStepMotionWorkAndPeaks,
     PlanarContactPointHistory,
-    PlanarVector,
+    PlanarMotionOrForce,
 )
 from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_distant, resume_contact_tests_for_step
 
@@ -46,7 +46,7 @@ from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_di
 class SceneCundallSchemeConstants(NamedTuple):
     """Constants of Cundall's scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
-    velocity_lag_steps: float = 0.5
+    velocity_lag_behind_pose_steps: float = 0.5
     """Lag of velocities behind poses, steps."""
     ticks_per_whole_step: float = 1.0
     """Ticks in a whole step."""
@@ -65,27 +65,32 @@ def compute_planar_contact_force(
 
     See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
     """
-    fade = contact_law.dashpot * steps_per_second
-    n = contact_law.normal_stiffness * contact_point.depth + fade * (
-        contact_point.depth - contact_point.previous_penetration
+    fade = contact_law.dashpot_coefficient * steps_per_second
+    n = contact_law.normal_stiffness * contact_point.penetration + fade * (
+        contact_point.penetration - contact_point.previous_step_penetration
     )
-    n = n if contact_point.closed & (flat_landing_state[0] | (n > 0.0)) else 0.0
-    drag = fade * contact_point.slip
-    stretch = tangential_spring_stretch(
+    n = n if contact_point.is_in_contact & (flat_landing_state[0] | (n > 0.0)) else 0.0
+    drag = fade * contact_point.slip_of_a_in_step
+    stretch = trial_tangential_spring_stretch(
         point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
     )
     t = -(contact_law.tangential_stiffness * stretch) - drag
     # The spring of a slipping point is shortened to the force that friction can hold.
     held, drifts, drift = flat_landing_state
-    force, holds, slips = limit_friction_force(t, n, contact_law, (held & contact_point.closed, drifts, drift))
+    force, holds, slips = limit_friction_force(t, n, contact_law, (held & contact_point.is_in_contact, drifts, drift))
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     return PlanarContactPointResult(
-        PlanarContactPointForce(n, force, spring), contact_point.depth, contact_point.slip, contact_point.closed
+        PlanarContactPointForce(n, force, spring),
+        contact_point.penetration,
+        contact_point.slip_of_a_in_step,
+        contact_point.is_in_contact,
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any) -> None:
+def add_pair_forces_and_store_contact_history(
+    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
+) -> None:
     """Add the contact forces between two elements to both of them, and store the contact's new state."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
@@ -100,20 +105,28 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
             first.constants,
             second.constants,
         )
-        held = pair_lands_flat(pair.law, old, segment, PairMotionAndInertia(u, own_a, own_b))
+        held = pair_lands_flat(pair.contact_law, old, segment, PairMotionAndInertia(u, own_a, own_b))
         point_1, point_2 = contact_points_with_landing_lever_arms(
-            pair.law, segment, PairMotionAndInertia(u, own_a, own_b), held
+            pair.contact_law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
-        flat_one = (held, *flat_landing_slip_flag_and_signed_mu(pair.law, segment.point_1, u, own_a, own_b, held))
-        flat_two = (held, *flat_landing_slip_flag_and_signed_mu(pair.law, segment.point_2, u, own_a, own_b, held))
+        flat_one = (
+            held,
+            *slides_in_flat_landing_and_signed_friction(pair.contact_law, segment.point_1, u, own_a, own_b, held),
+        )
+        flat_two = (
+            held,
+            *slides_in_flat_landing_and_signed_friction(pair.contact_law, segment.point_2, u, own_a, own_b, held),
+        )
         one = compute_planar_contact_force(
-            pair.law, old.point_1, segment.point_1, segment, case.ticks_per_second, flat_one
+            pair.contact_law, old.point_1, segment.point_1, segment, case.ticks_per_second, flat_one
         )
         two = compute_planar_contact_force(
-            pair.law, old.point_2, segment.point_2, segment, case.ticks_per_second, flat_two
+            pair.contact_law, old.point_2, segment.point_2, segment, case.ticks_per_second, flat_two
         )
         on_a, on_b = add_pair_force_to_elements(
-            first.force, second.force, sum_contact_point_forces(point_1, point_2, one.force, two.force)
+            first.contact_force_sum,
+            second.contact_force_sum,
+            sum_contact_point_forces(point_1, point_2, one.force, two.force),
         )
         rows.store_force(element_a_rows, j, on_a)
         rows.store_force(element_b_rows, j, on_b)
@@ -121,19 +134,23 @@ def compute_pair_forces(pair_rows: Any, element_a_rows: Any, element_b_rows: Any
         rows.store_history(
             pair_rows,
             j,
-            pair_history_after_step(old, segment, segment.vertex_positions, results, pair.law, case.tick_length),
+            pair_history_after_step(
+                old, segment, segment.vertex_positions, results, pair.contact_law, case.tick_duration
+            ),
         )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float) -> None:
+def advance_element_motion_one_step(
+    vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float
+) -> None:
     """Advance the motion of an element by a step of Cundall's scheme, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, shaking, half, old = (
-            case.tick_length,
+            case.tick_duration,
             case.base_acceleration,
-            0.5 * case.tick_length,
+            0.5 * case.tick_duration,
             item.step_motion_and_peaks,
         )
         ground = (
@@ -148,21 +165,21 @@ def advance_element(vertical_base_acceleration: Any, element_rows: Any, case_row
             )
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
-        work = old.work - dt * power_against_inertial_and_holding_forces(
+        work = old.work_by_base_and_holding_forces_so_far - dt * power_against_inertial_and_holding_forces(
             item, ground, lift, extrapolate_velocity(item.velocity, a, half)
         )
         pose = extrapolate_pose(item.pose, v, dt)
         on = pose.angle
-        upright = (on < item.constants.recoverable_rotation_to_plus_x) & (
-            -on < item.constants.recoverable_rotation_to_minus_x
+        upright = (on < item.constants.max_recoverable_rotation_to_plus_x) & (
+            -on < item.constants.max_recoverable_rotation_to_minus_x
         )
-        last = select(upright, shaking.ticks_since_sample_start + 1.0, old.last_upright_tick)
+        last = select(upright, shaking.ticks_since_sample_start + 1.0, old.last_recoverable_tick_in_sample)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
-        far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
+        far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.angular)
         rows.store_pose(element_rows, j, pose)
         rows.store_velocity(element_rows, j, v)
         rows.store_acceleration(element_rows, j, a)
-        rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
+        rows.store_force(element_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
         rows.store_totals(element_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0))
 
 
@@ -173,12 +190,12 @@ def advance_scene_one_step(
     matrix: Any,  # noqa: ARG001, used by the centred scheme only
     nonzero_pattern: Any,  # noqa: ARG001
     active_pairs: Any,
-    movable_flags: Any,
+    moves_relative_to_base: Any,
     scene: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
-    resume_contact_tests_for_step(state, scene, active_pairs, movable_flags.size)
+    resume_contact_tests_for_step(state, scene, active_pairs, moves_relative_to_base.size)
     kept = 0
     for n in range(active_pairs.active_pair_count[0]):
         p = active_pairs.active_pair_indices[n]
@@ -194,14 +211,16 @@ def advance_scene_one_step(
             scene.piece_face_tables,
         )
         if near:
-            compute_pair_forces(q, a, b, state)
+            add_pair_forces_and_store_contact_history(q, a, b, state)
         if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
             active_pairs.active_pair_indices[kept] = p
             kept += 1
     active_pairs.active_pair_count[0] = kept
-    for i in range(movable_flags.size):
+    for i in range(moves_relative_to_base.size):
         # Free and held elements move; a driven one rests in the frame of the base.
-        if movable_flags[i]:
-            advance_element(vertical_base_acceleration, rows.element_window(state, i), state, scene.gravity)
+        if moves_relative_to_base[i]:
+            advance_element_motion_one_step(
+                vertical_base_acceleration, rows.slice_element_rows(state, i), state, scene.gravity
+            )
     for j in range(rows.PARALLEL_CASE_COUNT):
         state[rows.TICK + j] = state[rows.TICK + j] + 1.0

@@ -23,9 +23,9 @@ def scene_energy(state: Any, lane: int, scene: Any) -> float:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
     """Compute kinetic and gravitational energy of a scene at the last half step, J, for the case in column `lane`."""
-    total, half = 0.0, rows.load_case(state, lane).velocity_lag
-    for e in range(scene.element_rules.shape[1]):
-        item = rows.load_element(rows.element_window(state, e), lane)
+    total, half = 0.0, rows.load_case(state, lane).velocity_lag_behind_pose
+    for e in range(scene.element_fall_limits.shape[1]):
+        item = rows.load_element(rows.slice_element_rows(state, e), lane)
         if item.constants.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
             total += element_kinetic_energy(item) + item.constants.mass * scene.gravity * height
@@ -38,11 +38,12 @@ def pair_spring_energy(pair: PairState) -> float:
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.point_1 if end == 0 else history.point_2
-        if memory.vertex_owner != OPEN:
+        if memory.contact_vertex_owner_code != OPEN:
             depth = contact_vertex_position(memory, end, history.previous_vertex_positions).depth
             total += 0.5 * (
-                pair.law.normal_stiffness * depth * depth
-                + pair.law.tangential_stiffness * (memory.tangential_stretch * memory.tangential_stretch)
+                pair.contact_law.normal_stiffness * depth * depth
+                + pair.contact_law.tangential_stiffness
+                * (memory.tangential_spring_stretch * memory.tangential_spring_stretch)
             )
     return total
 
@@ -51,7 +52,7 @@ def pair_spring_energy(pair: PairState) -> float:
 def element_kinetic_energy(element: ElementState) -> float:
     """Compute the kinetic energy of an element, J, from its velocities half a step ago."""
     v, own = element.velocity, element.constants
-    return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
+    return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.angular * v.angular / own.inverse_inertia))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -67,7 +68,7 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         history = pair.history
-        if history.point_1.vertex_owner == OPEN and history.point_2.vertex_owner == OPEN:
+        if history.point_1.contact_vertex_owner_code == OPEN and history.point_2.contact_vertex_owner_code == OPEN:
             continue
         later = earlier_vertex_positions(pair, rows.load_element(a, lane), rows.load_element(b, lane), 0.0)
         for end in range(2):
@@ -77,6 +78,6 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
                 contact_vertex_position(memory, end, later),
             )
             slip = old.position_along_face - new.position_along_face
-            slip = -slip if memory.vertex_owner == VERTEX_OF_B else slip
+            slip = -slip if memory.contact_vertex_owner_code == VERTEX_OF_B else slip
             work += 0.5 * (memory.normal_force * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

@@ -23,39 +23,39 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import PairForce, PairVelocityToForceMatrix
-from overturning.dem.polygon.state import ElementConstants, PlanarVector
+from overturning.dem.polygon.state import ElementConstants, PlanarMotionOrForce
 
 
 class EquationSubmatrix(NamedTuple):
-    """3 × 3 submatrix of the step's equations: rows are force components, columns velocities (x, z, rotation)."""
+    """3 × 3 submatrix of a step's equations: a row per equation of motion, a column per velocity (x, z, rotation)."""
 
-    xx: float
-    xz: float
-    xw: float
-    zx: float
-    zz: float
-    zw: float
-    wx: float
-    wz: float
-    ww: float
+    row_x_column_x: float
+    row_x_column_z: float
+    row_x_column_rotation: float
+    row_z_column_x: float
+    row_z_column_z: float
+    row_z_column_rotation: float
+    row_rotation_column_x: float
+    row_rotation_column_z: float
+    row_rotation_column_rotation: float
 
 
 SUBMATRIX_ROW_LAYOUT: Final = TupleRowLayout(rows.PARALLEL_CASE_COUNT, EquationSubmatrix)
-SUBMATRIX_SIZE: Final = SUBMATRIX_ROW_LAYOUT.size
+FLOATS_PER_SUBMATRIX_OF_ALL_CASES: Final = SUBMATRIX_ROW_LAYOUT.size
 load, store, _ = SUBMATRIX_ROW_LAYOUT.tuple_reader_and_writer(EquationSubmatrix)
-minus = create_elementwise_tuple_functions(EquationSubmatrix).minus
+subtract_submatrix_elementwise = create_elementwise_tuple_functions(EquationSubmatrix).minus
 
 
 class PairSubmatrices(NamedTuple):
-    """Four equation submatrices of elements a and b; `ab`: force on a by the velocity of b, and so on."""
+    """Four equation submatrices of elements a and b, each for the forces on one of them by the velocity of one."""
 
-    aa: Any
-    ab: Any
-    ba: Any
-    bb: Any
+    force_on_a_by_velocity_of_a: Any
+    force_on_a_by_velocity_of_b: Any
+    force_on_b_by_velocity_of_a: Any
+    force_on_b_by_velocity_of_b: Any
 
 
-SPARE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
+PLACEHOLDER_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
 """Number of spare submatrices behind the matrix; they receive the terms of elements that move with the base."""
 
 
@@ -64,10 +64,10 @@ class NonzeroPattern(NamedTuple):
 
     is_nonzero: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
-    later_coupled_elements: Any
+    later_coupled_element_indices: Any
     """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
-    later_coupled_counts: Any
-    """Number of entries in each row of `later_coupled_elements`, shape (elements,)."""
+    later_coupled_element_counts: Any
+    """Number of entries in each row of `later_coupled_element_indices`, shape (elements,)."""
 
 
 @njit(**ALLOCATING_INLINE_OPTIONS)
@@ -83,12 +83,12 @@ def create_empty_nonzero_pattern(element_count: int) -> Any:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
     """Mark all submatrices of the equations as zero, in a time proportional to the number of nonzero ones."""
-    for k in range(nonzero_pattern.later_coupled_counts.size):
+    for k in range(nonzero_pattern.later_coupled_element_counts.size):
         nonzero_pattern.is_nonzero[k, k] = False
-        for n in range(nonzero_pattern.later_coupled_counts[k]):
-            m = nonzero_pattern.later_coupled_elements[k, n]
+        for n in range(nonzero_pattern.later_coupled_element_counts[k]):
+            m = nonzero_pattern.later_coupled_element_indices[k, n]
             nonzero_pattern.is_nonzero[k, m] = nonzero_pattern.is_nonzero[m, k] = False
-        nonzero_pattern.later_coupled_counts[k] = 0
+        nonzero_pattern.later_coupled_element_counts[k] = 0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -97,50 +97,56 @@ def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row: int, column: in
     nonzero_pattern.is_nonzero[row, column] = True
     if row >= column:
         return
-    n = nonzero_pattern.later_coupled_counts[row]
-    while n > 0 and nonzero_pattern.later_coupled_elements[row, n - 1] > column:
-        nonzero_pattern.later_coupled_elements[row, n] = nonzero_pattern.later_coupled_elements[row, n - 1]
+    n = nonzero_pattern.later_coupled_element_counts[row]
+    while n > 0 and nonzero_pattern.later_coupled_element_indices[row, n - 1] > column:
+        nonzero_pattern.later_coupled_element_indices[row, n] = nonzero_pattern.later_coupled_element_indices[
+            row, n - 1
+        ]
         n -= 1
-    nonzero_pattern.later_coupled_elements[row, n] = column
-    nonzero_pattern.later_coupled_counts[row] += 1
+    nonzero_pattern.later_coupled_element_indices[row, n] = column
+    nonzero_pattern.later_coupled_element_counts[row] += 1
 
 
-submatrix_window: Final = create_window_slicer(SUBMATRIX_SIZE)
-"""``of_submatrix(matrix, k)``: return the rows of submatrix number k."""
+slice_submatrix_rows: Final = create_window_slicer(FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
+"""``slice_submatrix_rows(matrix, k)``: return the rows of submatrix number k."""
 
 
 @njit(**INLINE_OPTIONS)
 def scale_rows_by_inverse_mass(p: EquationSubmatrix, inertia: ElementConstants, factor: float) -> EquationSubmatrix:
     """Return submatrix `p` with its force rows × `factor`/mass and its moment row × `factor`/moment of inertia."""
     m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
-    return EquationSubmatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
+    xx, xz, xw, zx, zz, zw, wx, wz, ww = p
+    return EquationSubmatrix(m * xx, m * xz, m * xw, m * zx, m * zz, m * zw, i * wx, i * wz, i * ww)
 
 
 @njit(**INLINE_OPTIONS)
-def submatrix_times_vector(p: EquationSubmatrix, v: PlanarVector) -> PlanarVector:
+def submatrix_times_vector(p: EquationSubmatrix, v: PlanarMotionOrForce) -> PlanarMotionOrForce:
     """Return the product of a 3 × 3 submatrix `p` and a vector `v`."""
-    x, z = (p.xx * v.x + p.xz * v.z) + p.xw * v.w, (p.zx * v.x + p.zz * v.z) + p.zw * v.w
-    return PlanarVector(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
+    xx, xz, xw, zx, zz, zw, wx, wz, ww = p
+    x, z = (xx * v.x + xz * v.z) + xw * v.angular, (zx * v.x + zz * v.z) + zw * v.angular
+    return PlanarMotionOrForce(x, z, (wx * v.x + wz * v.z) + ww * v.angular)
 
 
 @njit(**INLINE_OPTIONS)
 def submatrix_product(p: EquationSubmatrix, q: EquationSubmatrix) -> EquationSubmatrix:
     """Return the product of two 3 × 3 submatrices of the equations."""
+    xx, xz, xw, zx, zz, zw, wx, wz, ww = q
     x, z = (
-        submatrix_times_vector(p, PlanarVector(q.xx, q.zx, q.wx)),
-        submatrix_times_vector(p, PlanarVector(q.xz, q.zz, q.wz)),
+        submatrix_times_vector(p, PlanarMotionOrForce(xx, zx, wx)),
+        submatrix_times_vector(p, PlanarMotionOrForce(xz, zz, wz)),
     )
-    w = submatrix_times_vector(p, PlanarVector(q.xw, q.zw, q.ww))
-    return EquationSubmatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.w, z.w, w.w)
+    w = submatrix_times_vector(p, PlanarMotionOrForce(xw, zw, ww))
+    return EquationSubmatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.angular, z.angular, w.angular)
 
 
 @njit(**INLINE_OPTIONS)
 def inverse_of_submatrix(p: EquationSubmatrix) -> EquationSubmatrix:
     """Return the inverse of a 3 × 3 submatrix of the equations, from cofactors and one division."""
-    xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
-    zx, zz, zw = p.zw * p.wx - p.zx * p.ww, p.xx * p.ww - p.xw * p.wx, p.xw * p.zx - p.xx * p.zw
-    wx, wz, ww = p.zx * p.wz - p.zz * p.wx, p.xz * p.wx - p.xx * p.wz, p.xx * p.zz - p.xz * p.zx
-    by = 1.0 / ((p.xx * xx + p.xz * zx) + p.xw * wx)
+    pxx, pxz, pxw, pzx, pzz, pzw, pwx, pwz, pww = p
+    xx, xz, xw = pzz * pww - pzw * pwz, pxw * pwz - pxz * pww, pxz * pzw - pxw * pzz
+    zx, zz, zw = pzw * pwx - pzx * pww, pxx * pww - pxw * pwx, pxw * pzx - pxx * pzw
+    wx, wz, ww = pzx * pwz - pzz * pwx, pxz * pwx - pxx * pwz, pxx * pzz - pxz * pzx
+    by = 1.0 / ((pxx * xx + pxz * zx) + pxw * wx)
     return EquationSubmatrix(by * xx, by * xz, by * xw, by * zx, by * zz, by * zw, by * wx, by * wz, by * ww)
 
 
@@ -149,11 +155,12 @@ def subtract_terms_from_submatrix(
     submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: EquationSubmatrix
 ) -> None:
     """Subtract `terms` from a submatrix in column `lane`; an unset submatrix counts as `diagonal` × unit matrix."""
-    one, old = diagonal, load(submatrix, lane)
-    store(submatrix, lane, minus(EquationSubmatrix(
-        one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
-        0.0 if is_empty else old.zx, one if is_empty else old.zz, 0.0 if is_empty else old.zw,
-        0.0 if is_empty else old.wx, 0.0 if is_empty else old.wz, one if is_empty else old.ww,
+    one = diagonal
+    xx, xz, xw, zx, zz, zw, wx, wz, ww = load(submatrix, lane)
+    store(submatrix, lane, subtract_submatrix_elementwise(EquationSubmatrix(
+        one if is_empty else xx, 0.0 if is_empty else xz, 0.0 if is_empty else xw,
+        0.0 if is_empty else zx, one if is_empty else zz, 0.0 if is_empty else zw,
+        0.0 if is_empty else wx, 0.0 if is_empty else wz, one if is_empty else ww,
     ), terms))  # fmt: skip
 
 
@@ -174,38 +181,55 @@ def add_pair_matrix_to_submatrices(
         m.force_x_per_velocity_x, m.force_x_per_velocity_z, m.force_z_per_velocity_x, m.force_z_per_velocity_z,
     )  # fmt: skip
     xa, za, xb, zb = (
-        m.force_x_per_rotation_a, m.force_z_per_rotation_a, m.force_x_per_rotation_b, m.force_z_per_rotation_b,
+        m.force_x_per_angular_velocity_a, m.force_z_per_angular_velocity_a,
+        m.force_x_per_angular_velocity_b, m.force_z_per_angular_velocity_b,
     )  # fmt: skip
     ax, az, bx, bz = (
         m.moment_a_per_velocity_x, m.moment_a_per_velocity_z, m.moment_b_per_velocity_x, m.moment_b_per_velocity_z,
     )  # fmt: skip
-    aa = EquationSubmatrix(xx, xz, xa, zx, zz, za, ax, az, m.moment_a_per_rotation_a)
-    ab = EquationSubmatrix(xx, xz, xb, zx, zz, zb, ax, az, m.moment_a_per_rotation_b)
-    ba = EquationSubmatrix(xx, xz, xa, zx, zz, za, bx, bz, m.moment_b_per_rotation_a)
-    bb = EquationSubmatrix(xx, xz, xb, zx, zz, zb, bx, bz, m.moment_b_per_rotation_b)
+    aa = EquationSubmatrix(xx, xz, xa, zx, zz, za, ax, az, m.moment_a_per_angular_velocity_a)
+    ab = EquationSubmatrix(xx, xz, xb, zx, zz, zb, ax, az, m.moment_a_per_angular_velocity_b)
+    ba = EquationSubmatrix(xx, xz, xa, zx, zz, za, bx, bz, m.moment_b_per_angular_velocity_a)
+    bb = EquationSubmatrix(xx, xz, xb, zx, zz, zb, bx, bz, m.moment_b_per_angular_velocity_b)
     subtract_terms_from_submatrix(
-        submatrices.aa, lane, empty_flags[0], 1.0, scale_rows_by_inverse_mass(aa, inertia_a, -half_step_time)
+        submatrices.force_on_a_by_velocity_of_a,
+        lane,
+        empty_flags[0],
+        1.0,
+        scale_rows_by_inverse_mass(aa, inertia_a, -half_step_time),
     )
     subtract_terms_from_submatrix(
-        submatrices.ab, lane, empty_flags[1], 0.0, scale_rows_by_inverse_mass(ab, inertia_a, half_step_time)
+        submatrices.force_on_a_by_velocity_of_b,
+        lane,
+        empty_flags[1],
+        0.0,
+        scale_rows_by_inverse_mass(ab, inertia_a, half_step_time),
     )
     subtract_terms_from_submatrix(
-        submatrices.ba, lane, empty_flags[1], 0.0, scale_rows_by_inverse_mass(ba, inertia_b, half_step_time)
+        submatrices.force_on_b_by_velocity_of_a,
+        lane,
+        empty_flags[1],
+        0.0,
+        scale_rows_by_inverse_mass(ba, inertia_b, half_step_time),
     )
     subtract_terms_from_submatrix(
-        submatrices.bb, lane, empty_flags[2], 1.0, scale_rows_by_inverse_mass(bb, inertia_b, -half_step_time)
+        submatrices.force_on_b_by_velocity_of_b,
+        lane,
+        empty_flags[2],
+        1.0,
+        scale_rows_by_inverse_mass(bb, inertia_b, -half_step_time),
     )
 
 
 @njit(**INLINE_OPTIONS)
 def add_pair_force_to_right_sides(
-    right_side_a: PlanarVector,
-    right_side_b: PlanarVector,
+    right_side_a: PlanarMotionOrForce,
+    right_side_b: PlanarMotionOrForce,
     pair_force: PairForce,
     half_step_time: float,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
-) -> tuple[PlanarVector, PlanarVector]:
+) -> tuple[PlanarMotionOrForce, PlanarMotionOrForce]:
     """Return the right-hand sides of elements a and b in the equations, with contact force `pair_force` added."""
     m, i, n, k = (
         half_step_time * inertia_a.inverse_mass,
@@ -214,15 +238,15 @@ def add_pair_force_to_right_sides(
         half_step_time * inertia_b.inverse_inertia,
     )
     return (
-        PlanarVector(
-            right_side_a.x + m * pair_force.x,
-            right_side_a.z + m * pair_force.z,
-            right_side_a.w + i * pair_force.moment_a,
+        PlanarMotionOrForce(
+            right_side_a.x + m * pair_force.force_on_a_x,
+            right_side_a.z + m * pair_force.force_on_a_z,
+            right_side_a.angular + i * pair_force.moment_of_force_on_a_about_a,
         ),
-        PlanarVector(
-            right_side_b.x - n * pair_force.x,
-            right_side_b.z - n * pair_force.z,
-            right_side_b.w - k * pair_force.moment_b,
+        PlanarMotionOrForce(
+            right_side_b.x - n * pair_force.force_on_a_x,
+            right_side_b.z - n * pair_force.force_on_a_z,
+            right_side_b.angular - k * pair_force.moment_of_force_on_a_about_b,
         ),
     )
 
@@ -258,7 +282,7 @@ def subtract_coupled_velocity_change(target_rows: Any, submatrix: Any, source_ro
             rows.load_change(target_rows, j),
             submatrix_times_vector(load(submatrix, j), rows.load_change(source_rows, j)),
         )
-        rows.store_change(target_rows, j, PlanarVector(v.x - w.x, v.z - w.z, v.w - w.w))
+        rows.store_change(target_rows, j, PlanarMotionOrForce(v.x - w.x, v.z - w.z, v.angular - w.angular))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -279,23 +303,27 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
     """
     used, later, count = (
         nonzero_pattern.is_nonzero,
-        nonzero_pattern.later_coupled_elements,
-        nonzero_pattern.later_coupled_counts,
+        nonzero_pattern.later_coupled_element_indices,
+        nonzero_pattern.later_coupled_element_counts,
     )
     for k in range(element_count):
         if not used[k, k]:
             continue
-        pivot = submatrix_window(matrix, k * element_count + k)
+        pivot = slice_submatrix_rows(matrix, k * element_count + k)
         invert_submatrix_in_place(pivot)
         for n in range(count[k]):
             i = later[k, n]
-            factor = submatrix_window(matrix, i * element_count + k)
+            factor = slice_submatrix_rows(matrix, i * element_count + k)
             multiply_by_pivot_inverse(factor, pivot)
-            subtract_coupled_velocity_change(rows.element_window(state, i), factor, rows.element_window(state, k))
+            subtract_coupled_velocity_change(
+                rows.slice_element_rows(state, i), factor, rows.slice_element_rows(state, k)
+            )
             for o in range(count[k]):
                 m = later[k, o]
-                row = submatrix_window(matrix, k * element_count + m)
-                subtract_submatrix_product(submatrix_window(matrix, i * element_count + m), factor, row, not used[i, m])
+                row = slice_submatrix_rows(matrix, k * element_count + m)
+                subtract_submatrix_product(
+                    slice_submatrix_rows(matrix, i * element_count + m), factor, row, not used[i, m]
+                )
                 if not used[i, m]:
                     mark_submatrix_nonzero(nonzero_pattern, i, m)
     for k in range(element_count - 1, -1, -1):
@@ -304,49 +332,52 @@ def solve_velocity_changes(state: Any, matrix: Any, nonzero_pattern: NonzeroPatt
         for n in range(count[k]):
             m = later[k, n]
             subtract_coupled_velocity_change(
-                rows.element_window(state, k),
-                submatrix_window(matrix, k * element_count + m),
-                rows.element_window(state, m),
+                rows.slice_element_rows(state, k),
+                slice_submatrix_rows(matrix, k * element_count + m),
+                rows.slice_element_rows(state, m),
             )
         multiply_right_side_by_pivot_inverse(
-            rows.element_window(state, k), submatrix_window(matrix, k * element_count + k)
+            rows.slice_element_rows(state, k), slice_submatrix_rows(matrix, k * element_count + k)
         )
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def equation_submatrix_or_placeholder(
-    matrix: Any, equation_flags: Any, row: int, column: int, spare_number: int
+    matrix: Any, moves_relative_to_base: Any, row: int, column: int, spare_number: int
 ) -> Any:
-    """Return equation submatrix (`row`, `column`), or an unused one if either element has no unknown velocity.
+    """Return equation submatrix (`row`, `column`), or an unused one if either element moves with the base.
 
-    Elements that are driven or held have none.
+    Such an element has no equations.
     """
-    return submatrix_window(
+    return slice_submatrix_rows(
         matrix,
-        row * equation_flags.size + column
-        if equation_flags[row] and equation_flags[column]
-        else equation_flags.size * equation_flags.size + spare_number,
+        row * moves_relative_to_base.size + column
+        if moves_relative_to_base[row] and moves_relative_to_base[column]
+        else moves_relative_to_base.size * moves_relative_to_base.size + spare_number,
     )
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def mark_nonzero_and_return_pair_submatrices(
-    matrix: Any, nonzero_pattern: NonzeroPattern, equation_flags: Any, element_a: int, element_b: int
+    matrix: Any, nonzero_pattern: NonzeroPattern, moves_relative_to_base: Any, element_a: int, element_b: int
 ) -> tuple[PairSubmatrices, Any]:
     """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""
     used = nonzero_pattern.is_nonzero
     fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
-    used[element_a, element_a], used[element_b, element_b] = equation_flags[element_a], equation_flags[element_b]
-    if equation_flags[element_a] and equation_flags[element_b] and not used[element_a, element_b]:
+    used[element_a, element_a], used[element_b, element_b] = (
+        moves_relative_to_base[element_a],
+        moves_relative_to_base[element_b],
+    )
+    if moves_relative_to_base[element_a] and moves_relative_to_base[element_b] and not used[element_a, element_b]:
         mark_submatrix_nonzero(nonzero_pattern, element_a, element_b)
         mark_submatrix_nonzero(nonzero_pattern, element_b, element_a)
     aa, ab = (
-        equation_submatrix_or_placeholder(matrix, equation_flags, element_a, element_a, 0),
-        equation_submatrix_or_placeholder(matrix, equation_flags, element_a, element_b, 1),
+        equation_submatrix_or_placeholder(matrix, moves_relative_to_base, element_a, element_a, 0),
+        equation_submatrix_or_placeholder(matrix, moves_relative_to_base, element_a, element_b, 1),
     )
     return PairSubmatrices(
         aa,
         ab,
-        equation_submatrix_or_placeholder(matrix, equation_flags, element_b, element_a, 2),
-        equation_submatrix_or_placeholder(matrix, equation_flags, element_b, element_b, 3),
+        equation_submatrix_or_placeholder(matrix, moves_relative_to_base, element_b, element_a, 2),
+        equation_submatrix_or_placeholder(matrix, moves_relative_to_base, element_b, element_b, 3),
     ), fresh

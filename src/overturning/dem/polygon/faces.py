@@ -21,8 +21,10 @@ from overturning.dem.polygon.state import (
 class ForceLeverArms(NamedTuple):
     """Lever arms of a normal and of a tangential contact force about the centre of an element, m."""
 
-    n: float
-    t: float
+    of_normal_force: float
+    """Moment of the normal force over this force, m."""
+    of_tangential_force: float
+    """Moment of the tangential force over this force, m."""
 
 
 class PlanarContactPoint(NamedTuple):
@@ -33,35 +35,35 @@ class PlanarContactPoint(NamedTuple):
 
     vertex_is_of_a: bool
     """True if the contact vertex belongs to a, False if to b."""
-    vertex_is_opposite_face: bool
+    vertex_projects_onto_other_face: bool
     """True if the vertex lies opposite the other face."""
-    closed: bool
+    is_in_contact: bool
     """True if the vertex also penetrates that face: a contact."""
-    nx: float
+    normal_towards_a_x: float
     """Direction of the normal force on a, x component."""
-    nz: float
+    normal_towards_a_z: float
     """Direction of the normal force on a, z component."""
-    depth: float
+    penetration: float
     """Penetration of the vertex, m; negative while there is a gap."""
-    previous_penetration: float
+    previous_step_penetration: float
     """Penetration a step ago, m."""
-    slip: float
+    slip_of_a_in_step: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    lever_a: ForceLeverArms
+    lever_arms_about_a: ForceLeverArms
     """Lever arms about the centre of a."""
-    lever_b: ForceLeverArms
+    lever_arms_about_b: ForceLeverArms
     """Lever arms about the centre of b."""
 
 
 class ContactSegment(NamedTuple):
     """Segment along which the nearest faces of two elements overlap, with a contact point at each end.
 
-    `face_angle_cosine` and `face_angle_sine` are those of the rotation between both faces, as in
-    `RelativeFacePosition`.
+    `cosine_of_angle_between_faces` and `sine_of_angle_between_faces` are those of the rotation between both faces, as
+    in `RelativeFacePosition`.
     """
 
-    face_angle_cosine: float
-    face_angle_sine: float
+    cosine_of_angle_between_faces: float
+    sine_of_angle_between_faces: float
     point_1: PlanarContactPoint
     point_2: PlanarContactPoint
     vertex_positions: FaceVertexPositions
@@ -70,25 +72,25 @@ class ContactSegment(NamedTuple):
 class RelativeFacePosition(NamedTuple):
     """Relative position of a face of element a and a face of b: normals, angle between them, centre distances."""
 
-    normal_a_x: float
+    outward_normal_of_face_a_x: float
     """Outward normal of a's face in the axes of the scene, x component."""
-    normal_a_z: float
+    outward_normal_of_face_a_z: float
     """Outward normal of a's face, z component."""
-    normal_b_x: float
+    outward_normal_of_face_b_x: float
     """Outward normal of b's face, x component."""
-    normal_b_z: float
+    outward_normal_of_face_b_z: float
     """Outward normal of b's face, z component."""
-    face_angle_cosine: float
+    cosine_of_angle_between_faces: float
     """Cosine of the rotation from one normal to the other."""
-    face_angle_sine: float
+    sine_of_angle_between_faces: float
     """Sine of that rotation, b_nz a_nx − b_nx a_nz."""
-    centre_distance_along_normal_a: float
+    b_to_a_centre_distance_along_normal_a: float
     """Distance from the centre of b to that of a along a's normal, m."""
-    centre_distance_along_tangent_a: float
+    b_to_a_centre_distance_along_tangent_a: float
     """Distance from the centre of b to that of a along a's tangent, m."""
-    centre_distance_along_normal_b: float
+    b_to_a_centre_distance_along_normal_b: float
     """Distance from the centre of b to that of a along b's normal, m."""
-    centre_distance_along_tangent_b: float
+    b_to_a_centre_distance_along_tangent_b: float
     """Distance from the centre of b to that of a along b's tangent, m."""
 
 
@@ -97,13 +99,13 @@ class VertexPositionAndLeverArms(NamedTuple):
 
     position_at_face: VertexPositionAtFace
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
-    previous_penetration: float
+    previous_step_penetration: float
     """Depth a step ago, m."""
-    slip: float
+    slip_of_a_in_step: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    lever_a: ForceLeverArms
+    lever_arms_about_a: ForceLeverArms
     """Lever arms about the centre of a."""
-    lever_b: ForceLeverArms
+    lever_arms_about_b: ForceLeverArms
     """Lever arms about the centre of b."""
 
 
@@ -130,21 +132,21 @@ def relative_face_position(
 ) -> RelativeFacePosition:
     """Return normals, angle and centre distances of two faces, one of element a and one of element b."""
     dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
-    anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
-    bnx, bnz = rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
+    anx, anz = rotate_to_scene_axes(pose_a, face_a.outward_normal_x, face_a.outward_normal_z)
+    bnx, bnz = rotate_to_scene_axes(pose_b, face_b.outward_normal_x, face_b.outward_normal_z)
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
     return RelativeFacePosition(
-        normal_a_x=anx,
-        normal_a_z=anz,
-        normal_b_x=bnx,
-        normal_b_z=bnz,
-        face_angle_cosine=turn_q,
-        face_angle_sine=turn_r,
-        centre_distance_along_normal_a=an,
-        centre_distance_along_tangent_a=at,
-        centre_distance_along_normal_b=bnx * dx + bnz * dz,
-        centre_distance_along_tangent_b=bnx * dz - bnz * dx,
+        outward_normal_of_face_a_x=anx,
+        outward_normal_of_face_a_z=anz,
+        outward_normal_of_face_b_x=bnx,
+        outward_normal_of_face_b_z=bnz,
+        cosine_of_angle_between_faces=turn_q,
+        sine_of_angle_between_faces=turn_r,
+        b_to_a_centre_distance_along_normal_a=an,
+        b_to_a_centre_distance_along_tangent_a=at,
+        b_to_a_centre_distance_along_normal_b=bnx * dx + bnz * dz,
+        b_to_a_centre_distance_along_tangent_b=bnx * dz - bnz * dx,
     )
 
 
@@ -160,7 +162,7 @@ def convert_components_to_other_face_axes(
 
 
 @njit(**INLINE_OPTIONS)
-def locate_vertex_of_element_a(
+def locate_vertex_of_a_at_face_of_b(
     normal_offset: float,
     tangent_offset: float,
     face_distance: float,
@@ -169,11 +171,14 @@ def locate_vertex_of_element_a(
 ) -> VertexPositionAndLeverArms:
     """Return where a vertex of element a lies at a face of b: depth behind it, place along it, slip, lever arms."""
     own_n, own_t = convert_components_to_other_face_axes(
-        normal_offset, tangent_offset, relative_position.face_angle_cosine, relative_position.face_angle_sine
+        normal_offset,
+        tangent_offset,
+        relative_position.cosine_of_angle_between_faces,
+        relative_position.sine_of_angle_between_faces,
     )
     height, place = (
-        own_n + relative_position.centre_distance_along_normal_b,
-        own_t + relative_position.centre_distance_along_tangent_b,
+        own_n + relative_position.b_to_a_centre_distance_along_normal_b,
+        own_t + relative_position.b_to_a_centre_distance_along_tangent_b,
     )
     seen = VertexPositionAtFace(face_distance - height, place)
     return VertexPositionAndLeverArms(
@@ -186,7 +191,7 @@ def locate_vertex_of_element_a(
 
 
 @njit(**INLINE_OPTIONS)
-def locate_vertex_of_element_b(
+def locate_vertex_of_b_at_face_of_a(
     normal_offset: float,
     tangent_offset: float,
     face_distance: float,
@@ -198,11 +203,14 @@ def locate_vertex_of_element_b(
     The place increases with the slip of a.
     """
     own_n, own_t = convert_components_to_other_face_axes(
-        normal_offset, tangent_offset, -relative_position.face_angle_cosine, relative_position.face_angle_sine
+        normal_offset,
+        tangent_offset,
+        -relative_position.cosine_of_angle_between_faces,
+        relative_position.sine_of_angle_between_faces,
     )
     height, place = (
-        own_n + relative_position.centre_distance_along_normal_a,
-        own_t + relative_position.centre_distance_along_tangent_a,
+        own_n + relative_position.b_to_a_centre_distance_along_normal_a,
+        own_t + relative_position.b_to_a_centre_distance_along_tangent_a,
     )
     seen = VertexPositionAtFace(face_distance + height, place)
     return VertexPositionAndLeverArms(
@@ -215,7 +223,7 @@ def locate_vertex_of_element_b(
 
 
 @njit(**INLINE_OPTIONS)
-def locate_face_vertices(
+def locate_vertices_of_both_faces(
     face_a: ElementFace,
     face_b: ElementFace,
     relative_position: RelativeFacePosition,
@@ -225,33 +233,33 @@ def locate_face_vertices(
 ]:
     """Return positions of the four vertices of two opposite faces, first of a's face, then of b's face."""
     return (
-        locate_vertex_of_element_a(
-            face_a.centre_distance,
+        locate_vertex_of_a_at_face_of_b(
+            face_a.distance_from_centre,
             face_a.start_along_tangent,
-            face_b.centre_distance,
+            face_b.distance_from_centre,
             relative_position,
-            previous_positions.a1,
+            previous_positions.first_vertex_of_a,
         ),
-        locate_vertex_of_element_a(
-            face_a.centre_distance,
+        locate_vertex_of_a_at_face_of_b(
+            face_a.distance_from_centre,
             face_a.end_along_tangent,
-            face_b.centre_distance,
+            face_b.distance_from_centre,
             relative_position,
-            previous_positions.a2,
+            previous_positions.second_vertex_of_a,
         ),
-        locate_vertex_of_element_b(
-            face_b.centre_distance,
+        locate_vertex_of_b_at_face_of_a(
+            face_b.distance_from_centre,
             face_b.start_along_tangent,
-            face_a.centre_distance,
+            face_a.distance_from_centre,
             relative_position,
-            previous_positions.b1,
+            previous_positions.first_vertex_of_b,
         ),
-        locate_vertex_of_element_b(
-            face_b.centre_distance,
+        locate_vertex_of_b_at_face_of_a(
+            face_b.distance_from_centre,
             face_b.end_along_tangent,
-            face_a.centre_distance,
+            face_a.distance_from_centre,
             relative_position,
-            previous_positions.b2,
+            previous_positions.second_vertex_of_b,
         ),
     )
 
@@ -268,20 +276,34 @@ def build_planar_contact_point(
     depth = vertex_a.position_at_face.depth if vertex_is_of_a else vertex_b.position_at_face.depth
     return PlanarContactPoint(
         vertex_is_of_a=vertex_is_of_a,
-        vertex_is_opposite_face=vertex_is_opposite,
-        closed=vertex_is_opposite & (depth > 0.0),
-        nx=relative_position.normal_b_x if vertex_is_of_a else -relative_position.normal_a_x,
-        nz=relative_position.normal_b_z if vertex_is_of_a else -relative_position.normal_a_z,
-        depth=depth,
-        previous_penetration=vertex_a.previous_penetration if vertex_is_of_a else vertex_b.previous_penetration,
-        slip=vertex_a.slip if vertex_is_of_a else vertex_b.slip,
-        lever_a=ForceLeverArms(
-            vertex_a.lever_a.n if vertex_is_of_a else vertex_b.lever_a.n,
-            vertex_a.lever_a.t if vertex_is_of_a else vertex_b.lever_a.t,
+        vertex_projects_onto_other_face=vertex_is_opposite,
+        is_in_contact=vertex_is_opposite & (depth > 0.0),
+        normal_towards_a_x=relative_position.outward_normal_of_face_b_x
+        if vertex_is_of_a
+        else -relative_position.outward_normal_of_face_a_x,
+        normal_towards_a_z=relative_position.outward_normal_of_face_b_z
+        if vertex_is_of_a
+        else -relative_position.outward_normal_of_face_a_z,
+        penetration=depth,
+        previous_step_penetration=vertex_a.previous_step_penetration
+        if vertex_is_of_a
+        else vertex_b.previous_step_penetration,
+        slip_of_a_in_step=vertex_a.slip_of_a_in_step if vertex_is_of_a else vertex_b.slip_of_a_in_step,
+        lever_arms_about_a=ForceLeverArms(
+            vertex_a.lever_arms_about_a.of_normal_force
+            if vertex_is_of_a
+            else vertex_b.lever_arms_about_a.of_normal_force,
+            vertex_a.lever_arms_about_a.of_tangential_force
+            if vertex_is_of_a
+            else vertex_b.lever_arms_about_a.of_tangential_force,
         ),
-        lever_b=ForceLeverArms(
-            vertex_a.lever_b.n if vertex_is_of_a else vertex_b.lever_b.n,
-            vertex_a.lever_b.t if vertex_is_of_a else vertex_b.lever_b.t,
+        lever_arms_about_b=ForceLeverArms(
+            vertex_a.lever_arms_about_b.of_normal_force
+            if vertex_is_of_a
+            else vertex_b.lever_arms_about_b.of_normal_force,
+            vertex_a.lever_arms_about_b.of_tangential_force
+            if vertex_is_of_a
+            else vertex_b.lever_arms_about_b.of_tangential_force,
         ),
     )
 
@@ -290,7 +312,10 @@ def build_planar_contact_point(
 def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
     """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
     return find_contact_segment_if_may_touch(
-        pair, pose_a, pose_b, pair.nearest_faces.max_motion_at_step_end >= pair.nearest_faces.motion_before_contact
+        pair,
+        pose_a,
+        pose_b,
+        pair.nearest_faces.max_motion_since_search_at_step_end >= pair.nearest_faces.max_motion_without_contact,
     )
 
 
@@ -301,28 +326,34 @@ def find_contact_segment_if_may_touch(pair: PairState, pose_a: Pose, pose_b: Pos
     Contact point 1 lies at a's first or b's second vertex, point 2 at a's second or b's first: at the inner of these
     two vertices.
     """
-    f = relative_face_position(pair.face_a, pair.face_b, pose_a, pose_b)
-    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.previous_vertex_positions)
-    low, high, to = pair.face_b.start_along_tangent, pair.face_b.end_along_tangent, pair.contact_vertex_ranges
+    f = relative_face_position(pair.nearest_face_of_a, pair.nearest_face_of_b, pose_a, pose_b)
+    a1, a2, b1, b2 = locate_vertices_of_both_faces(
+        pair.nearest_face_of_a, pair.nearest_face_of_b, f, pair.history.previous_vertex_positions
+    )
+    low, high, to = (
+        pair.nearest_face_of_b.start_along_tangent,
+        pair.nearest_face_of_b.end_along_tangent,
+        pair.contact_vertex_ranges,
+    )
     mine_1, mine_2 = a1.position_at_face.position_along_face <= high, a2.position_at_face.position_along_face >= low
-    top, bottom = -pair.face_a.start_along_tangent, -pair.face_a.end_along_tangent
-    in_1 = (mine_1 & (a1.position_at_face.position_along_face >= to.point_1_min_place_a)) | (
+    top, bottom = -pair.nearest_face_of_a.start_along_tangent, -pair.nearest_face_of_a.end_along_tangent
+    in_1 = (mine_1 & (a1.position_at_face.position_along_face >= to.first_vertex_of_a_min_along_face_b)) | (
         (not mine_1)
-        & (b2.position_at_face.position_along_face >= to.point_1_min_place_b)
+        & (b2.position_at_face.position_along_face >= to.second_vertex_of_b_min_along_face_a)
         & (b2.position_at_face.position_along_face <= top)
     )
-    in_2 = (mine_2 & (a2.position_at_face.position_along_face <= to.point_2_max_place_a)) | (
+    in_2 = (mine_2 & (a2.position_at_face.position_along_face <= to.second_vertex_of_a_max_along_face_b)) | (
         (not mine_2)
         & (b1.position_at_face.position_along_face >= bottom)
-        & (b1.position_at_face.position_along_face <= to.point_2_max_place_b)
+        & (b1.position_at_face.position_along_face <= to.first_vertex_of_b_max_along_face_a)
     )
     one, two = (
         build_planar_contact_point(mine_1, in_1 & may_touch, f, a1, b2),
         build_planar_contact_point(mine_2, in_2 & may_touch, f, a2, b1),
     )
     return ContactSegment(
-        f.face_angle_cosine,
-        f.face_angle_sine,
+        f.cosine_of_angle_between_faces,
+        f.sine_of_angle_between_faces,
         one,
         two,
         FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face),
@@ -335,19 +366,21 @@ def earlier_vertex_positions(
 ) -> FaceVertexPositions:
     """Return the positions, `elapsed_time` seconds ago, of the four vertices of two elements' nearest faces."""
     f = relative_face_position(
-        pair.face_a,
-        pair.face_b,
+        pair.nearest_face_of_a,
+        pair.nearest_face_of_b,
         pose_extrapolated_back_in_time(element_a, elapsed_time),
         pose_extrapolated_back_in_time(element_b, elapsed_time),
     )
-    a1, a2, b1, b2 = locate_face_vertices(pair.face_a, pair.face_b, f, pair.history.previous_vertex_positions)
+    a1, a2, b1, b2 = locate_vertices_of_both_faces(
+        pair.nearest_face_of_a, pair.nearest_face_of_b, f, pair.history.previous_vertex_positions
+    )
     return FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def pose_extrapolated_back_in_time(element: ElementState, elapsed_time: float) -> Pose:
     """Return the pose that an element had `elapsed_time` seconds ago if it moved with its present velocity."""
-    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.w)
+    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.angular)
     return Pose(
         element.pose.x - elapsed_time * element.velocity.x,
         element.pose.z - elapsed_time * element.velocity.z,
@@ -362,6 +395,6 @@ def contact_vertex_position(
     point_history: PlanarContactPointHistory, point_number: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
     """Return the position of the vertex at which contact point `point_number` (0 or 1) lies."""
-    if point_history.vertex_owner != VERTEX_OF_B:
-        return vertex_positions.a1 if point_number == 0 else vertex_positions.a2
-    return vertex_positions.b2 if point_number == 0 else vertex_positions.b1
+    if point_history.contact_vertex_owner_code != VERTEX_OF_B:
+        return vertex_positions.first_vertex_of_a if point_number == 0 else vertex_positions.second_vertex_of_a
+    return vertex_positions.second_vertex_of_b if point_number == 0 else vertex_positions.first_vertex_of_b

@@ -8,7 +8,11 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.polygon.faces import ContactSegment, ForceLeverArms, PlanarContactPoint
-from overturning.dem.polygon.mechanics import PairRelativeVector, PlanarContactPointResult, opening_and_slip_rates
+from overturning.dem.polygon.mechanics import (
+    PairRelativeVelocityOrDirection,
+    PlanarContactPointResult,
+    opening_and_slip_rates,
+)
 from overturning.dem.polygon.state import (
     OPEN,
     ContactPointLaw,
@@ -21,9 +25,10 @@ from overturning.dem.polygon.state import (
 class PairMotionAndInertia(NamedTuple):
     """Velocity of element a relative to b, and the inverse masses and inertias of both elements."""
 
-    velocity: PairRelativeVector
-    a: ElementConstants
-    b: ElementConstants
+    relative_velocity: PairRelativeVelocityOrDirection
+    """Velocity of a relative to b, and the angular velocities of both."""
+    constants_of_a: ElementConstants
+    constants_of_b: ElementConstants
 
 
 @njit(**INLINE_OPTIONS)
@@ -38,14 +43,16 @@ def contact_point_lands_in_this_impact(
     The time until it touches is at most `dem.kernel.mechanics.max_time_between_touches_in_one_impact`; here both sides
     of this condition are multiplied to avoid a division.
     """
-    opening, _ = opening_and_slip_rates(contact_point, pair_motion.velocity)
+    opening, _ = opening_and_slip_rates(contact_point, pair_motion.relative_velocity)
     sinking = opening if opening < 0.0 else 0.0
-    rate = contact_law.dashpot * (pair_motion.a.inverse_mass + pair_motion.b.inverse_mass)
-    soon = (rate * contact_point.depth > sinking) & (
-        contact_law.normal_stiffness * contact_point.depth > contact_law.dashpot * sinking
+    rate = contact_law.dashpot_coefficient * (
+        pair_motion.constants_of_a.inverse_mass + pair_motion.constants_of_b.inverse_mass
+    )
+    soon = (rate * contact_point.penetration > sinking) & (
+        contact_law.normal_stiffness * contact_point.penetration > contact_law.dashpot_coefficient * sinking
     )
     return (point_history.remaining_flat_landing_time > 0.0) | (
-        (point_history.vertex_owner == OPEN) & (contact_point.vertex_is_opposite_face > 0.0) & soon
+        (point_history.contact_vertex_owner_code == OPEN) & (contact_point.vertex_projects_onto_other_face > 0.0) & soon
     )
 
 
@@ -59,17 +66,17 @@ def pair_lands_flat(
     """True if both contact points of two elements land in one impact; a dashpot may then pull."""
     one = contact_point_lands_in_this_impact(contact_law, pair_history.point_1, contact_segment.point_1, pair_motion)
     return (
-        (contact_law.landing_duration > 0.0)
+        (contact_law.flat_landing_duration > 0.0)
         & one
         & contact_point_lands_in_this_impact(contact_law, pair_history.point_2, contact_segment.point_2, pair_motion)
     )
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_slip_flag_and_signed_mu(
+def slides_in_flat_landing_and_signed_friction(
     contact_law: ContactPointLaw,
     contact_point: PlanarContactPoint,
-    velocity: PairRelativeVector,
+    velocity: PairRelativeVelocityOrDirection,
     inertia_a: ElementConstants,
     inertia_b: ElementConstants,
     lands_flat: bool,
@@ -79,13 +86,16 @@ def flat_landing_slip_flag_and_signed_mu(
     The velocities are those without the rotation of one element relative to the other, as if both were one body.
     """
     total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
-    w = (velocity.rotation_a * inertia_b.inverse_inertia + velocity.rotation_b * inertia_a.inverse_inertia) / (
-        total if total > 0.0 else 1.0
+    w = (
+        velocity.angular_velocity_or_lever_arm_of_a * inertia_b.inverse_inertia
+        + velocity.angular_velocity_or_lever_arm_of_b * inertia_a.inverse_inertia
+    ) / (total if total > 0.0 else 1.0)
+    opening, slipping = opening_and_slip_rates(
+        contact_point, PairRelativeVelocityOrDirection(velocity.x, velocity.z, w, w)
     )
-    opening, slipping = opening_and_slip_rates(contact_point, PairRelativeVector(velocity.x, velocity.z, w, w))
-    return lands_flat & base_slides_in_flat_landing(contact_law.friction, slipping, opening), -math.copysign(
-        contact_law.friction, slipping
-    )
+    return lands_flat & base_slides_in_flat_landing(
+        contact_law.friction_coefficient, slipping, opening
+    ), -math.copysign(contact_law.friction_coefficient, slipping)
 
 
 @njit(**INLINE_OPTIONS)
@@ -100,12 +110,13 @@ def relative_rotation_lever_arm(
 @njit(**INLINE_OPTIONS)
 def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduction: float) -> PlanarContactPoint:
     """Return a contact point, with `lever_reduction` (m) subtracted from the lever arms of its tangential force."""
-    end = contact_point
+    end, arms_a, arms_b = contact_point, contact_point.lever_arms_about_a, contact_point.lever_arms_about_b
     return PlanarContactPoint(
-        end.vertex_is_of_a, end.vertex_is_opposite_face, end.closed, end.nx, end.nz, end.depth,
-        end.previous_penetration, end.slip,
-        ForceLeverArms(end.lever_a.n, end.lever_a.t - lever_reduction), ForceLeverArms(end.lever_b.n,
-        end.lever_b.t - lever_reduction),
+        end.vertex_is_of_a, end.vertex_projects_onto_other_face, end.is_in_contact,
+        end.normal_towards_a_x, end.normal_towards_a_z,
+        end.penetration, end.previous_step_penetration, end.slip_of_a_in_step,
+        ForceLeverArms(arms_a.of_normal_force, arms_a.of_tangential_force - lever_reduction),
+        ForceLeverArms(arms_b.of_normal_force, arms_b.of_tangential_force - lever_reduction),
     )  # fmt: skip
 
 
@@ -120,16 +131,24 @@ def contact_points_with_landing_lever_arms(
     where it causes no such rotation.
     """
     one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion
-    slides_one, drift = flat_landing_slip_flag_and_signed_mu(contact_law, one, u, a, b, lands_flat)
-    slides_two, other = flat_landing_slip_flag_and_signed_mu(contact_law, two, u, a, b, lands_flat)
+    slides_one, drift = slides_in_flat_landing_and_signed_friction(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = slides_in_flat_landing_and_signed_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = (
-        relative_rotation_lever_arm(one.lever_a.t, one.lever_b.t, ia, ib),
-        relative_rotation_lever_arm(two.lever_a.t, two.lever_b.t, ia, ib),
+        relative_rotation_lever_arm(
+            one.lever_arms_about_a.of_tangential_force, one.lever_arms_about_b.of_tangential_force, ia, ib
+        ),
+        relative_rotation_lever_arm(
+            two.lever_arms_about_a.of_tangential_force, two.lever_arms_about_b.of_tangential_force, ia, ib
+        ),
     )
     n1, n2 = (
-        relative_rotation_lever_arm(one.lever_a.n, one.lever_b.n, ia, ib),
-        relative_rotation_lever_arm(two.lever_a.n, two.lever_b.n, ia, ib),
+        relative_rotation_lever_arm(
+            one.lever_arms_about_a.of_normal_force, one.lever_arms_about_b.of_normal_force, ia, ib
+        ),
+        relative_rotation_lever_arm(
+            two.lever_arms_about_a.of_normal_force, two.lever_arms_about_b.of_normal_force, ia, ib
+        ),
     )
     # Place of the resultant normal impulse that causes no rotation, as a lever arm; it must lie between the points.
     place = -0.5 * (drift * (t1 + t2))
@@ -153,17 +172,26 @@ def correct_slip_for_friction_work(
     (point_1, point_2), (r1, r2), apart = (
         landing_points,
         point_results,
-        contact_segment.point_1.lever_a.n - contact_segment.point_2.lever_a.n,
+        contact_segment.point_1.lever_arms_about_a.of_normal_force
+        - contact_segment.point_2.lever_arms_about_a.of_normal_force,
     )
-    sunk = (r1.depth - contact_segment.point_1.previous_penetration) - (
-        r2.depth - contact_segment.point_2.previous_penetration
+    sunk = (r1.penetration - contact_segment.point_1.previous_step_penetration) - (
+        r2.penetration - contact_segment.point_2.previous_step_penetration
     )
     turn = -sunk / (apart if apart != 0.0 else 1.0)
     slip_1, slip_2 = (
-        (contact_segment.point_1.lever_a.t - point_1.lever_a.t) * turn,
-        (contact_segment.point_2.lever_a.t - point_2.lever_a.t) * turn,
+        (
+            contact_segment.point_1.lever_arms_about_a.of_tangential_force
+            - point_1.lever_arms_about_a.of_tangential_force
+        )
+        * turn,
+        (
+            contact_segment.point_2.lever_arms_about_a.of_tangential_force
+            - point_2.lever_arms_about_a.of_tangential_force
+        )
+        * turn,
     )
     return (
-        PlanarContactPointResult(r1.force, r1.depth, r1.slip - slip_1, r1.is_in_contact),
-        PlanarContactPointResult(r2.force, r2.depth, r2.slip - slip_2, r2.is_in_contact),
+        PlanarContactPointResult(r1.force, r1.penetration, r1.slip_of_a_in_step - slip_1, r1.is_in_contact),
+        PlanarContactPointResult(r2.force, r2.penetration, r2.slip_of_a_in_step - slip_2, r2.is_in_contact),
     )

@@ -21,7 +21,7 @@ from overturning.dem.polygon.state import (
     FaceVertexPositions,
     PairHistory,
     PlanarContactPointHistory,
-    PlanarVector,
+    PlanarMotionOrForce,
     Pose,
 )
 
@@ -29,11 +29,11 @@ from overturning.dem.polygon.state import (
 class PlanarContactPointForce(NamedTuple):
     """Normal and tangential force at a contact point of two elements, and stretch of the tangential spring."""
 
-    n: float
+    normal_force: float
     """Normal force, N."""
     tangential_force: float
     """Tangential force, N."""
-    tangential_stretch: float
+    tangential_spring_stretch: float
     """Stretch of the tangential spring after slip, m."""
 
 
@@ -41,10 +41,10 @@ class PlanarContactPointResult(NamedTuple):
     """Force, penetration and slip at a contact point of two elements after a step."""
 
     force: PlanarContactPointForce
-    depth: float
+    penetration: float
     """Penetration, m."""
-    slip: float
-    """Slip in the step, m."""
+    slip_of_a_in_step: float
+    """Slip of a over b in the step, m."""
     is_in_contact: bool
     """True if the point is in contact."""
 
@@ -52,35 +52,35 @@ class PlanarContactPointResult(NamedTuple):
 class PairForce(NamedTuple):
     """Resultant contact force between elements a and b, and its moments about the centres of both."""
 
-    x: float
+    force_on_a_x: float
     """Force on a, N; the opposite acts on b."""
-    z: float
+    force_on_a_z: float
     """Upward force on a, N."""
-    moment_a: float
+    moment_of_force_on_a_about_a: float
     """Moment about the centre of a, N m."""
-    moment_b: float
+    moment_of_force_on_a_about_b: float
     """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
 class AssumedPlanarContactSlip(NamedTuple):
     """Spring stretch and sliding direction assumed at a contact point of two elements in the equations of a step."""
 
-    tangential_stretch: float
+    tangential_spring_stretch: float
     """Predicted stretch of the tangential spring, m."""
-    signed_friction: float
+    signed_friction_coefficient: float
     """±μ if the point is assumed to slide, else 0."""
 
 
-class PairRelativeVector(NamedTuple):
+class PairRelativeVelocityOrDirection(NamedTuple):
     """Velocity of element a relative to b, with both angular velocities; or a direction, with both lever arms."""
 
     x: float
     """Relative velocity, m/s, or component of the direction."""
     z: float
     """Upward component."""
-    rotation_a: float
+    angular_velocity_or_lever_arm_of_a: float
     """Angular velocity of a, rad/s, or lever arm about its centre, m."""
-    rotation_b: float
+    angular_velocity_or_lever_arm_of_b: float
     """Angular velocity of b, rad/s, or lever arm about its centre, m."""
 
 
@@ -95,50 +95,52 @@ class PairVelocityToForceMatrix(NamedTuple):
     force_x_per_velocity_z: float
     force_z_per_velocity_x: float
     force_z_per_velocity_z: float
-    force_x_per_rotation_a: float
-    force_z_per_rotation_a: float
-    force_x_per_rotation_b: float
-    force_z_per_rotation_b: float
+    force_x_per_angular_velocity_a: float
+    force_z_per_angular_velocity_a: float
+    force_x_per_angular_velocity_b: float
+    force_z_per_angular_velocity_b: float
     moment_a_per_velocity_x: float
     moment_a_per_velocity_z: float
     moment_b_per_velocity_x: float
     moment_b_per_velocity_z: float
-    moment_a_per_rotation_a: float
-    moment_a_per_rotation_b: float
-    moment_b_per_rotation_a: float
-    moment_b_per_rotation_b: float
+    moment_a_per_angular_velocity_a: float
+    moment_a_per_angular_velocity_b: float
+    moment_b_per_angular_velocity_a: float
+    moment_b_per_angular_velocity_b: float
 
 
 @njit(**INLINE_OPTIONS)
 def element_acceleration(
     element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
-) -> PlanarVector:
+) -> PlanarMotionOrForce:
     """Return the acceleration of an element relative to the base, m/s² and rad/s², from forces and base motion."""
-    force, own = element.force, element.constants
-    fall = gravity * own.weight + vertical_base_acceleration
-    return PlanarVector(
+    force, own = element.contact_force_sum, element.constants
+    fall = gravity * own.is_subject_to_gravity + vertical_base_acceleration
+    return PlanarMotionOrForce(
         force.x * own.inverse_mass - horizontal_base_acceleration,
         force.z * own.inverse_mass - fall,
-        force.w * own.inverse_inertia,
+        force.angular * own.inverse_inertia,
     )
 
 
 @njit(**INLINE_OPTIONS)
-def extrapolate_velocity(velocity: PlanarVector, acceleration: PlanarVector, duration: float) -> PlanarVector:
+def extrapolate_velocity(
+    velocity: PlanarMotionOrForce, acceleration: PlanarMotionOrForce, duration: float
+) -> PlanarMotionOrForce:
     """Return a velocity after `duration` (s) at constant acceleration."""
-    return PlanarVector(
+    return PlanarMotionOrForce(
         velocity.x + duration * acceleration.x,
         velocity.z + duration * acceleration.z,
-        velocity.w + duration * acceleration.w,
+        velocity.angular + duration * acceleration.angular,
     )
 
 
 @njit(**INLINE_OPTIONS)
-def extrapolate_pose(pose: Pose, velocity: PlanarVector, duration: float) -> Pose:
+def extrapolate_pose(pose: Pose, velocity: PlanarMotionOrForce, duration: float) -> Pose:
     """Return a pose after `duration` (s) at constant velocity."""
-    c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.w)
+    c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.angular)
     return Pose(
-        pose.x + duration * velocity.x, pose.z + duration * velocity.z, pose.angle + duration * velocity.w, c, s
+        pose.x + duration * velocity.x, pose.z + duration * velocity.z, pose.angle + duration * velocity.angular, c, s
     )
 
 
@@ -147,23 +149,23 @@ def power_against_inertial_and_holding_forces(
     element: ElementState,
     horizontal_base_acceleration: float,
     vertical_base_acceleration: float,
-    velocity: PlanarVector,
+    velocity: PlanarMotionOrForce,
 ) -> float:
     """Return the power (W) of an element against inertial forces, or, if it is held, against the holding forces."""
-    own, force = element.constants, element.force
+    own, force = element.constants, element.contact_force_sum
     return own.mass * (
         horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
     ) + own.is_fixed_in_space * (force.x * velocity.x + force.z * velocity.z)
 
 
 @njit(**INLINE_OPTIONS)
-def contact_vertex_owner(contact_point: PlanarContactPoint) -> float:
+def owner_code_of_contact_vertex(contact_point: PlanarContactPoint) -> float:
     """Return `VERTEX_OF_A` if a contact point lies at a vertex of element a, `VERTEX_OF_B` if at a vertex of b."""
     return VERTEX_OF_A if contact_point.vertex_is_of_a > 0.0 else VERTEX_OF_B
 
 
 @njit(**INLINE_OPTIONS)
-def tangential_spring_stretch(
+def trial_tangential_spring_stretch(
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
@@ -175,17 +177,19 @@ def tangential_spring_stretch(
     The slip of the step is added. If the contact point now lies at another vertex, the stretch is set such that the
     force does not change. A new contact starts with 0.
     """
-    carrier = contact_vertex_owner(contact_point)
+    carrier = owner_code_of_contact_vertex(contact_point)
     share = (
-        -((carrier * contact_segment.face_angle_sine) * point_history.normal_force)
-        - point_history.tangential_force * contact_segment.face_angle_cosine
+        -((carrier * contact_segment.sine_of_angle_between_faces) * point_history.normal_force)
+        - point_history.tangential_force * contact_segment.cosine_of_angle_between_faces
     )
-    share = point_history.tangential_force if point_history.vertex_owner == TRANSFERRED else share
+    share = point_history.tangential_force if point_history.contact_vertex_owner_code == TRANSFERRED else share
     equivalent = -(share + damping_force) * compliance
     stretch = (
-        point_history.tangential_stretch + contact_point.slip if point_history.vertex_owner == carrier else equivalent
+        point_history.tangential_spring_stretch + contact_point.slip_of_a_in_step
+        if point_history.contact_vertex_owner_code == carrier
+        else equivalent
     )
-    return stretch if point_history.vertex_owner != OPEN else 0.0
+    return stretch if point_history.contact_vertex_owner_code != OPEN else 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -197,42 +201,70 @@ def sum_contact_point_forces(
 ) -> PairForce:
     """Return the sum of the contact forces at both contact points of two elements, with moments about both elements."""
     return PairForce(
-        (force_1.n * point_1.nx + force_1.tangential_force * point_1.nz)
-        + (force_2.n * point_2.nx + force_2.tangential_force * point_2.nz),
-        (force_1.n * point_1.nz - force_1.tangential_force * point_1.nx)
-        + (force_2.n * point_2.nz - force_2.tangential_force * point_2.nx),
-        (point_1.lever_a.n * force_1.n + point_1.lever_a.t * force_1.tangential_force)
-        + (point_2.lever_a.n * force_2.n + point_2.lever_a.t * force_2.tangential_force),
-        (point_1.lever_b.n * force_1.n + point_1.lever_b.t * force_1.tangential_force)
-        + (point_2.lever_b.n * force_2.n + point_2.lever_b.t * force_2.tangential_force),
+        (force_1.normal_force * point_1.normal_towards_a_x + force_1.tangential_force * point_1.normal_towards_a_z)
+        + (force_2.normal_force * point_2.normal_towards_a_x + force_2.tangential_force * point_2.normal_towards_a_z),
+        (force_1.normal_force * point_1.normal_towards_a_z - force_1.tangential_force * point_1.normal_towards_a_x)
+        + (force_2.normal_force * point_2.normal_towards_a_z - force_2.tangential_force * point_2.normal_towards_a_x),
+        (
+            point_1.lever_arms_about_a.of_normal_force * force_1.normal_force
+            + point_1.lever_arms_about_a.of_tangential_force * force_1.tangential_force
+        )
+        + (
+            point_2.lever_arms_about_a.of_normal_force * force_2.normal_force
+            + point_2.lever_arms_about_a.of_tangential_force * force_2.tangential_force
+        ),
+        (
+            point_1.lever_arms_about_b.of_normal_force * force_1.normal_force
+            + point_1.lever_arms_about_b.of_tangential_force * force_1.tangential_force
+        )
+        + (
+            point_2.lever_arms_about_b.of_normal_force * force_2.normal_force
+            + point_2.lever_arms_about_b.of_tangential_force * force_2.tangential_force
+        ),
     )
 
 
 @njit(**INLINE_OPTIONS)
 def add_pair_force_to_elements(
-    force_on_a: PlanarVector, force_on_b: PlanarVector, pair_force: PairForce
-) -> tuple[PlanarVector, PlanarVector]:
+    force_on_a: PlanarMotionOrForce, force_on_b: PlanarMotionOrForce, pair_force: PairForce
+) -> tuple[PlanarMotionOrForce, PlanarMotionOrForce]:
     """Return the forces on elements a and b with their mutual contact force added, in opposite directions."""
     return (
-        PlanarVector(force_on_a.x + pair_force.x, force_on_a.z + pair_force.z, force_on_a.w + pair_force.moment_a),
-        PlanarVector(force_on_b.x - pair_force.x, force_on_b.z - pair_force.z, force_on_b.w - pair_force.moment_b),
+        PlanarMotionOrForce(
+            force_on_a.x + pair_force.force_on_a_x,
+            force_on_a.z + pair_force.force_on_a_z,
+            force_on_a.angular + pair_force.moment_of_force_on_a_about_a,
+        ),
+        PlanarMotionOrForce(
+            force_on_b.x - pair_force.force_on_a_x,
+            force_on_b.z - pair_force.force_on_a_z,
+            force_on_b.angular - pair_force.moment_of_force_on_a_about_b,
+        ),
     )
 
 
 @njit(**INLINE_OPTIONS)
-def velocity_of_a_relative_to_b(velocity_a: PlanarVector, velocity_b: PlanarVector) -> PairRelativeVector:
+def velocity_of_a_relative_to_b(
+    velocity_a: PlanarMotionOrForce, velocity_b: PlanarMotionOrForce
+) -> PairRelativeVelocityOrDirection:
     """Return the velocity of element a relative to element b, with the angular velocities of both."""
-    return PairRelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
+    return PairRelativeVelocityOrDirection(
+        velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.angular, velocity_b.angular
+    )
 
 
 @njit(**INLINE_OPTIONS)
-def opening_and_slip_rates(contact_point: PlanarContactPoint, velocity: PairRelativeVector) -> tuple[float, float]:
+def opening_and_slip_rates(
+    contact_point: PlanarContactPoint, velocity: PairRelativeVelocityOrDirection
+) -> tuple[float, float]:
     """Return opening and slip rates (m/s) at a contact point of two elements, from `velocity` of a relative to b."""
-    opening = (contact_point.nx * velocity.x + contact_point.nz * velocity.z) + (
-        velocity.rotation_a * contact_point.lever_a.n - velocity.rotation_b * contact_point.lever_b.n
+    opening = (contact_point.normal_towards_a_x * velocity.x + contact_point.normal_towards_a_z * velocity.z) + (
+        velocity.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_normal_force
+        - velocity.angular_velocity_or_lever_arm_of_b * contact_point.lever_arms_about_b.of_normal_force
     )
-    return opening, (contact_point.nz * velocity.x - contact_point.nx * velocity.z) + (
-        velocity.rotation_a * contact_point.lever_a.t - velocity.rotation_b * contact_point.lever_b.t
+    return opening, (contact_point.normal_towards_a_z * velocity.x - contact_point.normal_towards_a_x * velocity.z) + (
+        velocity.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_tangential_force
+        - velocity.angular_velocity_or_lever_arm_of_b * contact_point.lever_arms_about_b.of_tangential_force
     )
 
 
@@ -244,9 +276,9 @@ def limit_friction_force(
 
     `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing_state`
     holds whether the point is in contact in a flat landing, and both results of
-    `flat_landing_slip_flag_and_signed_mu`: a point that has not touched yet has no friction.
+    `slides_in_flat_landing_and_signed_friction`: a point that has not touched yet has no friction.
     """
-    (held, drifts, drift), limit = flat_landing_state, contact_law.friction * normal_force
+    (held, drifts, drift), limit = flat_landing_state, contact_law.friction_coefficient * normal_force
     slips = drifts if held else abs(trial_force) > limit
     force = drift * normal_force if drifts else (clamp_magnitude(trial_force, limit) if slips else trial_force)
     return force, (limit if limit > 0.0 else 0.0), slips
@@ -267,16 +299,20 @@ def contact_point_history_after_step(
     contact.
     """
     begun = (
-        contact_law.landing_duration
-        if other_point_history.vertex_owner == OPEN
+        contact_law.flat_landing_duration
+        if other_point_history.contact_vertex_owner_code == OPEN
         else other_point_history.remaining_flat_landing_time - elapsed_time
     )
-    left = point_history.remaining_flat_landing_time - elapsed_time if point_history.vertex_owner != OPEN else begun
-    carrier = contact_vertex_owner(contact_point) if point_result.is_in_contact else OPEN
+    left = (
+        point_history.remaining_flat_landing_time - elapsed_time
+        if point_history.contact_vertex_owner_code != OPEN
+        else begun
+    )
+    carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else OPEN
     return PlanarContactPointHistory(
-        point_result.force.tangential_stretch,
+        point_result.force.tangential_spring_stretch,
         carrier,
-        point_result.force.n,
+        point_result.force.normal_force,
         point_result.force.tangential_force,
         left if point_result.is_in_contact else 0.0,
     )
@@ -287,10 +323,10 @@ def twice_energy_absorbed_at_contact_point(
     point_history: PlanarContactPointHistory, contact_point: PlanarContactPoint, point_result: PlanarContactPointResult
 ) -> float:
     """Return twice the energy (J) that the contact at a contact point of two elements absorbed in a step."""
-    value = (point_history.normal_force + point_result.force.n) * (
-        point_result.depth - contact_point.previous_penetration
-    ) - (point_history.tangential_force + point_result.force.tangential_force) * point_result.slip
-    return value if (point_history.vertex_owner != OPEN) | point_result.is_in_contact else 0.0
+    value = (point_history.normal_force + point_result.force.normal_force) * (
+        point_result.penetration - contact_point.previous_step_penetration
+    ) - (point_history.tangential_force + point_result.force.tangential_force) * point_result.slip_of_a_in_step
+    return value if (point_history.contact_vertex_owner_code != OPEN) | point_result.is_in_contact else 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -304,8 +340,8 @@ def pair_history_after_step(
 ) -> PairHistory:
     """Return the contact state of two elements after a step that ends with the given vertex positions."""
     s1, s2 = point_results
-    deepest = updated_maximum(pair_history.peak_penetration, s1.depth if s1.is_in_contact else 0.0)
-    deepest = updated_maximum(deepest, s2.depth if s2.is_in_contact else 0.0)
+    deepest = updated_maximum(pair_history.peak_penetration, s1.penetration if s1.is_in_contact else 0.0)
+    deepest = updated_maximum(deepest, s2.penetration if s2.is_in_contact else 0.0)
     absorbed = 0.5 * (
         twice_energy_absorbed_at_contact_point(pair_history.point_1, contact_segment.point_1, s1)
         + twice_energy_absorbed_at_contact_point(pair_history.point_2, contact_segment.point_2, s2)

@@ -41,21 +41,21 @@ def record_element_motion_of_first_case(
     trajectory_row[GROUND] = base_acceleration_at_tick(
         case.base_acceleration.horizontal, case.base_acceleration.ticks_since_sample_start
     )
-    half = case.velocity_lag
+    half = case.velocity_lag_behind_pose
     for e in range(element_count):
-        item = rows.load_element(rows.element_window(state, e), 0)
+        item = rows.load_element(rows.slice_element_rows(state, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
         at = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * e
         trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = pose.x, pose.z, pose.angle
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5] = (
             v.x + half * a.x,
             v.z + half * a.z,
-            v.w + half * a.w,
+            v.angular + half * a.angular,
         )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def add_contact_forces_to_trajectory(
+def add_first_case_contact_forces_to_trajectory(
     state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
 ) -> None:
     """Add the first simulated case's contact forces, times `sample_share`, to row `row_index` of a trajectory.
@@ -67,20 +67,20 @@ def add_contact_forces_to_trajectory(
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.point_1 if end == 0 else pair.history.point_2
-            if memory.vertex_owner == OPEN:
+            if memory.contact_vertex_owner_code == OPEN:
                 continue
             n, tangent, mine = (
                 sample_share * memory.normal_force,
                 sample_share * memory.tangential_force,
-                memory.vertex_owner == VERTEX_OF_A,
+                memory.contact_vertex_owner_code == VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
                 contact_vertex_position_from_centre_of_a(pair, a, b, end, mine),
-                normal_force_direction_on_element_a(a, b, pair.face_a, pair.face_b, mine),
+                normal_force_direction_on_element_a(a, b, pair.nearest_face_of_a, pair.nearest_face_of_b, mine),
             )
             at = (
                 2
-                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene.element_rules.shape[1]
+                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene.element_fall_limits.shape[1]
                 + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             )
             trajectory_rows[row_index, at + FX] += n * nx + tangent * nz

@@ -47,7 +47,7 @@ from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-UPLIFT_SAFETY_FACTOR: Final = 0.7
+UPLIFT_ACCELERATION_SAFETY_FACTOR: Final = 0.7
 """Safety factor on the uplift acceleration of a group that can rock as one: weaker shaking leaves it standing, even
 after another element has fallen."""
 
@@ -63,14 +63,14 @@ class PolygonSimulationPlan(SimulationPlan):
 
     model: PlanarModel
     scheme: IntegrationScheme
-    variants: list[PreparedScene]  # the scene at each size
-    variant_index_by_case: NDArray[np.int64]  # shape (n,): index of each case's variant
-    stable_from_sample: FloatArray  # see `SceneKernelInput`
+    scene_variants: list[PreparedScene]  # the scene at each size
+    scene_variant_index_by_case: NDArray[np.int64]  # shape (n,): index of each case's variant
+    rocking_groups_immovable_from_sample: FloatArray  # see `SceneKernelInput`
     arrays: t.SceneArrays
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
-        each = (case_count, self.arrays.element_rules.shape[1])
+        each = (case_count, self.arrays.element_fall_limits.shape[1])
         return {
             "results": np.zeros(case_count, t.RESULT_TABLE_DTYPE),
             "each": np.zeros(each, t.ELEMENT_RESULT_TABLE_DTYPE),
@@ -86,22 +86,28 @@ class PolygonSimulationPlan(SimulationPlan):
                 case_numbers, result_tables, step_divisor, scheme.ticks_per_whole_step, PARALLEL_CASE_COUNT
             ),
             scheme_constants=scheme,
-            stable_from_sample=self.stable_from_sample[case_numbers],
-            variant_index_by_case=self.variant_index_by_case[case_numbers],
+            rocking_groups_immovable_from_sample=self.rocking_groups_immovable_from_sample[case_numbers],
+            scene_variant_index_by_case=self.scene_variant_index_by_case[case_numbers],
             scene=self.arrays,
-            element_results=result_tables["each"],
+            element_result_table=result_tables["each"],
         )
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name; a case has failed if an element slid off the ground."""
-        out, every, variant = result_tables["results"], result_tables["each"], self.variant_index_by_case[case_numbers]
-        edge = np.array([item.slip_distance_to_ground_edge for item in self.variants])[variant]
+        out, every, variant = (
+            result_tables["results"],
+            result_tables["each"],
+            self.scene_variant_index_by_case[case_numbers],
+        )
+        edge = np.array([item.slip_distance_to_ground_edge for item in self.scene_variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
         out["status"][off_the_edge] = CaseStatus.UNSTABLE
-        every["peak_rotation"] /= np.stack([item.tipping_angles_or_one_degree for item in self.variants])[variant]
-        free = self.variants[0].free_element_indices
+        every["peak_rotation"] /= np.stack([item.tipping_angles_or_one_degree_in_rad for item in self.scene_variants])[
+            variant
+        ]
+        free = self.scene_variants[0].free_element_indices
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
@@ -110,7 +116,7 @@ class PolygonSimulationPlan(SimulationPlan):
         if not is_recorded:
             return np.zeros((0, 0))
         last = int(max(self.case_table[0]["end_sample_if_undecided"], self.case_table[0]["earliest_end_sample"]))
-        rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.variants[0])
+        rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.scene_variants[0])
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
@@ -130,13 +136,13 @@ class PolygonSimulationPlan(SimulationPlan):
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
-        poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.variants[0].elements))
+        poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.scene_variants[0].elements))
         same = len(longer) > len(trajectory) and np.array_equal(longer[: len(trajectory), poses], trajectory[:, poses])
         return longer if same else trajectory
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the scene at rest, one for each of the first `sample_count` samples."""
-        prepared = self.variants[0]
+        prepared = self.scene_variants[0]
         rest, poses_end = (
             np.zeros((sample_count, count_trajectory_columns(prepared))),
             2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(prepared.elements),
@@ -145,13 +151,13 @@ class PolygonSimulationPlan(SimulationPlan):
         rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
         rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
         for index, item in enumerate(prepared.elements):
-            pose = np.array([item.x, item.z, 0.0]) + prepared.rest_displacements[index]
+            pose = np.array([item.x, item.z, 0.0]) + prepared.static_displacements[index]
             rest[:, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * index : 5 + TRAJECTORY_COLUMNS_PER_ELEMENT * index] = pose
         return rest
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `PlanarTrajectory`."""
-        return planar_trajectory_of_scene(self.variants[0], trajectory_rows)
+        return planar_trajectory_of_scene(self.scene_variants[0], trajectory_rows)
 
 
 def plan_scene_simulation(
@@ -167,21 +173,23 @@ def plan_scene_simulation(
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variant_stiffness_and_pairs(scene, variants)
     row, ground = azimuth_rows_and_base_accelerations(motion, cases)
-    square = np.array([item.max_spring_eigenvalue for item in variants])
+    square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
     per_sample, finest, divided = step_settings_of_variants(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
     # 20/p with p = √(3g/4R).
-    slowest = np.sqrt(np.array([item.half_diagonal_of_scene for item in variants]) / (0.75 * scene.gravity))[variant]
+    slowest = np.sqrt(
+        np.array([item.half_diagonal_of_scene_height_and_max_width for item in variants]) / (0.75 * scene.gravity)
+    )[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
-    table["amplitude_factor"], table["friction"], table["damping_factor"] = (
+    table["amplitude_factor"], table["friction_coefficient_if_law_has_none"], table["dashpot_factor"] = (
         cases.amplitude,
         cases.friction,
         cases.damping_factor,
     )
-    table["last_onset_sample"] = np.inf
+    table["last_sample_with_possible_motion_onset"] = np.inf
     table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
         MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval
     )
@@ -195,7 +203,9 @@ def plan_scene_simulation(
         SCENE_STEP_CONTROL.long_steps_before_doubling,
     )
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
-    stable_from_sample = np.full((cases.case_count, len(variants[0].lowest_and_last_element_by_group)), np.inf)
+    rocking_groups_immovable_from_sample = np.full(
+        (cases.case_count, len(variants[0].lowest_and_last_index_of_rocking_groups)), np.inf
+    )
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
@@ -208,52 +218,60 @@ def plan_scene_simulation(
         )
         onset = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
-            onset[variant == number] = item.motion_onset_acceleration(np.asarray(cases.friction)[variant == number])
+            onset[variant == number] = item.motion_onset_acceleration_g(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == IntegrationScheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
-            rest_limit = _rest_acceleration_limits_of_scene(variants, variant, cases, onset, motion.sampling_interval)
+            rest_limit = _rest_acceleration_limits_g_of_cases(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
-        table["first_simulated_sample"], table["last_onset_sample"] = first, np.where(onset <= 0, np.inf, calm)
+        table["first_simulated_sample"], table["last_sample_with_possible_motion_onset"] = (
+            first,
+            np.where(onset <= 0, np.inf, calm),
+        )
         # An element that starts to slide may slide off its support.
         grip = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
-            grip[variant == number] = item.sliding_onset_acceleration(np.asarray(cases.friction)[variant == number])
+            grip[variant == number] = item.sliding_onset_acceleration_g(np.asarray(cases.friction)[variant == number])
         alike = all(
-            np.array_equal(item.lowest_and_last_element_by_group, variants[0].lowest_and_last_element_by_group)
+            np.array_equal(
+                item.lowest_and_last_index_of_rocking_groups, variants[0].lowest_and_last_index_of_rocking_groups
+            )
             for item in variants
         )
-        for part in range(len(variants[0].lowest_and_last_element_by_group)):
-            safe = np.array([item.group_onset_accelerations[part] if alike else 0.0 for item in variants])[variant]
-            stable_from_sample[:, part] = quiet(
-                np.minimum(UPLIFT_SAFETY_FACTOR * safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
+        for part in range(len(variants[0].lowest_and_last_index_of_rocking_groups)):
+            safe = np.array([item.rocking_onset_acceleration_g_by_group[part] if alike else 0.0 for item in variants])[
+                variant
+            ]
+            rocking_groups_immovable_from_sample[:, part] = quiet(
+                np.minimum(UPLIFT_ACCELERATION_SAFETY_FACTOR * safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
             )[1]
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
         base_accelerations=ground,
         steps=per_sample[variant] * numerics.refinement, first_simulated_sample=first, stays_at_rest=stays_at_rest,
-        has_too_soft_contacts=np.array([item.no_case_has_outcome for item in variants])[variant], variants=variants,
-        variant_index_by_case=variant,
-        case_table=table, stable_from_sample=stable_from_sample, arrays=t.build_scene_arrays(variants),
+        has_too_soft_contacts=np.array([item.contacts_too_soft_or_placement_invalid for item in variants])[variant],
+        scene_variants=variants, scene_variant_index_by_case=variant,
+        case_table=table, rocking_groups_immovable_from_sample=rocking_groups_immovable_from_sample,
+        arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
 
 
-def _rest_acceleration_limits_of_scene(
+def _rest_acceleration_limits_g_of_cases(
     prepared_scenes: list[PreparedScene],
     variant_indices: NDArray[np.int64],
     cases: Cases,
-    motion_onset_acceleration: FloatArray,
+    motion_onset_acceleration_g: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
     lifts, slowest = (
         np.array([getattr(item, name) for item in prepared_scenes])
-        for name in ("rocking_onset_acceleration_g", "min_spring_eigenvalue")
+        for name in ("rocking_onset_acceleration_g", "min_omega_squared_on_springs")
     )
-    laws = [item.laws for item in prepared_scenes]
+    laws = [item.pair_contact_laws for item in prepared_scenes]
     delay = np.array(
-        [np.min(one.dashpot / np.maximum(one.normal_stiffness, one.tangential_stiffness)) for one in laws]
+        [np.min(one.dashpot_coefficient / np.maximum(one.normal_stiffness, one.tangential_stiffness)) for one in laws]
     )[variant_indices]
     rings = dynamic_overshoot_bound(
         slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
@@ -261,7 +279,7 @@ def _rest_acceleration_limits_of_scene(
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
     return largest_acceleration_without_motion(
         lifts[variant_indices],
-        motion_onset_acceleration,
+        motion_onset_acceleration_g,
         lifts[variant_indices],
         rings,
         MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
@@ -310,13 +328,15 @@ def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[Prepa
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in prepared_scenes:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
-        loaded = item.laws.carried_weight > 0.0
-        penetrations = item.laws.design_weight[loaded] / (2.0 * item.laws.normal_stiffness[loaded])
+        loaded = item.pair_contact_laws.carried_weight > 0.0
+        penetrations = item.pair_contact_laws.stiffness_design_weight[loaded] / (
+            2.0 * item.pair_contact_laws.normal_stiffness[loaded]
+        )
         check_static_penetration_exceeds_rounding(
             scene.gravity / (2.0 * penetrations), np.full(penetrations.size, item.top_height_of_free_elements), 0.0
         )
     alike = {
-        (tuple(item.pairs), tuple(item.support_indices.tolist()), tuple(item.piece_vertex_counts))
+        (tuple(item.pairs), tuple(item.support_element_indices.tolist()), tuple(item.piece_vertex_counts))
         for item in prepared_scenes
     }
     if len(alike) != 1:

@@ -13,9 +13,9 @@ from overturning.dem.polygon.statics import (
     LoadedContactPoint,
     PairContactLaws,
     compute_pair_contact_laws,
-    contact_points_at_rest,
+    contact_points_at_rest_with_derivatives,
     largest_spring_and_dashpot_eigenvalues,
-    lowest_squared_frequency_on_springs,
+    lowest_omega_squared_on_springs,
     static_equilibrium,
     supporting_contact_points,
 )
@@ -38,22 +38,22 @@ class PreparedScene:
     scene: Scene
     elements: list[PlacedElement]
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
-    laws: PairContactLaws
-    rest_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `elements`
-    loaded_points: list[LoadedContactPoint]  # contact points that carry load at rest
+    pair_contact_laws: PairContactLaws
+    static_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `elements`
+    contact_points_loaded_at_rest: list[LoadedContactPoint]  # contact points that carry load at rest
     has_static_equilibrium: bool  # True if the scene has a static equilibrium
-    max_spring_eigenvalue: float  # largest eigenvalue of the springs, 1/s²
+    max_omega_squared_on_springs: float  # largest eigenvalue of the springs, 1/s²
     max_dashpot_eigenvalue: float  # largest eigenvalue of the dashpots, 1/s
-    min_spring_eigenvalue: float  # smallest eigenvalue of the springs at rest, 1/s²
+    min_omega_squared_on_springs: float  # smallest eigenvalue of the springs at rest, 1/s²
     rocking_onset_acceleration_g: float  # |a|/g below which no element can start to rock; 0 if unknown
-    lowest_and_last_element_by_group: NDArray[np.int64]  # (groups, 2): first and last element of those that rock as one
-    group_onset_accelerations: FloatArray  # shape (parts,): |a|/g below which the group cannot start to rock
+    lowest_and_last_index_of_rocking_groups: NDArray[np.int64]  # (groups, 2): elements that rock as one
+    rocking_onset_acceleration_g_by_group: FloatArray  # (groups,): |a|/g below which a group cannot start to rock
     tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
     critical_angles: FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
     overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
-    support_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
+    support_element_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
     base_centres: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
-    carriers: list[set[int]]  # elements that carry each element at rest
+    carrying_element_indices: list[set[int]]  # elements that carry each element at rest
     has_valid_placement: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
@@ -72,7 +72,7 @@ class PreparedScene:
         return np.where(np.isfinite(self.tipping_angles_by_side).all(axis=1), self.critical_angles, np.nan)
 
     @property
-    def largest_recoverable_rotations(self) -> FloatArray:
+    def max_recoverable_rotations_by_side(self) -> FloatArray:
         """Rotations to −x and +x from which each element can still return, rad, shape (elements, 2).
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
@@ -81,26 +81,26 @@ class PreparedScene:
         return np.where(np.isfinite(angles), angles, self.critical_angles[:, None])
 
     @property
-    def tipping_angles_or_one_degree(self) -> FloatArray:
+    def tipping_angles_or_one_degree_in_rad(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
         return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical_angles)
 
     @property
-    def static_penetrations(self) -> FloatArray:
+    def mean_static_penetration_of_loaded_pairs(self) -> FloatArray:
         """Mean static penetration of each pair of elements in contact at rest, m, shape (loaded contacts,)."""
-        loaded = self.laws.carried_weight > 0.0
-        return self.laws.carried_weight[loaded] / (2.0 * self.laws.normal_stiffness[loaded])
+        loaded = self.pair_contact_laws.carried_weight > 0.0
+        return self.pair_contact_laws.carried_weight[loaded] / (2.0 * self.pair_contact_laws.normal_stiffness[loaded])
 
     @property
-    def exceeds_penetration_limit(self) -> bool:
+    def static_penetration_exceeds_limit(self) -> bool:
         """True if the weight alone makes the penetration between two elements exceed the limit of the contact law."""
         smallest_side = smallest_free_element_side(self.elements)
-        return bool(exceeds_penetration_limit(self.static_penetrations, smallest_side).any())
+        return bool(exceeds_penetration_limit(self.mean_static_penetration_of_loaded_pairs, smallest_side).any())
 
     @property
-    def no_case_has_outcome(self) -> bool:
+    def contacts_too_soft_or_placement_invalid(self) -> bool:
         """True if no case can have an outcome: at rest, penetration is too large, or elements overlap or float."""
-        return self.exceeds_penetration_limit or not self.has_valid_placement
+        return self.static_penetration_exceeds_limit or not self.has_valid_placement
 
     @property
     def shortest_rocking_time_constant(self) -> float:
@@ -114,7 +114,7 @@ class PreparedScene:
         return max(float(self.elements[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property
-    def half_diagonal_of_scene(self) -> float:
+    def half_diagonal_of_scene_height_and_max_width(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.elements[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
         wide = max(self.elements[k].shape.width for k in self.free_element_indices)
@@ -125,30 +125,30 @@ class PreparedScene:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = wide_ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.elements]
-        supports, centres = self.support_indices, self.base_centres
+        supports, centres = self.support_element_indices, self.base_centres
         return np.array([far[on] - abs(x - self.elements[on].x) for on, (x, _) in zip(supports, centres, strict=True)])
 
-    def support_and_fixed_element_below_indices(self, element_index: int) -> tuple[int, int]:
+    def support_index_and_held_stack_bottom_index(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
-        last = element_index
-        while not self.elements[last].is_driven_or_held and self.support_indices[last] != last:
-            last = int(self.support_indices[last])
-        return int(self.support_indices[element_index]), last if self.elements[last].element.kind == "held" else -1
+        supports, last = self.support_element_indices, element_index
+        while not self.elements[last].is_driven_or_held and supports[last] != last:
+            last = int(supports[last])
+        return int(supports[element_index]), last if self.elements[last].element.kind == "held" else -1
 
-    def motion_onset_acceleration(self, friction: FloatArray) -> FloatArray:
+    def motion_onset_acceleration_g(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g below which no element moves, for each `friction` coefficient."""
-        return np.minimum(self.rocking_onset_acceleration_g, self.sliding_onset_acceleration(friction))
+        return np.minimum(self.rocking_onset_acceleration_g, self.sliding_onset_acceleration_g(friction))
 
-    def sliding_onset_acceleration(self, friction: FloatArray) -> FloatArray:
+    def sliding_onset_acceleration_g(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g at which the first element starts to slide, for each `friction`.
 
         0 if an element slides at rest. The value is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope
         t.
         """
         least = np.full(friction.shape, np.inf)
-        for end in self.loaded_points:
-            coefficient, (x, z) = self.laws.friction[end.pair_index], np.abs(end.contact_point.normal)
-            held = friction if coefficient < 0 else np.full(friction.shape, coefficient)
+        for end in self.contact_points_loaded_at_rest:
+            mu, (x, z) = self.pair_contact_laws.friction_coefficient[end.pair_index], np.abs(end.contact_point.normal)
+            held = friction if mu < 0 else np.full(friction.shape, mu)
             least = np.minimum(least, np.maximum(held * z - x, 0.0) / np.maximum(z + held * x, 1e-300))
         return least
 
@@ -157,18 +157,18 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     """Compute equilibrium, contact constants and thresholds of a scene whose reference element has the given size."""
     placed = place_elements(scene, height, b_over_h)
     pairs = convex_piece_pairs_with_movable_element(placed)
-    joints = contact_points_at_rest(placed, pairs)
+    joints = contact_points_at_rest_with_derivatives(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal_stiffness, laws.tangential_stiffness)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
-    threshold, parts, safe = _rocking_onset_accelerations(placed, stands)
+    threshold, parts, safe = _rocking_onset_accelerations_g(placed, stands)
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
         threshold, safe = 0.0, 0.0 * safe  # a held element moves relative to the others
+    mu = laws.friction_coefficient
     if any(
-        laws.friction[k] >= 0
-        and laws.tangential_stiffness[k] * abs(slip) > laws.friction[k] * laws.normal_stiffness[k] * approach
+        mu[k] >= 0 and laws.tangential_stiffness[k] * abs(slip) > mu[k] * laws.normal_stiffness[k] * approach
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
@@ -178,7 +178,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *largest_spring_and_dashpot_eigenvalues(placed, pairs, joints, laws),
-        lowest_squared_frequency_on_springs(placed, joints, laws),
+        lowest_omega_squared_on_springs(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not first_placement_error(placed),
     )  # fmt: skip
@@ -190,17 +190,17 @@ def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: f
     if not prepared.has_static_equilibrium:
         return "the scene has no equilibrium at rest: an element falls or slides without an earthquake"
     # Forces of each face on its springs: the corners of a face share its friction.
-    laws, across, along = prepared.laws, np.zeros(len(prepared.pairs)), np.zeros(len(prepared.pairs))
-    for pair, _, _, approach, slip in prepared.loaded_points:
+    laws, across, along = prepared.pair_contact_laws, np.zeros(len(prepared.pairs)), np.zeros(len(prepared.pairs))
+    for pair, _, _, approach, slip in prepared.contact_points_loaded_at_rest:
         across[pair] += laws.normal_stiffness[pair] * approach
         along[pair] += laws.tangential_stiffness[pair] * slip
-    coefficient = np.where(laws.friction < 0.0, friction, laws.friction)
+    coefficient = np.where(laws.friction_coefficient < 0.0, friction, laws.friction_coefficient)
     if np.any(np.abs(along) > coefficient * across + 1e-9 * across.max(initial=0.0)):
         return "an element slides down its face without an earthquake: its friction is less than the slope"
     return ""
 
 
-def free_element_critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
+def free_element_critical_angles_deg(scene: Scene, b_over_h: FloatArray) -> FloatArray:
     """Return the tipping angle α (degrees) of each free element for each `b_over_h`, shape (ratios, free elements)."""
     prepared = (prepare_scene(scene, None, float(ratio)) for ratio in b_over_h)
     return np.stack([np.degrees(item.tipping_angles[item.free_element_indices]) for item in prepared])
@@ -222,7 +222,7 @@ def smallest_free_element_side(elements: Elements) -> float:
     return min(item.smaller_extent for item in elements if not item.is_driven_or_held)
 
 
-ElementSupports = dict[int, dict[int, list[PossibleContactPoint]]]
+SupportPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 MAX_SINE_BETWEEN_PARALLEL_NORMALS: Final = 0.05
@@ -234,9 +234,9 @@ MIN_TIPPING_ANGLE_RAD: Final = 1e-6
 
 def _find_supports(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
-) -> ElementSupports:
+) -> SupportPointsByElementAndCarrier:
     """Return, for each free element, the elements that carry it at rest, with the loaded contact points."""
-    result: ElementSupports = {}
+    result: SupportPointsByElementAndCarrier = {}
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
@@ -270,7 +270,7 @@ def _mask_of_freely_standing_elements(
 
 
 def _tipping_angles_energies_and_supports(
-    scene: Scene, elements: Elements, supports: ElementSupports, freely_standing_elements: NDArray[np.bool_]
+    scene: Scene, elements: Elements, supports: SupportPointsByElementAndCarrier, stands_freely: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
     count = len(elements)
@@ -295,7 +295,7 @@ def _tipping_angles_energies_and_supports(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if freely_standing_elements[k] and min(reach) > MIN_TIPPING_ANGLE_RAD:
+        if stands_freely[k] and min(reach) > MIN_TIPPING_ANGLE_RAD:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
@@ -305,8 +305,8 @@ def _tipping_angles_energies_and_supports(
     return tips, critical, barrier, support, base
 
 
-def _rocking_onset_accelerations(
-    elements: Elements, supports: ElementSupports
+def _rocking_onset_accelerations_g(
+    elements: Elements, supports: SupportPointsByElementAndCarrier
 ) -> tuple[float, NDArray[np.int64], FloatArray]:
     """Return the least base acceleration |a|/g at which any part of a stack of elements starts to rock as one body.
 
@@ -332,16 +332,16 @@ def _rocking_onset_accelerations(
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
             whole = _indices_of_elements_overturning_together(elements, supports, k, max(free), edge, side, -np.inf)
-            threshold = min(threshold, _uplift_acceleration_of_group(elements, whole, edge, side))
+            threshold = min(threshold, _uplift_acceleration_g_of_group(elements, whole, edge, side))
             for last in whole:
-                least = _uplift_acceleration_of_group(
+                least = _uplift_acceleration_g_of_group(
                     elements, _indices_of_elements_overturning_together(elements, supports, k, last, edge, side,
                     -np.inf),
                     edge, side,
                 )  # fmt: skip
                 # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
                 while (
-                    less := _uplift_acceleration_of_group(
+                    less := _uplift_acceleration_g_of_group(
                         elements,
                         _indices_of_elements_overturning_together(elements, supports, k, last, edge, side, least),
                         edge,
@@ -353,7 +353,7 @@ def _rocking_onset_accelerations(
     return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
 
 
-def _uplift_acceleration_of_group(
+def _uplift_acceleration_g_of_group(
     elements: Elements, part_indices: list[int], edge_point: tuple[float, float], rotation_side: float
 ) -> float:
     """Return the base acceleration |a|/g at which a group of elements starts to rock about an edge, to −x or +x.
@@ -368,7 +368,7 @@ def _uplift_acceleration_of_group(
 
 def _indices_of_elements_overturning_together(
     elements: Elements,
-    supports: ElementSupports,
+    supports: SupportPointsByElementAndCarrier,
     root_index: int,
     last_index: int,
     edge_point: tuple[float, float],

@@ -11,47 +11,51 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_contact_segment_if_may_touch
 from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
 
-MAX_SLIP_RATIO_AT_REST: Final = 0.2
+MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
 nearly their original load."""
 
 CONTACT_POINTS_PER_PAIR: Final = 2
 """Number of contact points of a joint (contact of two elements)."""
 
-MIN_SLIDING_FORCE_RATIO: Final = 1.0 - 1e-9
+MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT: Final = 1.0 - 1e-9
 """A contact point slides if its friction force is at least this share of µ × normal force."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def element_has_tipped(element: ElementState, element_rules: Any) -> bool:
+def element_has_tipped(element: ElementState, element_fall_limits: Any) -> bool:
     """True if an element has rotated beyond the angle from which it can return to its support."""
     return bool(
-        element.pose.angle > element_rules.tipping_rotation_to_plus_x
-        or -element.pose.angle > element_rules.tipping_rotation_to_minus_x
+        element.pose.angle > element_fall_limits.tipping_rotation_to_plus_x
+        or -element.pose.angle > element_fall_limits.tipping_rotation_to_minus_x
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def element_has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
+def element_has_tipped_or_dropped(element: ElementState, element_fall_limits: Any) -> bool:
     """True if an element has rotated beyond the angle from which it can return, or dropped below its fall limit."""
-    return bool(element_has_tipped(element, element_rules) or element.pose.z < element.rest_position.fall_limit_z)
+    return bool(
+        element_has_tipped(element, element_fall_limits) or element.pose.z < element.rest_position.fallen_below_centre_z
+    )
 
 
 @njit(**INLINE_OPTIONS)
 def count_closed_contact_points(pair: PairState) -> int:
     """Count the contact points of two elements at which these touch, 0 to 2."""
-    return (1 if pair.history.point_1.vertex_owner != OPEN else 0) + (
-        1 if pair.history.point_2.vertex_owner != OPEN else 0
+    return (1 if pair.history.point_1.contact_vertex_owner_code != OPEN else 0) + (
+        1 if pair.history.point_2.contact_vertex_owner_code != OPEN else 0
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max_gap: float) -> float:
+def last_time_on_standing_support_or_inf(
+    state: Any, lane: int, scene: Any, element_index: int, max_gap: float
+) -> float:
     """Return the last time (s) at which an element was on a standing support; infinity if it is on one now.
 
     An element is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
     """
-    until, had = rows.element_window(state, element_index)[rows.CARRIED_UNTIL + lane], False
+    until, had = rows.slice_element_rows(state, element_index)[rows.CARRIED_UNTIL + lane], False
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         if (
             scene.pair_element_and_piece_indices[p, 0] != element_index
@@ -61,16 +65,17 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
         if (
-            pair.carried_element_sign == 0.0
-            or element_index != scene.pair_element_and_piece_indices[p, 0 if pair.carried_element_sign > 0.0 else 1]
+            pair.is_a_on_b_minus_is_b_on_a == 0.0
+            or element_index
+            != scene.pair_element_and_piece_indices[p, 0 if pair.is_a_on_b_minus_is_b_on_a > 0.0 else 1]
         ):
             continue
         had = True
         segment = find_contact_segment_if_may_touch(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
-        if (segment.point_1.vertex_is_opposite_face and segment.point_1.depth > -max_gap) or (
-            segment.point_2.vertex_is_opposite_face and segment.point_2.depth > -max_gap
+        if (segment.point_1.vertex_projects_onto_other_face and segment.point_1.penetration > -max_gap) or (
+            segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_gap
         ):
-            on = b if pair.carried_element_sign > 0.0 else a
+            on = b if pair.is_a_on_b_minus_is_b_on_a > 0.0 else a
             if on[rows.SIDE + lane] == 0.0:
                 return np.inf
             until = min(until, on[rows.UPRIGHT_UNTIL + lane])
@@ -79,27 +84,29 @@ def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_tipped_dropped_or_unsupported(
-    state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float
+    state: Any, lane: int, scene: Any, element_fall_limits: Any, max_gap: float
 ) -> bool:
     """True if no free element of a case has tipped over, dropped below its fall limit or lost its support."""
-    for i in range(element_rules.size):
-        if element_rules[i].is_free > 0.0 and (
-            element_has_tipped_or_dropped(rows.load_element(rows.element_window(state, i), lane), element_rules[i])
-            or last_support_time(state, lane, scene, i, max_gap) < np.inf
+    for i in range(element_fall_limits.size):
+        if element_fall_limits[i].is_free > 0.0 and (
+            element_has_tipped_or_dropped(
+                rows.load_element(rows.slice_element_rows(state, i), lane), element_fall_limits[i]
+            )
+            or last_time_on_standing_support_or_inf(state, lane, scene, i, max_gap) < np.inf
         ):
             return False
     return True
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_element_can_still_land(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
+def any_element_can_still_land(state: Any, lane: int, scene: Any, element_fall_limits: Any, max_gap: float) -> bool:
     """True if an element is more than `max_gap` (m) above its support and may land on it again."""
-    for i in range(element_rules.size):
-        e = rows.element_window(state, i)
+    for i in range(element_fall_limits.size):
+        e = rows.slice_element_rows(state, i)
         if (
-            element_rules[i].is_free == 0.0
+            element_fall_limits[i].is_free == 0.0
             or e[rows.SIDE + lane] != 0.0
-            or element_has_tipped_or_dropped(rows.load_element(e, lane), element_rules[i])
+            or element_has_tipped_or_dropped(rows.load_element(e, lane), element_fall_limits[i])
         ):
             continue
         touching = 0
@@ -107,7 +114,7 @@ def any_element_can_still_land(state: Any, lane: int, scene: Any, element_rules:
             if scene.pair_element_and_piece_indices[p, 0] == i or scene.pair_element_and_piece_indices[p, 1] == i:
                 q, _, _ = rows.pair_and_element_rows(state, scene, p)
                 touching += count_closed_contact_points(rows.load_pair(q, lane))
-        if touching == 0 and last_support_time(state, lane, scene, i, max_gap) < np.inf:
+        if touching == 0 and last_time_on_standing_support_or_inf(state, lane, scene, i, max_gap) < np.inf:
             return True
     return False
 
@@ -116,16 +123,16 @@ def any_element_can_still_land(state: Any, lane: int, scene: Any, element_rules:
 def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointHistory) -> bool:
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
-        point_history.vertex_owner != OPEN
+        point_history.contact_vertex_owner_code != OPEN
         and abs(point_history.tangential_force)
-        >= MIN_SLIDING_FORCE_RATIO * pair.law.friction * point_history.normal_force
+        >= MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT * pair.contact_law.friction_coefficient * point_history.normal_force
     )
 
 
 @njit(**INLINE_OPTIONS)
 def horizontal_velocity_above_centre(element: ElementState, height: float) -> float:
     """Return the horizontal velocity of an element at a height above its centre, m/s; its tilt is neglected."""
-    return float(element.velocity.x + element.velocity.w * (element.pose.cos * height))
+    return float(element.velocity.x + element.velocity.angular * (element.pose.cos * height))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -139,28 +146,28 @@ def longest_time_until_sliding_stops(state: Any, lane: int, scene: Any) -> float
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
-        if pair.carried_element_sign == 0.0 or not (
+        if pair.is_a_on_b_minus_is_b_on_a == 0.0 or not (
             contact_point_is_sliding(pair, pair.history.point_1) or contact_point_is_sliding(pair, pair.history.point_2)
         ):
             continue
-        upper, lower = (a, b) if pair.carried_element_sign > 0.0 else (b, a)
+        upper, lower = (a, b) if pair.is_a_on_b_minus_is_b_on_a > 0.0 else (b, a)
         one, on = rows.load_element(upper, lane), rows.load_element(lower, lane)
-        speed = horizontal_velocity_above_centre(one, one.rest_position.base_z) - horizontal_velocity_above_centre(
-            on, one.rest_position.support_z
-        )
-        deceleration = scene.gravity * pair.law.friction
+        speed = horizontal_velocity_above_centre(
+            one, one.rest_position.base_point_z_in_element_axes
+        ) - horizontal_velocity_above_centre(on, one.rest_position.base_point_z_in_support_axes)
+        deceleration = scene.gravity * pair.contact_law.friction_coefficient
         if speed * speed >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration > 0.0:
             longest = max(longest, abs(speed) / deceleration)
     return longest
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_elements_upright(state: Any, lane: int, element_rules: Any) -> bool:
+def all_elements_upright(state: Any, lane: int, element_fall_limits: Any) -> bool:
     """True if no free element has rotated by more than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
-    for i in range(element_rules.size):
-        item = rows.load_element(rows.element_window(state, i), lane)
+    for i in range(element_fall_limits.size):
+        item = rows.load_element(rows.slice_element_rows(state, i), lane)
         if (
-            element_rules[i].is_free > 0.0
+            element_fall_limits[i].is_free > 0.0
             and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_angle
         ):
             return False
@@ -171,29 +178,34 @@ def all_elements_upright(state: Any, lane: int, element_rules: Any) -> bool:
 def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
     """True if each free element is in place, nearly still, and in contact with its supports without sliding."""
     case, height = rows.load_case(state, lane), 0.0
-    elements, step = scene.element_rules[int(case.variant_index)], case.tick_length * case.attempt.length_in_ticks
-    if case.decision.is_rejected > 0.0:
+    elements, step = (
+        scene.element_fall_limits[int(case.scene_variant_index)],
+        case.tick_duration * case.current_attempt.length_in_ticks,
+    )
+    if case.step_acceptance.is_rejected > 0.0:
         return False
     for i in range(elements.size):
-        item = rows.load_element(rows.element_window(state, i), lane)
+        item = rows.load_element(rows.slice_element_rows(state, i), lane)
         if elements[i].is_free == 0.0:
             continue
-        height = abs(item.rest_position.base_z)
-        tilt, slip = abs(item.pose.angle), abs(item.slip_and_fall.slip)
+        height = abs(item.rest_position.base_point_z_in_element_axes)
+        tilt, slip = abs(item.pose.angle), abs(item.slip_and_fall.slip_on_support)
         if item.slip_and_fall.fall_side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_angle:
             return False
-        if slip > MAX_SLIP_RATIO_AT_REST * item.constants.critical_angle * height:
+        if slip > MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT * item.constants.critical_angle * height:
             return False
         v, a = item.velocity, item.acceleration
-        speed, change = abs(v.x) + abs(v.z) + height * abs(v.w), abs(a.x) + abs(a.z) + height * abs(a.w)
+        speed, change = abs(v.x) + abs(v.z) + height * abs(v.angular), abs(a.x) + abs(a.z) + height * abs(a.angular)
         if not body_is_still(speed, change, step, case.rest_acceleration_limit_g):
             return False
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, lane)
-        slides = pair.signed_friction_1 != 0.0 or pair.signed_friction_2 != 0.0  # an open end may be marked as sliding
+        slides = (
+            pair.signed_friction_coefficient_1 != 0.0 or pair.signed_friction_coefficient_2 != 0.0
+        )  # an open end may be marked as sliding
         if count_closed_contact_points(pair) != (
-            0 if pair.carried_element_sign == 0.0 else CONTACT_POINTS_PER_PAIR
-        ) or (pair.carried_element_sign != 0.0 and slides):
+            0 if pair.is_a_on_b_minus_is_b_on_a == 0.0 else CONTACT_POINTS_PER_PAIR
+        ) or (pair.is_a_on_b_minus_is_b_on_a != 0.0 and slides):
             return False
     return True

@@ -29,7 +29,7 @@ PARALLEL_CASE_COUNT: Final = 8
 class PairIntermediateStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
-    segment: ContactSegment
+    contact_segment: ContactSegment
     assumed_slip_1: AssumedPlanarContactSlip
     assumed_slip_2: AssumedPlanarContactSlip
     history_after_step: PairHistory
@@ -44,34 +44,38 @@ CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE_ROW_LAYOUT.size, ELEMENT_ROW_LAYOUT.si
 load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
 _, store_base, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.horizontal")
 _, store_up, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.vertical")
-_, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "attempt")
-_, store_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "decision")
+_, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "current_attempt")
+_, store_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "step_acceptance")
 _, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "contact_changes")
 zero_contact_changes = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
 load_element, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
 _, store_velocity, keep_velocity = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
 _, store_trial, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted")
-load_change, store_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted.velocity_correction")
+load_change, store_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "predicted.step_end_velocity_correction"
+)
 _, store_acceleration, keep_acceleration = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "acceleration")
-load_force, store_force, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "force")
+load_force, store_force, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "contact_force_sum")
 load_inertia, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "constants")
 _, store_totals, keep_totals = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "step_motion_and_peaks")
-_, store_travel, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "summed_motion")
+_, store_travel, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "motion_since_contact_tests_paused")
 _, store_record, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "slip_and_fall")
 load_home, store_home, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "rest_position")
 load_pair, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
-_, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "face_a")
-_, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "face_b")
+_, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
+_, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
 _, store_bounds, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_vertex_ranges")
-_, store_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "law")
+_, store_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_law")
 load_nearest, store_nearest, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
 _, store_history, keep_history = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history")
 _, store_vertices, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.previous_vertex_positions")
 load_memory, store_memory, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.point_1")
 load_step, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
 _, store_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "segment", ("face_angle_cosine", "face_angle_sine", "closed")
+    PairIntermediateStepResults,
+    "contact_segment",
+    ("cosine_of_angle_between_faces", "sine_of_angle_between_faces", "is_in_contact"),
 )
 _, store_predicted_one, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "assumed_slip_1")
 _, store_predicted_two, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "assumed_slip_2")
@@ -79,34 +83,38 @@ _, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediate
 
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _CASE_FIELD_PATHS = (
-    "base_acceleration.ticks_since_sample_start current_sample initial_energy variant_index "
-    "last_end_test_interval_index slide_end.sample attempt.length_in_ticks "
-    "contact_changes.contact_changed decision.is_rejected"
+    "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
+    "interval_index_of_last_case_end_test slide_end.sample current_attempt.length_in_ticks "
+    "contact_changes.contact_or_nearest_faces_changed step_acceptance.is_rejected"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
     CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split()
 )
 _ELEMENT_FIELD_PATHS = (
-    "constants.has_inertial_forces step_motion_and_peaks.step_displacement step_motion_and_peaks.step_rotation "
-    "slip_and_fall.last_upright_time slip_and_fall.last_support_time slip_and_fall.fall_side"
+    "constants.has_inertial_forces step_motion_and_peaks.abs_dx_plus_abs_dz_in_step "
+    "step_motion_and_peaks.abs_rotation_in_step "
+    "slip_and_fall.last_recoverable_time slip_and_fall.last_time_on_support slip_and_fall.fall_side"
 )
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
     ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split()
 )
-LAST_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
-    ElementState, "step_motion_and_peaks.last_upright_tick"
+LAST_RECOVERABLE_TICK_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
+    ElementState, "step_motion_and_peaks.last_recoverable_tick_in_sample"
 )
 _PAIR_FIELD_PATHS = (
-    "nearest_faces.motion_until_face_change nearest_faces.motion_before_contact nearest_faces.motion_since_search "
-    "nearest_faces.max_motion_at_step_end signed_friction_1 signed_friction_2 history.absorbed_energy"
+    "nearest_faces.max_motion_keeping_nearest_faces nearest_faces.max_motion_without_contact "
+    "nearest_faces.motion_since_face_search nearest_faces.max_motion_since_search_at_step_end "
+    "signed_friction_coefficient_1 signed_friction_coefficient_2 history.absorbed_energy"
 )
 LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (
     PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split()
 )
-PAIR_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "nearest_faces.lever_arm")
-SECOND_POINT_ROW_OFFSET: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
-    PairState, "history.point_2.tangential_stretch"
-) - PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "history.point_1.tangential_stretch")
+ROTATION_TO_MOTION_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
+    PairState, "nearest_faces.rotation_to_motion_lever_arm"
+)
+ROW_OFFSET_FROM_POINT_1_TO_POINT_2: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
+    PairState, "history.point_2.tangential_spring_stretch"
+) - PAIR_ROW_LAYOUT.row_offset_of_field(PairState, "history.point_1.tangential_spring_stretch")
 
 
 def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
@@ -118,18 +126,18 @@ def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
     ]
 
 
-element_window: Final = create_window_slicer(ELEMENT_SIZE, CASE_SIZE)
-"""``of_element(state, i)``: return the rows of element i."""
+slice_element_rows: Final = create_window_slicer(ELEMENT_SIZE, CASE_SIZE)
+"""``slice_element_rows(state, i)``: return the rows of element i."""
 
-_pair_window = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
+_slice_pair_rows = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
-    q = _pair_window(state, scene.element_rules.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
+    q = _slice_pair_rows(state, scene.element_fall_limits.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
     return (
         q,
-        element_window(state, scene.pair_element_and_piece_indices[pair_index, 0]),
-        element_window(state, scene.pair_element_and_piece_indices[pair_index, 1]),
+        slice_element_rows(state, scene.pair_element_and_piece_indices[pair_index, 0]),
+        slice_element_rows(state, scene.pair_element_and_piece_indices[pair_index, 1]),
     )

@@ -7,7 +7,7 @@ place (p', q') from the centre has the moment ``q' X − p' Z``. The tangent of 
 
 docs/scenes.md derives the rules, `overturning.dem.polygon.rows` defines the memory layout. A scheme is one file with a
 named tuple of constants and a function `advance_scene_one_step`, and an entry in `SCHEME_CONSTANTS` and
-`STEP_FUNCTIONS`.
+`STEP_FUNCTION_BY_SCHEME_CONSTANTS_TYPE`.
 """
 
 from typing import Any, Final, NamedTuple
@@ -39,24 +39,20 @@ from overturning.dem.kernel.queue import (
     grow_trajectory_array,
     register_model_functions,
 )
-from overturning.dem.polygon import cundall, rows, step
+from overturning.dem.polygon import cundall, equations, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
-from overturning.dem.polygon.case_end import (
-    case_status,
-    mark_fallen_and_write_case_results,
-)
+from overturning.dem.polygon.case_end import case_status, mark_fallen_and_write_case_results
 from overturning.dem.polygon.energy import scene_energy
-from overturning.dem.polygon.equations import SPARE_SUBMATRIX_COUNT, SUBMATRIX_SIZE, create_empty_nonzero_pattern
 from overturning.dem.polygon.path import (
     TRAJECTORY_COLUMNS_PER_ELEMENT,
-    add_contact_forces_to_trajectory,
+    add_first_case_contact_forces_to_trajectory,
     record_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest
 from overturning.dem.polygon.slip import (
     shift_rest_pose_with_held_support,
-    store_slip_and_last_upright_time,
-    update_upper_element_last_support_time,
+    store_last_time_on_support_of_upper_element,
+    store_slip_and_last_recoverable_time,
 )
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
@@ -70,7 +66,7 @@ SCHEME_CONSTANTS: Final[dict[IntegrationScheme, Any]] = {
 }
 """Constants of each scheme; their type selects the step function."""
 
-STEP_FUNCTIONS: Final = {
+STEP_FUNCTION_BY_SCHEME_CONSTANTS_TYPE: Final = {
     cundall.SceneCundallSchemeConstants: cundall.advance_scene_one_step,
     step.SceneCentredSchemeConstants: step.advance_scene_one_step,
 }
@@ -81,19 +77,20 @@ class SceneKernelInput(NamedTuple):
 
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
-    """Case parameters, of type `arrays.CASE`, shape (cases,)."""
+    """Case parameters, of type `arrays.CASE_TABLE_DTYPE`, shape (cases,)."""
     motion_rows: NDArray[np.int64]
+    """Row of the base acceleration for each case, shape (cases,)."""
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
     ground_motion: GroundMotion
     scheme_constants: Any
     """Constants of the scheme, from `SCHEME_CONSTANTS`."""
-    stable_from_sample: FloatArray
-    """Sample from which each group that can move as one stands for good, shape (cases, parts)."""
-    variant_index_by_case: NDArray[np.int64]
-    """Index of the variant of each case, shape (cases,)."""
+    rocking_groups_immovable_from_sample: FloatArray
+    """Sample from which each group that can move as one stands for good, shape (cases, groups)."""
+    scene_variant_index_by_case: NDArray[np.int64]
+    """Index of each case's scene variant (size and damping), shape (cases,)."""
     scene: SceneArrays
-    element_results: NDArray[np.void]
+    element_result_table: NDArray[np.void]
     """Results of elements to fill in, of type `arrays.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
 
 
@@ -101,40 +98,41 @@ class SceneWorkspace(NamedTuple):
     """State, equations and active contacts of the scenes that the kernel simulates in parallel."""
 
     state: Any
-    """Rows of all lanes: a view of `state_memory` without reference count."""
-    state_memory: Any
+    """Rows of all lanes: a view of `array_owning_state` without reference count."""
+    array_owning_state: Any
     """Array that owns the memory of `state`."""
-    matrix: Any
+    equation_matrix: Any
     """Submatrices of the equations."""
     nonzero_pattern: Any
     """Nonzero pattern of the matrix."""
     active_pairs: Any
     """Pairs that are active, not suspended."""
-    is_movable: Any
-    """True for each element that forces move, shape (elements,)."""
+    moves_relative_to_base: Any
+    """True for each element that is free or held, False if it moves with the base, shape (elements,)."""
 
 
-step_function_of_scheme = create_lookup_by_type(STEP_FUNCTIONS)
+step_function_of_scheme = create_lookup_by_type(STEP_FUNCTION_BY_SCHEME_CONSTANTS_TYPE)
 """Return the step function of a time integration scheme, selected by the type of its constants."""
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty arrays for the states and the equations of all cases that are computed in parallel."""
     elements, pairs, initial = (
-        kernel_input.scene.element_rules.shape[1],
+        kernel_input.scene.element_fall_limits.shape[1],
         kernel_input.scene.pair_element_and_piece_indices.shape[0],
-        kernel_input.scene.initial_state_columns,
+        kernel_input.scene.initial_state_column_by_scene_variant,
     )
     owner = cache_line_aligned_zeros(initial.shape[1] * rows.PARALLEL_CASE_COUNT)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.PARALLEL_CASE_COUNT] != 0.0
-    matrix = cache_line_aligned_zeros((elements * elements + SPARE_SUBMATRIX_COUNT) * SUBMATRIX_SIZE)
+    submatrices = elements * elements + equations.PLACEHOLDER_SUBMATRIX_COUNT
+    matrix = cache_line_aligned_zeros(submatrices * equations.FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
     return SceneWorkspace(
         view_without_reference_counts(owner),
         owner,
         matrix,
-        create_empty_nonzero_pattern(elements),
+        equations.create_empty_nonzero_pattern(elements),
         create_active_pairs(pairs),
         moves,
     )
@@ -145,18 +143,18 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = (
         view_without_reference_counts(scene_arrays.pair_element_and_piece_indices),
-        view_without_reference_counts(scene_arrays.lowest_and_last_element_by_group),
+        view_without_reference_counts(scene_arrays.lowest_and_last_index_of_rocking_groups),
         view_without_reference_counts(scene_arrays.piece_vertex_counts),
     )
     shapes, elements, limits = (
         view_without_reference_counts(scene_arrays.piece_face_tables),
-        view_without_reference_counts(scene_arrays.element_rules),
+        view_without_reference_counts(scene_arrays.element_fall_limits),
         view_without_reference_counts(scene_arrays.termination_limits),
     )
     return SceneArrays(
-        initial_state_columns=view_without_reference_counts(scene_arrays.initial_state_columns),
-        pair_element_and_piece_indices=layout, lowest_and_last_element_by_group=parts, piece_vertex_counts=sizes,
-        piece_face_tables=shapes, element_rules=elements, termination_limits=limits, gravity=scene_arrays.gravity,
+        initial_state_column_by_scene_variant=view_without_reference_counts(scene_arrays.initial_state_column_by_scene_variant),
+        pair_element_and_piece_indices=layout, lowest_and_last_index_of_rocking_groups=parts, piece_vertex_counts=sizes,
+        piece_face_tables=shapes, element_fall_limits=elements, termination_limits=limits, gravity=scene_arrays.gravity,
     )  # fmt: skip
 
 
@@ -166,17 +164,17 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         workspace.state,
         kernel_input.scene,
         kernel_input.cases[case],
-        kernel_input.variant_index_by_case[case],
+        kernel_input.scene_variant_index_by_case[case],
     )
     ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.sampling_interval
     resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
-    for row in range(scene.initial_state_columns.shape[1]):
-        state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_columns[v, row]
+    for row in range(scene.initial_state_column_by_scene_variant.shape[1]):
+        state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_column_by_scene_variant[v, row]
     write_initial_case_state(
-        state, lane, given, float(v), interval, ticks, kernel_input.scheme_constants.velocity_lag_steps
+        state, lane, given, float(v), interval, ticks, kernel_input.scheme_constants.velocity_lag_behind_pose_steps
     )
-    for i in range(scene.element_rules.shape[1]):
-        e = rows.element_window(state, i)
+    for i in range(scene.element_fall_limits.shape[1]):
+        e = rows.slice_element_rows(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first_simulated_sample * interval
     write_initial_pair_states(state, lane, given, scene, scene.piece_face_tables[v])
     state[rows.ENERGY + lane] = scene_energy(state, lane, scene)
@@ -189,8 +187,8 @@ def update_sample_and_load_motion(
     lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
     """Load each case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
-    for i in range(workspace.is_movable.size):
-        normalise_element_rotation(rows.element_window(workspace.state, i))
+    for i in range(workspace.moves_relative_to_base.size):
+        normalise_element_cosine_and_sine(rows.slice_element_rows(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground_motion, 1.0 / kernel_input.settings.ticks_per_sample
     load_base_motion_of_current_sample(
         ground.up, workspace.state, ground.along, kernel_input.motion_rows, lane_cases, samples_per_tick
@@ -198,7 +196,7 @@ def update_sample_and_load_motion(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def normalise_element_rotation(element_rows: Any) -> None:
+def normalise_element_cosine_and_sine(element_rows: Any) -> None:
     """Scale (cosine, sine) of an element's rotation angle to length 1, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose = rows.load_pose(element_rows, j)
@@ -245,20 +243,20 @@ def attempt_steps_until_next_check(
     advance_scene_one_step, settings, lag = (
         step_function_of_scheme(kernel_input.scheme_constants),
         kernel_input.settings,
-        kernel_input.scheme_constants.velocity_lag_steps,
+        kernel_input.scheme_constants.velocity_lag_behind_pose_steps,
     )
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
         kernel_input.ground_motion.up,
         workspace.state,
     )
-    elements, interval = workspace.is_movable.size, settings.sampling_interval
+    elements, interval = workspace.moves_relative_to_base.size, settings.sampling_interval
     ticks, steps_per_check = settings.ticks_per_sample, settings.steps_per_check
     # Without reference counts, which every step would update.
     matrix, pattern, moves = (
-        view_without_reference_counts(workspace.matrix),
+        view_without_reference_counts(workspace.equation_matrix),
         view_without_reference_counts(workspace.nonzero_pattern),
-        view_without_reference_counts(workspace.is_movable),
+        view_without_reference_counts(workspace.moves_relative_to_base),
     )
     pairs = view_without_reference_counts(workspace.active_pairs)
     with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * elements
@@ -283,12 +281,14 @@ def attempt_steps_until_next_check(
         if with_forces:
             for column in range(early.shape[1]):  # a loop: a slice assignment would compile its error message, too
                 early[0, column] = 0.0
-            add_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
+            add_first_case_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
                 trajectory[recorded_row_count - 1, column] += early[0, column]
-            add_contact_forces_to_trajectory(state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1)
+            add_first_case_contact_forces_to_trajectory(
+                state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1
+            )
     store_sample_results_and_start_next_sample(state, scene, ticks, interval)
     return trajectory, recorded_row_count
 
@@ -298,24 +298,23 @@ def store_sample_results_and_start_next_sample(
     state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
-    element_rules = scene.element_rules[0]
-    for i in range(element_rules.size):
-        if element_rules[i].held_base_index >= 0.0 and element_rules[i].is_free > 0.0:
-            shift_rest_pose_with_held_support(
-                rows.element_window(state, i), rows.element_window(state, int(element_rules[i].held_base_index))
-            )
-    for i in range(element_rules.size):
-        if element_rules[i].held_base_index == i:
-            shift_rest_pose_with_held_support(rows.element_window(state, i), rows.element_window(state, i))
-    for i in range(element_rules.size):
-        if element_rules[i].is_free > 0.0:
-            on = rows.element_window(state, int(element_rules[i].support_index))
-            store_slip_and_last_upright_time(
-                rows.element_window(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
+    limits = scene.element_fall_limits[0]
+    for i in range(limits.size):
+        held = int(limits[i].index_of_held_element_at_stack_bottom)
+        if held >= 0 and limits[i].is_free > 0.0:
+            shift_rest_pose_with_held_support(rows.slice_element_rows(state, i), rows.slice_element_rows(state, held))
+    for i in range(limits.size):
+        if limits[i].index_of_held_element_at_stack_bottom == i:
+            shift_rest_pose_with_held_support(rows.slice_element_rows(state, i), rows.slice_element_rows(state, i))
+    for i in range(limits.size):
+        if limits[i].is_free > 0.0:
+            on = rows.slice_element_rows(state, int(limits[i].support_element_index))
+            store_slip_and_last_recoverable_time(
+                rows.slice_element_rows(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
             )
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        update_upper_element_last_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
+        store_last_time_on_support_of_upper_element(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.PARALLEL_CASE_COUNT):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
         state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample
@@ -349,7 +348,7 @@ def skip_quiet_samples_of_resting_cases(
         now = case.current_sample + case.base_acceleration.ticks_since_sample_start * (
             1.0 / kernel_input.settings.ticks_per_sample
         )
-        long = case.attempt.length_in_ticks >= ticks and is_rest_check_sample(now)
+        long = case.current_attempt.length_in_ticks >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and upcoming_motion_is_below_rest_limit(
             ground, row[lane_cases[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
@@ -368,7 +367,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
         workspace.state,
         lane,
         kernel_input.scene,
-        kernel_input.stable_from_sample[case],
+        kernel_input.rocking_groups_immovable_from_sample[case],
         float(kernel_input.settings.sample_count),
         kernel_input.settings.sampling_interval,
     )
@@ -388,7 +387,7 @@ def write_results_of_ended_case(
 ) -> None:
     """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
     mark_fallen_and_write_case_results(
-        workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.element_results[case]
+        workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.element_result_table[case]
     )
 
 

@@ -22,13 +22,13 @@ class OppositeFacePair(NamedTuple):
 
     gap: float
     """Distance between the elements along the normal of the face, m."""
-    face_of_a: int
+    face_index_of_a: int
     """Index of the face of a."""
-    face_of_b: int
+    face_index_of_b: int
     """Index of the face of b."""
-    normal_product: float
+    scalar_product_of_normals: float
     """Scalar product of both normals; −1 if they are opposite."""
-    product_margin: float
+    margin_to_next_scalar_product: float
     """Difference of that product to the one of the next best face."""
 
 
@@ -94,10 +94,14 @@ def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
 ) -> OppositeFacePair:
     """Return the faces of a and b that face each other: those with the largest separation, then most opposite ones."""
-    best = OppositeFacePair(-np.inf, int(previous_faces.face_a), int(previous_faces.face_b), np.inf, 0.0)
+    best = OppositeFacePair(
+        -np.inf, int(previous_faces.face_index_of_a), int(previous_faces.face_index_of_b), np.inf, 0.0
+    )
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
-        if other.gap > best.gap or (other.gap == best.gap and other.normal_product < best.normal_product):
+        if other.gap > best.gap or (
+            other.gap == best.gap and other.scalar_product_of_normals < best.scalar_product_of_normals
+        ):
             best = other
     return best
 
@@ -119,12 +123,15 @@ def largest_motion_keeping_nearest_faces(
 
     A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * lever_arm * nearest_face_pair.product_margin
+    limit = 0.4 * lever_arm * nearest_face_pair.margin_to_next_scalar_product
     for k in range(faces_a.shape[0] + faces_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
-        agrees = other.face_of_a == nearest_face_pair.face_of_a and other.face_of_b == nearest_face_pair.face_of_b
-        limit = min(limit, max(room, 0.4 * lever_arm * other.product_margin) if agrees else room)
+        agrees = (
+            other.face_index_of_a == nearest_face_pair.face_index_of_a
+            and other.face_index_of_b == nearest_face_pair.face_index_of_b
+        )
+        limit = min(limit, max(room, 0.4 * lever_arm * other.margin_to_next_scalar_product) if agrees else room)
     return limit
 
 
@@ -155,31 +162,38 @@ def update_nearest_faces(
     limit = largest_motion_keeping_nearest_faces(on, by, faces_a, faces_b, best, lever)
     # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
     moved, turned = (
-        first.step_motion_and_peaks.step_displacement + second.step_motion_and_peaks.step_displacement,
-        first.step_motion_and_peaks.step_rotation + second.step_motion_and_peaks.step_rotation,
+        first.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step
+        + second.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step,
+        first.step_motion_and_peaks.abs_rotation_in_step + second.step_motion_and_peaks.abs_rotation_in_step,
     )
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
     ahead = 2.0 * (
-        (first.predicted.step_displacement + second.predicted.step_displacement)
-        + lever * (first.predicted.step_rotation + second.predicted.step_rotation)
+        (first.predicted.abs_dx_plus_abs_dz_in_step + second.predicted.abs_dx_plus_abs_dz_in_step)
+        + lever * (first.predicted.abs_rotation_in_step + second.predicted.abs_rotation_in_step)
     )
     rows.store_nearest(
-        pair_rows, lane, NearestFaces(best.face_of_a, best.face_of_b, lever, max(limit, reach), reach, 0.0, ahead)
+        pair_rows,
+        lane,
+        NearestFaces(best.face_index_of_a, best.face_index_of_b, lever, max(limit, reach), reach, 0.0, ahead),
     )
     if clear > 0.0:
         reset_contact_history(pair_rows, lane)
-    changed = old.face_a != best.face_of_a or old.face_b != best.face_of_b
+    changed = old.face_index_of_a != best.face_index_of_a or old.face_index_of_b != best.face_index_of_b
     if changed:
-        rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.face_of_a))
-        rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.face_of_b))
-        rows.store_bounds(pair_rows, lane, contact_vertex_ranges(faces_a, best.face_of_a, faces_b, best.face_of_b))
-    if changed or old.motion_before_contact > 0.0 or clear > 0.0:
+        rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.face_index_of_a))
+        rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.face_index_of_b))
+        rows.store_bounds(
+            pair_rows, lane, contact_vertex_ranges(faces_a, best.face_index_of_a, faces_b, best.face_index_of_b)
+        )
+    if changed or old.max_motion_without_contact > 0.0 or clear > 0.0:
         rows.store_vertices(
             pair_rows, lane, earlier_vertex_positions(rows.load_pair(pair_rows, lane), first, second, step_duration)
         )
-    if changed and old.face_a >= 0.0:
-        transfer_contact_history(pair_rows, on, by, lane, int(old.face_a), int(old.face_b), faces_a, faces_b)
+    if changed and old.face_index_of_a >= 0.0:
+        transfer_contact_history(
+            pair_rows, on, by, lane, int(old.face_index_of_a), int(old.face_index_of_b), faces_a, faces_b
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -194,12 +208,12 @@ def nearest_faces_will_change(
     )
     old = pair.nearest_faces
     if (
-        old.max_motion_at_step_end < old.motion_until_face_change
-        or old.max_motion_at_step_end < old.motion_before_contact
+        old.max_motion_since_search_at_step_end < old.max_motion_keeping_nearest_faces
+        or old.max_motion_since_search_at_step_end < old.max_motion_without_contact
     ):
         return False
     best = find_nearest_faces(on, by, faces_a, faces_b, old)
-    return bool(best.face_of_a != old.face_a or best.face_of_b != old.face_b)
+    return bool(best.face_index_of_a != old.face_index_of_a or best.face_index_of_b != old.face_index_of_b)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -231,16 +245,17 @@ def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, el
             rows.load_element(element_b_rows, j),
         )
         first, second, one, two = on.step_motion_and_peaks, by.step_motion_and_peaks, on.predicted, by.predicted
-        used = (old.motion_since_search + (first.step_displacement + second.step_displacement)) + old.lever_arm * (
-            first.step_rotation + second.step_rotation
-        )
+        used = (
+            old.motion_since_face_search + (first.abs_dx_plus_abs_dz_in_step + second.abs_dx_plus_abs_dz_in_step)
+        ) + old.rotation_to_motion_lever_arm * (first.abs_rotation_in_step + second.abs_rotation_in_step)
         ahead = used + 2.0 * (
-            (one.step_displacement + two.step_displacement) + old.lever_arm * (one.step_rotation + two.step_rotation)
+            (one.abs_dx_plus_abs_dz_in_step + two.abs_dx_plus_abs_dz_in_step)
+            + old.rotation_to_motion_lever_arm * (one.abs_rotation_in_step + two.abs_rotation_in_step)
         )
         pair_rows[rows.USED + j] = used
         pair_rows[rows.AHEAD + j] = ahead
-        near += 1 if ahead >= old.motion_before_contact else 0
-        due += 1 if ahead >= old.motion_until_face_change else 0
+        near += 1 if ahead >= old.max_motion_without_contact else 0
+        due += 1 if ahead >= old.max_motion_keeping_nearest_faces else 0
     return near, due
 
 
@@ -264,7 +279,7 @@ def update_nearest_faces_and_check_possible_contact(
         near = 0
         for j in range(rows.PARALLEL_CASE_COUNT):
             if pair_rows[rows.AHEAD + j] >= pair_rows[rows.LIMIT + j]:
-                v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).velocity_lag
+                v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).velocity_lag_behind_pose
                 shape_a, shape_b = (
                     piece_faces[v, piece_a, : vertex_counts[piece_a]],
                     piece_faces[v, piece_b, : vertex_counts[piece_b]],

@@ -26,14 +26,16 @@ def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> N
         pose, at, home = (
             rows.load_pose(support_rows, j), rows.load_home(support_rows, j), rows.load_home(element_rows, j),
         )  # fmt: skip
-        x, z = pose.x - at.x, pose.z - at.z
+        x, z = pose.x - at.centre_x, pose.z - at.centre_z
         rows.store_home(element_rows, j, ElementRestPose(
-            home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.fall_limit_z + z
+            home.base_point_x_in_element_axes, home.base_point_z_in_element_axes,
+            home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
+            home.centre_x + x, home.centre_z + z, home.fallen_below_centre_z + z,
         ))  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_slip_and_last_upright_time(
+def store_slip_and_last_recoverable_time(
     element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
 ) -> None:
     """Store each element's slip on its support, and the last time at which the element was upright."""
@@ -42,24 +44,36 @@ def store_slip_and_last_upright_time(
             rows.load_element(element_rows, j), rows.load_pose(support_rows, j),
             rows.load_case(case_rows, j).current_sample,
         )  # fmt: skip
-        old, home, passed = item.slip_and_fall, item.rest_position, item.step_motion_and_peaks.last_upright_tick
-        x, z = element_point_in_scene_axes(item.pose, home.base_x, home.base_z)
-        ox, oz = element_point_in_scene_axes(support, home.support_x, home.support_z)
+        old, home, passed = (
+            item.slip_and_fall,
+            item.rest_position,
+            item.step_motion_and_peaks.last_recoverable_tick_in_sample,
+        )
+        x, z = element_point_in_scene_axes(
+            item.pose, home.base_point_x_in_element_axes, home.base_point_z_in_element_axes
+        )
+        ox, oz = element_point_in_scene_axes(
+            support, home.base_point_x_in_support_axes, home.base_point_z_in_support_axes
+        )
         slip = support.cos * (x - ox) - support.sin * (z - oz)
-        stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fall_limit_z)
-        upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_upright_time)
+        stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fallen_below_centre_z)
+        upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_recoverable_time)
         rows.store_record(
             element_rows,
             j,
             ElementSlipAndFallState(
-                upright, old.last_support_time, old.fall_side, updated_maximum(old.peak_slip, abs(slip)), slip
+                upright,
+                old.last_time_on_support,
+                old.fall_side,
+                updated_maximum(old.peak_slip_on_support, abs(slip)),
+                slip,
             ),
         )
-        element_rows[rows.LAST_UPRIGHT_ROW + j] = -1.0
+        element_rows[rows.LAST_RECOVERABLE_TICK_ROW + j] = -1.0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_upper_element_last_support_time(
+def store_last_time_on_support_of_upper_element(
     pair_rows: Any,
     element_a_rows: Any,
     element_b_rows: Any,
@@ -75,8 +89,8 @@ def update_upper_element_last_support_time(
             case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
         ) * sampling_interval
         element_a_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.carried_element_sign > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
+            touches & (pair.is_a_on_b_minus_is_b_on_a > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
         )
         element_b_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.carried_element_sign < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
+            touches & (pair.is_a_on_b_minus_is_b_on_a < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
         )

@@ -24,10 +24,10 @@ def write_initial_case_state(
     state: Any,
     lane: int,
     case_parameters: Any,
-    variant_index: float,
+    scene_variant_index: float,
     sampling_interval: float,
     ticks_per_sample: float,
-    velocity_lag_steps: float,
+    velocity_lag_behind_pose_steps: float,
 ) -> None:
     """Write the initial `SceneState` of a case into column `lane` of the state array."""
     step, none, last_check = (
@@ -47,21 +47,21 @@ def write_initial_case_state(
         lane,
         SceneState(
             base_acceleration=SceneBaseAcceleration(none, none, 0.0),
-            tick_length=step,
+            tick_duration=step,
             ticks_per_second=ticks_per_sample / sampling_interval,
-            velocity_lag=velocity_lag_steps * step,
+            velocity_lag_behind_pose=velocity_lag_behind_pose_steps * step,
             step_control=step_control,
-            attempt=first,
+            current_attempt=first,
             contact_changes=rows.zero_contact_changes(),
-            decision=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
+            step_acceptance=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude_factor=case_parameters.amplitude_factor,
             rest_acceleration_limit_g=case_parameters.rest_acceleration_limit_g,
             current_sample=case_parameters.first_simulated_sample,
-            last_onset_sample=case_parameters.last_onset_sample,
+            last_sample_with_possible_motion_onset=case_parameters.last_sample_with_possible_motion_onset,
             end_sample_if_undecided=case_parameters.end_sample_if_undecided,
             initial_energy=0.0,
-            variant_index=variant_index,
-            last_end_test_interval_index=last_check,
+            scene_variant_index=scene_variant_index,
+            interval_index_of_last_case_end_test=last_check,
             slide_end=SlideEndSample(0.0),
         ),
     )
@@ -70,7 +70,7 @@ def write_initial_case_state(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
     """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
-    lag = rows.load_case(state, lane).velocity_lag
+    lag = rows.load_case(state, lane).velocity_lag_behind_pose
     for p in range(scene.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
         m, n, pair = (
@@ -78,12 +78,16 @@ def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene
             scene.pair_element_and_piece_indices[p, 3],
             rows.load_pair(q, lane),
         )
-        law, settled = pair.law, pair.nearest_faces.motion_until_face_change == np.inf
-        friction = law.friction if law.friction >= 0.0 else case_parameters.friction
-        dashpot = law.dashpot * case_parameters.damping_factor
+        law, settled = pair.contact_law, pair.nearest_faces.max_motion_keeping_nearest_faces == np.inf
+        friction = (
+            law.friction_coefficient
+            if law.friction_coefficient >= 0.0
+            else case_parameters.friction_coefficient_if_law_has_none
+        )
+        dashpot = law.dashpot_coefficient * case_parameters.dashpot_factor
         rows.store_law(q, lane, ContactPointLaw(
             law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
-            law.landing_duration * dashpot / law.normal_stiffness
+            law.flat_landing_duration * dashpot / law.normal_stiffness
         ))  # fmt: skip
         update_nearest_faces(
             q,

@@ -11,9 +11,9 @@ class SceneBaseAcceleration(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the present sample."""
 
     horizontal: LinearBaseAcceleration
-    """Acceleration towards the azimuth."""
+    """Acceleration of the base towards the azimuth, m/s²."""
     vertical: LinearBaseAcceleration
-    """Upward acceleration."""
+    """Upward acceleration of the base, m/s²."""
     ticks_since_sample_start: float
     """Ticks since the start of the sample."""
 
@@ -21,10 +21,12 @@ class SceneBaseAcceleration(NamedTuple):
 class StepContactChangesAsFloats(NamedTuple):
     """Contact changes of an attempted step (`StepContactChanges`), stored as floats: above 0 for True."""
 
-    contact_changed: float
+    contact_or_nearest_faces_changed: float
+    """A contact opened, closed or moved to another vertex, or the nearest faces of a pair changed."""
     has_wrong_slip_assumption: float
     has_slip_reversal: float
-    slides_on_all_points: float
+    pair_slides_on_both_points: float
+    """A pair of elements slides on both of its contact points."""
     has_friction_reversal: float
 
 
@@ -33,41 +35,44 @@ class StepAcceptance(NamedTuple):
 
     is_rejected: float
     """Above 0 if the step is rejected."""
-    keeps_assumed_slip: float
+    next_attempt_keeps_slip_assumption: float
     """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
     next_attempt: NextStepToAttempt
-    """Next attempt."""
+    """Length and number of repetitions of the next attempt."""
 
 
 class SceneState(NamedTuple):
     """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
     base_acceleration: SceneBaseAcceleration
-    tick_length: float
+    tick_duration: float
     """Length of a tick, s."""
     ticks_per_second: float
     """Ticks per second, 1/s."""
-    velocity_lag: float
+    velocity_lag_behind_pose: float
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
-    attempt: NextStepToAttempt
+    current_attempt: NextStepToAttempt
+    """Length of the present step, and its number of repetitions."""
     contact_changes: StepContactChangesAsFloats
-    decision: StepAcceptance
+    """Contact changes in the present step."""
+    step_acceptance: StepAcceptance
+    """Decision on the present step."""
     amplitude_factor: float
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Rest threshold: horizontal acceleration over g up to which a scene at rest stays at rest."""
     current_sample: float
     """Current sample of the record."""
-    last_onset_sample: float
+    last_sample_with_possible_motion_onset: float
     """First sample after which the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     initial_energy: float
     """Energy at the start, J."""
-    variant_index: float
-    """Index of the variant of the scene."""
-    last_end_test_interval_index: float
+    scene_variant_index: float
+    """Index of the variant of the scene (one size and damping)."""
+    interval_index_of_last_case_end_test: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
     slide_end: SlideEndSample
 
@@ -82,12 +87,13 @@ class Pose(NamedTuple):
     sin: float
 
 
-class PlanarVector(NamedTuple):
-    """Velocity (m/s, rad/s), acceleration, or force and moment (N, N m) of an element: x, z and rotation w."""
+class PlanarMotionOrForce(NamedTuple):
+    """Velocity (m/s, rad/s), acceleration, or force and moment (N, N m) of an element."""
 
     x: float
     z: float
-    w: float
+    angular: float
+    """Angular velocity (rad/s) or acceleration, positive clockwise, or moment (N m)."""
 
 
 class ElementConstants(NamedTuple):
@@ -99,7 +105,7 @@ class ElementConstants(NamedTuple):
     """1/I, 1/(kg m²); 0 if moments do not rotate the element."""
     mass: float
     """Mass m, kg; 0 if forces do not move the element."""
-    weight: float
+    is_subject_to_gravity: float
     """1 if gravity acts on the element, else 0."""
     has_inertial_forces: float
     """0 if the element moves with the base, else 1: it then has inertial forces in the frame of the base."""
@@ -107,71 +113,71 @@ class ElementConstants(NamedTuple):
     """1 if the element is fixed in space, else 0."""
     critical_angle: float
     """Critical angle α, rad."""
-    recoverable_rotation_to_minus_x: float
+    max_recoverable_rotation_to_minus_x: float
     """Rotation to −x up to which the element can come back, rad."""
-    recoverable_rotation_to_plus_x: float
+    max_recoverable_rotation_to_plus_x: float
     """Rotation to +x up to which the element can come back, rad."""
 
 
 class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Motion of an element in the last step, work done on it so far, and its peak rotations so far."""
 
-    step_displacement: float
+    abs_dx_plus_abs_dz_in_step: float
     """Displacement in the last step, |Δx| + |Δz|, m."""
-    step_rotation: float
+    abs_rotation_in_step: float
     """Absolute rotation in the last step, rad."""
-    work: float
-    """Work of the moving base and of the forces that hold a fixed element, J."""
+    work_by_base_and_holding_forces_so_far: float
+    """Work done on the element so far by the moving base, and by the forces that hold a fixed element, J."""
     peak_rotation_to_minus_x: float
     """Largest rotation to −x, rad."""
     peak_rotation_to_plus_x: float
     """Largest rotation to +x, rad."""
-    last_upright_tick: float
+    last_recoverable_tick_in_sample: float
     """Last tick of this sample at which the element could come back, −1 if none."""
-    power: float
-    """Power at the last step, W (centred scheme)."""
+    power_against_inertial_and_holding_forces: float
+    """Power of the element against inertial and holding forces at the end of the last step, W (centred scheme)."""
 
 
-class SummedElementMotion(NamedTuple):
-    """Path length and summed rotation of an element since the first pair of elements was left out of contact tests."""
+class ElementMotionSinceContactTestsPaused(NamedTuple):
+    """Summed displacements and rotations of an element since the first pair was left out of contact tests."""
 
-    path_length: float
-    """Length of its path, m."""
-    summed_rotation: float
+    abs_dx_plus_abs_dz_sum: float
+    """Sum of |Δx| + |Δz| over the steps, m."""
+    abs_rotation_sum: float
     """Sum of its absolute rotations, rad."""
 
 
 class ElementSlipAndFallState(NamedTuple):
     """Slip of an element, last times upright and on its support, and side of its fall; updated once per sample."""
 
-    last_upright_time: float
+    last_recoverable_time: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
-    last_support_time: float
+    last_time_on_support: float
     """Last time at which the element touched the element that carried it at rest, s."""
     fall_side: float
     """Side to which the element has fallen, ±1; 0 if it stands."""
-    peak_slip: float
+    peak_slip_on_support: float
     """Largest absolute slip, m."""
-    slip: float
+    slip_on_support: float
     """Current slip on the supporting element, m."""
 
 
 class ElementRestPose(NamedTuple):
     """Rest position of an element, and the points of its base and its support between which slip is measured."""
 
-    base_x: float
+    base_point_x_in_element_axes: float
     """Reference point of the element's base, from its centre in its own axes, m, x component."""
-    base_z: float
+    base_point_z_in_element_axes: float
     """Reference point of the element's base, z component, m."""
-    support_x: float
+    base_point_x_in_support_axes: float
     """Same point in the axes of the supporting element, from that element's centre, m; the distance is the slip."""
-    support_z: float
+    base_point_z_in_support_axes: float
     """Same point in the axes of the supporting element, z component, m."""
-    x: float
+    centre_x: float
     """Centre at rest, m."""
-    z: float
+    centre_z: float
     """Height of the centre at rest, m."""
-    fall_limit_z: float
+    fallen_below_centre_z: float
     """Height of the centre below which the element has fallen, m."""
 
 
@@ -179,29 +185,29 @@ class PredictedElement(NamedTuple):
     """Predicted state of an element at the end of a step of the centred scheme, and its velocity correction."""
 
     pose: Pose
-    half_step_velocity: PlanarVector
+    velocity_at_half_step: PlanarMotionOrForce
     """Velocity after half of the step."""
-    end_velocity: PlanarVector
+    velocity_at_step_end: PlanarMotionOrForce
     """Velocity at the end of the step."""
-    step_displacement: float
+    abs_dx_plus_abs_dz_in_step: float
     """Displacement in the step, |Δx| + |Δz|, m."""
-    step_rotation: float
+    abs_rotation_in_step: float
     """Absolute rotation in the step, rad."""
-    velocity_correction: PlanarVector
+    step_end_velocity_correction: PlanarMotionOrForce
     """Correction of the velocity at the end of the step, from the solution of the equations."""
 
 
 class ElementState(NamedTuple):
-    """State of an element: pose and force at the end of a step, velocity `SceneState.velocity_lag` seconds earlier."""
+    """State of an element: pose and force at the end of a step, velocity `velocity_lag_behind_pose` seconds earlier."""
 
     pose: Pose
-    velocity: PlanarVector
+    velocity: PlanarMotionOrForce
     predicted: PredictedElement
-    acceleration: PlanarVector
-    force: PlanarVector
+    acceleration: PlanarMotionOrForce
+    contact_force_sum: PlanarMotionOrForce
     constants: ElementConstants
     step_motion_and_peaks: ElementStepMotionWorkAndPeaks
-    summed_motion: SummedElementMotion
+    motion_since_contact_tests_paused: ElementMotionSinceContactTestsPaused
     slip_and_fall: ElementSlipAndFallState
     rest_position: ElementRestPose
 
@@ -209,11 +215,11 @@ class ElementState(NamedTuple):
 class ElementFace(NamedTuple):
     """Face of an element in the axes of the element: outward normal, distance, and both ends."""
 
-    nx: float
+    outward_normal_x: float
     """Outward normal, x component."""
-    nz: float
+    outward_normal_z: float
     """Outward normal, z component."""
-    centre_distance: float
+    distance_from_centre: float
     """Distance from the centre, m."""
     start_along_tangent: float
     """Place of the first end along the tangent (−n_z, n_x), m."""
@@ -228,13 +234,13 @@ class ContactPointLaw(NamedTuple):
     """Normal stiffness K, N/m."""
     tangential_stiffness: float
     """Tangential stiffness K_s, N/m."""
-    dashpot: float
-    """Dashpot h, N s/m."""
-    friction: float
+    dashpot_coefficient: float
+    """Coefficient h of the dashpots in both directions, N s/m."""
+    friction_coefficient: float
     """Coefficient of friction μ; negative if the case sets it."""
     tangential_compliance: float
     """1/K_s, m/N; 0 without tangential stiffness."""
-    landing_duration: float
+    flat_landing_duration: float
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
@@ -244,32 +250,32 @@ class ContactVertexRanges(NamedTuple):
     Vertices on the cut between two convex pieces of an element are no contact points.
     """
 
-    point_1_min_place_a: float
+    first_vertex_of_a_min_along_face_b: float
     """Smallest place of a's first vertex, for contact point 1."""
-    point_1_min_place_b: float
+    second_vertex_of_b_min_along_face_a: float
     """Smallest place of b's second vertex, for contact point 1."""
-    point_2_max_place_a: float
+    second_vertex_of_a_max_along_face_b: float
     """Largest place of a's second vertex, for contact point 2."""
-    point_2_max_place_b: float
+    first_vertex_of_b_max_along_face_a: float
     """Largest place of b's first vertex, for contact point 2."""
 
 
 class NearestFaces(NamedTuple):
     """Indices of the nearest faces of elements a and b, and the relative motion for which they remain valid."""
 
-    face_a: float
+    face_index_of_a: float
     """Index of a's nearest face; −1 before the first search."""
-    face_b: float
+    face_index_of_b: float
     """Index of b's nearest face; −1 before the first search."""
-    lever_arm: float
+    rotation_to_motion_lever_arm: float
     """Lever arm that converts a rotation to motion, m."""
-    motion_until_face_change: float
+    max_motion_keeping_nearest_faces: float
     """Motion before the nearest faces can change, m."""
-    motion_before_contact: float
+    max_motion_without_contact: float
     """Motion before a contact can begin, m; −1 if there may be one now."""
-    motion_since_search: float
+    motion_since_face_search: float
     """Motion since the search, m."""
-    max_motion_at_step_end: float
+    max_motion_since_search_at_step_end: float
     """Upper bound of the motion since the search at the end of this step, m."""
 
 
@@ -285,18 +291,18 @@ class VertexPositionAtFace(NamedTuple):
 class FaceVertexPositions(NamedTuple):
     """Positions of the four end vertices of two elements' nearest faces, each relative to the other face."""
 
-    a1: VertexPositionAtFace
-    a2: VertexPositionAtFace
-    b1: VertexPositionAtFace
-    b2: VertexPositionAtFace
+    first_vertex_of_a: VertexPositionAtFace
+    second_vertex_of_a: VertexPositionAtFace
+    first_vertex_of_b: VertexPositionAtFace
+    second_vertex_of_b: VertexPositionAtFace
 
 
 class PlanarContactPointHistory(NamedTuple):
     """State of a contact point of two elements after the last step: spring stretch, vertex, forces, landing time."""
 
-    tangential_stretch: float
+    tangential_spring_stretch: float
     """Stretch of the tangential spring, m."""
-    vertex_owner: float
+    contact_vertex_owner_code: float
     """Vertex at the contact point: `OPEN`, `VERTEX_OF_A`, `VERTEX_OF_B` or `TRANSFERRED`."""
     normal_force: float
     """Normal force, N."""
@@ -328,15 +334,15 @@ class PairHistory(NamedTuple):
 class PairState(NamedTuple):
     """State of two elements, a and b, that can touch: nearest faces, contact law and contact state."""
 
-    face_a: ElementFace
-    face_b: ElementFace
+    nearest_face_of_a: ElementFace
+    nearest_face_of_b: ElementFace
     contact_vertex_ranges: ContactVertexRanges
-    law: ContactPointLaw
+    contact_law: ContactPointLaw
     nearest_faces: NearestFaces
     history: PairHistory
-    signed_friction_1: float
+    signed_friction_coefficient_1: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""
-    signed_friction_2: float
+    signed_friction_coefficient_2: float
     """±μ if contact point 2 was sliding at the last solution, else 0 (centred scheme)."""
-    carried_element_sign: float
+    is_a_on_b_minus_is_b_on_a: float
     """1 if a was carried by b at rest, −1 if b was carried by a, else 0."""

@@ -18,7 +18,7 @@ from overturning.model.geometry import (
 )
 from overturning.model.scene import Scene
 
-MAX_FLUSH_LEAN: Final = np.radians(0.1)
+MAX_LEAN_COUNTED_AS_FLUSH_RAD: Final = np.radians(0.1)
 """Lean up to which an element counts as standing flush on its face when its tipping angle is computed, rad."""
 
 CONTACT_POINTS_PER_FLUSH_FACE: Final = 2
@@ -51,10 +51,12 @@ class PairContactLaws:
 
     normal_stiffness: FloatArray  # K_n, N/m
     tangential_stiffness: FloatArray  # K_s, N/m
-    dashpot: FloatArray  # h, N·s/m, in both directions
-    friction: FloatArray  # µ; −1 if the pair takes the friction of the case
+    dashpot_coefficient: FloatArray  # h, N·s/m, in both directions
+    friction_coefficient: FloatArray  # µ; −1 if the pair takes the friction of the case
     carried_weight: FloatArray  # weight at rest, N
-    design_weight: FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
+    stiffness_design_weight: (
+        FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
+    )
 
 
 def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict[int, slice]:
@@ -63,7 +65,7 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def contact_points_at_rest(
+def contact_points_at_rest_with_derivatives(
     elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return the contact points of the elements at rest, with derivatives of approach and slip by displacements.
@@ -99,7 +101,7 @@ def supporting_contact_points(
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = contact_points_at_rest(elements, pairs, MAX_FLUSH_LEAN)
+    flush = contact_points_at_rest_with_derivatives(elements, pairs, MAX_LEAN_COUNTED_AS_FLUSH_RAD)
     if len(flush) == len(point_derivatives) and (loaded_points or not point_derivatives):
         return loaded_points
     upper = [
@@ -271,7 +273,7 @@ def largest_spring_and_dashpot_eigenvalues(
     root, values = _inverse_root_masses_and_inertias(elements), []
     for normal, tangential in (
         (pair_laws.normal_stiffness, pair_laws.tangential_stiffness),
-        (pair_laws.dashpot, pair_laws.dashpot),
+        (pair_laws.dashpot_coefficient, pair_laws.dashpot_coefficient),
     ):
         matrix = _contact_stiffness_matrix(root.size, point_derivatives, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
@@ -285,7 +287,7 @@ def largest_spring_and_dashpot_eigenvalues(
     return values[0], values[1]
 
 
-def lowest_squared_frequency_on_springs(
+def lowest_omega_squared_on_springs(
     elements: list[PlacedElement],
     point_derivatives: list[ContactPointDisplacementDerivatives],
     pair_laws: PairContactLaws,

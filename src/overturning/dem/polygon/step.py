@@ -9,10 +9,9 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.centred import (
-    add_pair_to_equations,
-    compute_pair_forces_after_solution,
-    step_resolves_contact_vibration,
+from overturning.dem.polygon.centred import add_pair_contact_terms_to_equations, step_resolves_contact_vibration
+from overturning.dem.polygon.centred_solution import (
+    add_solved_pair_forces_and_store_new_state,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import (
@@ -30,7 +29,7 @@ from overturning.dem.polygon.search import update_nearest_faces_and_check_possib
 from overturning.dem.polygon.state import (
     ElementConstants,
     ElementStepMotionWorkAndPeaks,
-    PlanarVector,
+    PlanarMotionOrForce,
     Pose,
     PredictedElement,
     SceneState,
@@ -42,7 +41,7 @@ from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_di
 class SceneCentredSchemeConstants(NamedTuple):
     """Constants of the centred scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
-    velocity_lag_steps: float = 0.0
+    velocity_lag_behind_pose_steps: float = 0.0
     """Lag of velocities behind poses, steps."""
     ticks_per_whole_step: float = SCENE_STEP_CONTROL.ticks_per_whole_step
     """Ticks in a whole step."""
@@ -57,7 +56,7 @@ def base_acceleration_at_step_end(
     Both are 0 for an element that moves with the base. `vertical_base_acceleration` is None if the base moves only
     horizontally.
     """
-    tick = case.base_acceleration.ticks_since_sample_start + case.attempt.length_in_ticks
+    tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
@@ -78,14 +77,14 @@ def predict_element_motion(
     """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
-        dt, a = case.tick_length * case.attempt.length_in_ticks, item.acceleration
+        dt, a = case.tick_duration * case.current_attempt.length_in_ticks, item.acceleration
         half = 0.5 * dt
         ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.constants, ticks_per_sample)
         v = extrapolate_velocity(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
-        fall = gravity * item.constants.weight + lift
-        change = PlanarVector(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
-        far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
+        fall = gravity * item.constants.is_subject_to_gravity + lift
+        change = PlanarMotionOrForce(half * (-ground - a.x), half * (-fall - a.z), half * -a.angular)
+        far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.angular)
         rows.store_trial(
             element_rows,
             j,
@@ -93,41 +92,43 @@ def predict_element_motion(
                 extrapolate_pose(item.pose, v, dt), v, extrapolate_velocity(v, a, half), far, turn, change
             ),
         )
-        rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
+        rows.store_force(element_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def correct_element_motion(
+def store_element_motion_of_accepted_step(
     vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
 ) -> None:
     """Store the corrected state of an element at the end of the step, in cases whose step is accepted."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = (
-            case.tick_length * case.attempt.length_in_ticks,
+            case.tick_duration * case.current_attempt.length_in_ticks,
             item.predicted,
             item.step_motion_and_peaks,
-            case.decision.is_rejected > 0.0,
+            case.step_acceptance.is_rejected > 0.0,
         )
         half, tick, d, p = (
             0.5 * dt,
-            case.base_acceleration.ticks_since_sample_start + case.attempt.length_in_ticks,
-            trial.velocity_correction,
+            case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks,
+            trial.step_end_velocity_correction,
             trial.pose,
         )
         ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.constants, ticks_per_sample)
         a = element_acceleration(item, ground, lift, gravity)
-        v = extrapolate_velocity(trial.half_step_velocity, a, half)
-        turn = half * d.w
+        v = extrapolate_velocity(trial.velocity_at_half_step, a, half)
+        turn = half * d.angular
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
         rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
         last = (
             tick
-            if (on < item.constants.recoverable_rotation_to_plus_x)
-            & (-on < item.constants.recoverable_rotation_to_minus_x)
-            else old.last_upright_tick
+            if (on < item.constants.max_recoverable_rotation_to_plus_x)
+            & (-on < item.constants.max_recoverable_rotation_to_minus_x)
+            else old.last_recoverable_tick_in_sample
         )
-        work = old.work - half * (old.power + rate)
+        work = old.work_by_base_and_holding_forces_so_far - half * (
+            old.power_against_inertial_and_holding_forces + rate
+        )
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         totals = ElementStepMotionWorkAndPeaks(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
@@ -136,7 +137,7 @@ def correct_element_motion(
         rows.keep_acceleration(element_rows, j, again, a)
         rows.keep_totals(element_rows, j, again, totals)
         element_rows[rows.MOVED + j] = select(again, 0.0, far)
-        element_rows[rows.TURNED + j] = select(again, 0.0, totals.step_rotation)
+        element_rows[rows.TURNED + j] = select(again, 0.0, totals.abs_rotation_in_step)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -156,13 +157,13 @@ def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
         (findings.has_friction_reversal > 0.0) & long,
     )
     return StepContactChanges(
-        contact_changed=findings.contact_changed > 0.0,
+        contact_changed=findings.contact_or_nearest_faces_changed > 0.0,
         requires_shorter_step=False,
         may_keep_step=False,
         has_wrong_slip_assumption=wrong,
         has_slip_reversal=reverse,
         has_friction_reversal=back,
-        slides_on_all_points=findings.slides_on_all_points > 0.0,
+        slides_on_all_points=findings.pair_slides_on_both_points > 0.0,
         all_contacts_are_closed=False,
     )
 
@@ -172,11 +173,11 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
-        tick = case.base_acceleration.ticks_since_sample_start + case.attempt.length_in_ticks
+        tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
         again, sooner, then = accept_or_reject_and_choose_next_step(
             SCENE_STEP_CONTROL,
             case.step_control,
-            case.attempt,
+            case.current_attempt,
             contact_changes_in_scene_step(case),
             tick,
             ticks_per_sample,
@@ -190,8 +191,10 @@ def advance_time_after_accepted_steps(case_rows: Any) -> None:
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(case_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start
-        case_rows[rows.TICK + j] = tick if case.decision.is_rejected > 0.0 else tick + case.attempt.length_in_ticks
-        rows.store_attempt(case_rows, j, case.decision.next_attempt)
+        case_rows[rows.TICK + j] = (
+            tick if case.step_acceptance.is_rejected > 0.0 else tick + case.current_attempt.length_in_ticks
+        )
+        rows.store_attempt(case_rows, j, case.step_acceptance.next_attempt)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -201,17 +204,17 @@ def advance_scene_one_step(
     matrix: Any,
     nonzero_pattern: Any,
     active_pairs: Any,
-    movable_flags: Any,
+    moves_relative_to_base: Any,
     scene: Any,
     ticks_per_sample: float,
 ) -> None:
     """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
     reset_step_contact_changes(state)
-    size, near = movable_flags.size, active_pairs.may_touch
+    size, near = moves_relative_to_base.size, active_pairs.may_touch
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(
-            vertical_base_acceleration, rows.element_window(state, i), state, ticks_per_sample, scene.gravity
+            vertical_base_acceleration, rows.slice_element_rows(state, i), state, ticks_per_sample, scene.gravity
         )
     resume_contact_tests_for_step(state, scene, active_pairs, size)
     kept = 0
@@ -232,11 +235,11 @@ def advance_scene_one_step(
             into, fresh = mark_nonzero_and_return_pair_submatrices(
                 matrix,
                 nonzero_pattern,
-                movable_flags,
+                moves_relative_to_base,
                 scene.pair_element_and_piece_indices[p, 0],
                 scene.pair_element_and_piece_indices[p, 1],
             )
-            add_pair_to_equations(q, a, b, state, into, fresh)
+            add_pair_contact_terms_to_equations(q, a, b, state, into, fresh)
         if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
             active_pairs.active_pair_indices[kept] = p
             kept += 1
@@ -246,12 +249,12 @@ def advance_scene_one_step(
         p = active_pairs.active_pair_indices[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
-            compute_pair_forces_after_solution(q, a, b, state)
+            add_solved_pair_forces_and_store_new_state(q, a, b, state)
     accept_or_reject_steps(state, ticks_per_sample)
     for i in range(size):
-        if movable_flags[i]:
-            correct_element_motion(
-                vertical_base_acceleration, rows.element_window(state, i), state, ticks_per_sample, scene.gravity
+        if moves_relative_to_base[i]:
+            store_element_motion_of_accepted_step(
+                vertical_base_acceleration, rows.slice_element_rows(state, i), state, ticks_per_sample, scene.gravity
             )
     for n in range(kept):
         p = active_pairs.active_pair_indices[n]

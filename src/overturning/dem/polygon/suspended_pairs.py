@@ -19,10 +19,10 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.state import SummedElementMotion
+from overturning.dem.polygon.state import ElementMotionSinceContactTestsPaused
 
-ACTIVE_PAIR_MARK: Final = -1.0
-"""Value of `ActivePairs.resume_motion_sums` for an active pair."""
+MOTION_SUM_MARK_OF_ACTIVE_PAIR: Final = -1.0
+"""Value of `ActivePairs.motion_sum_to_resume_contact_tests` for an active pair."""
 
 
 class ActivePairs(NamedTuple):
@@ -32,14 +32,14 @@ class ActivePairs(NamedTuple):
     """Indices of the active pairs, ascending, shape (pairs,); the first `active_pair_count` are valid."""
     may_touch: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
-    resume_motion_sums: Any
-    """Sum of motions at which each pair is resumed (m), or `ACTIVE_PAIR_MARK`, shape (pairs,)."""
+    motion_sum_to_resume_contact_tests: Any
+    """Sum of motions at which each pair is resumed (m), or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""
     active_pair_count: Any
     """Number of active pairs, shape (1,)."""
-    travel: Any
+    summed_motion_next_resume_and_lever_arm: Any
     """Largest sum of motions of two elements so far (m), sum at which the next pair is resumed (m), and longest lever
     arm of a suspended pair (m), shape (3,)."""
-    largest_element_motions: Any
+    largest_last_and_predicted_step_motions: Any
     """Largest motion (m) and rotation (rad) of any element in the last step, then the same as predicted for this step;
     four rows with a column per case, shape (4 columns,)."""
 
@@ -57,7 +57,7 @@ def create_active_pairs(pair_count: int) -> Any:
     return ActivePairs(
         np.arange(pair_count),
         np.zeros(pair_count, np.bool_),
-        np.full(pair_count, ACTIVE_PAIR_MARK),
+        np.full(pair_count, MOTION_SUM_MARK_OF_ACTIVE_PAIR),
         number,
         travel,
         np.zeros(4 * rows.PARALLEL_CASE_COUNT),
@@ -69,15 +69,15 @@ def update_largest_motions_with_element(element_rows: Any, largest_motions: Any)
     """Raise `largest_motions`, for each case, to the motion of an element if that is larger."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element(element_rows, j)
-        largest_motions[j] = updated_maximum(largest_motions[j], item.step_motion_and_peaks.step_displacement)
+        largest_motions[j] = updated_maximum(largest_motions[j], item.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step)
         largest_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[rows.PARALLEL_CASE_COUNT + j], item.step_motion_and_peaks.step_rotation
+            largest_motions[rows.PARALLEL_CASE_COUNT + j], item.step_motion_and_peaks.abs_rotation_in_step
         )
         largest_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[2 * rows.PARALLEL_CASE_COUNT + j], item.predicted.step_displacement
+            largest_motions[2 * rows.PARALLEL_CASE_COUNT + j], item.predicted.abs_dx_plus_abs_dz_in_step
         )
         largest_motions[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[3 * rows.PARALLEL_CASE_COUNT + j], item.predicted.step_rotation
+            largest_motions[3 * rows.PARALLEL_CASE_COUNT + j], item.predicted.abs_rotation_in_step
         )
 
 
@@ -89,9 +89,11 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
         rows.store_travel(
             element_rows,
             j,
-            SummedElementMotion(
-                item.summed_motion.path_length + item.step_motion_and_peaks.step_displacement,
-                item.summed_motion.summed_rotation + item.step_motion_and_peaks.step_rotation,
+            ElementMotionSinceContactTestsPaused(
+                item.motion_since_contact_tests_paused.abs_dx_plus_abs_dz_sum
+                + item.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step,
+                item.motion_since_contact_tests_paused.abs_rotation_sum
+                + item.step_motion_and_peaks.abs_rotation_in_step,
             ),
         )
 
@@ -99,13 +101,16 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
 @njit(**INLINE_OPTIONS)
 def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
     """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in column `lane`."""
-    lever = rows.load_nearest(pair_rows, lane).lever_arm
-    a, b = rows.load_element(element_a_rows, lane).summed_motion, rows.load_element(element_b_rows, lane).summed_motion
-    return (a.path_length + b.path_length) + lever * (a.summed_rotation + b.summed_rotation)
+    lever = rows.load_nearest(pair_rows, lane).rotation_to_motion_lever_arm
+    a, b = (
+        rows.load_element(element_a_rows, lane).motion_since_contact_tests_paused,
+        rows.load_element(element_b_rows, lane).motion_since_contact_tests_paused,
+    )
+    return (a.abs_dx_plus_abs_dz_sum + b.abs_dx_plus_abs_dz_sum) + lever * (a.abs_rotation_sum + b.abs_rotation_sum)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def subtract_summed_motion_from_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+def subtract_element_motions_from_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
@@ -113,7 +118,7 @@ def subtract_summed_motion_from_pair(pair_rows: Any, element_a_rows: Any, elemen
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_summed_motion_to_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+def add_element_motions_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
@@ -132,7 +137,7 @@ def motion_to_contact_and_lever_arm(pair_rows: Any) -> tuple[float, float]:
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
             return 0.0, 0.0
-        slack, lever = min(slack, reach - ahead), max(lever, pair_rows[rows.PAIR_LEVER_ARM_ROW + j])
+        slack, lever = min(slack, reach - ahead), max(lever, pair_rows[rows.ROTATION_TO_MOTION_LEVER_ARM_ROW + j])
     return slack, lever
 
 
@@ -143,32 +148,37 @@ def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: Acti
     It is the largest sum of the motions of any two elements; infinity resumes all tests.
     """
     count, following = 0, np.inf
-    for p in range(active_pairs.resume_motion_sums.size):
-        at = active_pairs.resume_motion_sums[p]
-        if at != ACTIVE_PAIR_MARK and not summed_motion < at:
+    for p in range(active_pairs.motion_sum_to_resume_contact_tests.size):
+        at = active_pairs.motion_sum_to_resume_contact_tests[p]
+        if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not summed_motion < at:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
-            add_summed_motion_to_pair(q, a, b)
-            active_pairs.resume_motion_sums[p] = at = ACTIVE_PAIR_MARK
-        if at == ACTIVE_PAIR_MARK:
+            add_element_motions_to_pair_motion(q, a, b)
+            active_pairs.motion_sum_to_resume_contact_tests[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
+        if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
             active_pairs.active_pair_indices[count] = p
             count += 1
         else:
             following = min(following, at)
-    active_pairs.active_pair_count[0], active_pairs.travel[NEXT] = count, following
-    if count == active_pairs.resume_motion_sums.size:
-        active_pairs.travel[TRAVEL] = active_pairs.travel[LEVER] = 0.0
+    active_pairs.active_pair_count[0], active_pairs.summed_motion_next_resume_and_lever_arm[NEXT] = count, following
+    if count == active_pairs.motion_sum_to_resume_contact_tests.size:
+        active_pairs.summed_motion_next_resume_and_lever_arm[
+            TRAVEL
+        ] = active_pairs.summed_motion_next_resume_and_lever_arm[LEVER] = 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
-    if active_pairs.active_pair_count[0] == active_pairs.resume_motion_sums.size:
+    if active_pairs.active_pair_count[0] == active_pairs.motion_sum_to_resume_contact_tests.size:
         return
-    largest, lever = active_pairs.largest_element_motions, active_pairs.travel[LEVER]
+    largest, lever = (
+        active_pairs.largest_last_and_predicted_step_motions,
+        active_pairs.summed_motion_next_resume_and_lever_arm[LEVER],
+    )
     for k in range(largest.size):
         largest[k] = 0.0
     for i in range(element_count):
-        update_largest_motions_with_element(rows.element_window(state, i), largest)
+        update_largest_motions_with_element(rows.slice_element_rows(state, i), largest)
     last, ahead = 0.0, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):
         moved, turned = largest[j], largest[rows.PARALLEL_CASE_COUNT + j]
@@ -176,12 +186,12 @@ def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePa
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
     # `search.add_step_motion_and_count_near_cases`.
-    active_pairs.travel[TRAVEL] += 2.0 * last
-    travel = active_pairs.travel[TRAVEL] + 4.0 * ahead
-    if not travel < active_pairs.travel[NEXT]:
+    active_pairs.summed_motion_next_resume_and_lever_arm[TRAVEL] += 2.0 * last
+    travel = active_pairs.summed_motion_next_resume_and_lever_arm[TRAVEL] + 4.0 * ahead
+    if not travel < active_pairs.summed_motion_next_resume_and_lever_arm[NEXT]:
         resume_contact_tests_after_motion(state, scene, active_pairs, travel)
     for i in range(element_count):
-        add_last_step_to_summed_motion(rows.element_window(state, i))
+        add_last_step_to_summed_motion(rows.slice_element_rows(state, i))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -192,8 +202,15 @@ def keep_contact_tests_unless_distant(
     slack, lever = motion_to_contact_and_lever_arm(pair_rows)
     if slack <= 0.0:
         return True
-    subtract_summed_motion_from_pair(pair_rows, element_a_rows, element_b_rows)
-    active_pairs.resume_motion_sums[pair_index] = active_pairs.travel[TRAVEL] + (1.0 - 1e-9) * slack
-    active_pairs.travel[NEXT] = min(active_pairs.travel[NEXT], active_pairs.resume_motion_sums[pair_index])
-    active_pairs.travel[LEVER] = max(active_pairs.travel[LEVER], lever)
+    subtract_element_motions_from_pair_motion(pair_rows, element_a_rows, element_b_rows)
+    active_pairs.motion_sum_to_resume_contact_tests[pair_index] = (
+        active_pairs.summed_motion_next_resume_and_lever_arm[TRAVEL] + (1.0 - 1e-9) * slack
+    )
+    active_pairs.summed_motion_next_resume_and_lever_arm[NEXT] = min(
+        active_pairs.summed_motion_next_resume_and_lever_arm[NEXT],
+        active_pairs.motion_sum_to_resume_contact_tests[pair_index],
+    )
+    active_pairs.summed_motion_next_resume_and_lever_arm[LEVER] = max(
+        active_pairs.summed_motion_next_resume_and_lever_arm[LEVER], lever
+    )
     return False

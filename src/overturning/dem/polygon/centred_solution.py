@@ -1,0 +1,251 @@
+"""Contacts in the centred scheme after the equations of a step are solved: forces, slip, and the state to accept.
+
+The signs are those of `overturning.dem.polygon.centred`.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from numba import njit
+
+from overturning.dem.kernel.lanes import (
+    INLINE_OPTIONS,
+    NO_ALIAS_COMPILE_OPTIONS,
+    select,
+)
+from overturning.dem.kernel.mechanics import clamp_magnitude
+from overturning.dem.polygon import rows
+from overturning.dem.polygon.centred import step_resolves_contact_vibration
+from overturning.dem.polygon.faces import PlanarContactPoint
+from overturning.dem.polygon.landing import (
+    PairMotionAndInertia,
+    contact_points_with_landing_lever_arms,
+    correct_slip_for_friction_work,
+    pair_lands_flat,
+    slides_in_flat_landing_and_signed_friction,
+)
+from overturning.dem.polygon.mechanics import (
+    AssumedPlanarContactSlip,
+    PairRelativeVelocityOrDirection,
+    PlanarContactPointForce,
+    PlanarContactPointResult,
+    add_pair_force_to_elements,
+    limit_friction_force,
+    opening_and_slip_rates,
+    owner_code_of_contact_vertex,
+    pair_history_after_step,
+    sum_contact_point_forces,
+    velocity_of_a_relative_to_b,
+)
+from overturning.dem.polygon.state import (
+    OPEN,
+    ContactPointLaw,
+    FaceVertexPositions,
+    PlanarContactPointHistory,
+    StepContactChangesAsFloats,
+    VertexPositionAtFace,
+)
+
+
+class SolvedPlanarContactPoint(NamedTuple):
+    """Contact state at a contact point of two elements after the equations of a step are solved."""
+
+    result_at_step_end: PlanarContactPointResult
+    """Force, penetration and slip at the end of the step."""
+    slip_from_velocity_correction: float
+    """Slip added by the solution, m."""
+    signed_friction_coefficient: float
+    """±μ if the point slips, else 0."""
+    contact_opened_closed_or_switched_vertex: bool
+    """True if the point has opened or closed, or now lies at another vertex."""
+    has_wrong_slip_assumption: bool
+    """True if the point sticks or slides contrary to the assumption."""
+    has_slip_reversal: bool
+    """True if the point was assumed to slide against its velocity (slip reversal)."""
+    has_friction_reversal: bool
+    """True if its friction had the opposite sign before."""
+
+
+@njit(**INLINE_OPTIONS)
+def solved_planar_contact_point(
+    contact_law: ContactPointLaw,
+    point_history: PlanarContactPointHistory,
+    contact_point: PlanarContactPoint,
+    assumed_slip: AssumedPlanarContactSlip,
+    motion_and_change: tuple[PairMotionAndInertia, PairRelativeVelocityOrDirection],
+    half_step_time: float,
+    step_and_landing_flags: tuple[bool, bool],
+) -> SolvedPlanarContactPoint:
+    """Return the contact state at a contact point of two elements from solved velocities; friction limits the force.
+
+    There is no tension except in a flat landing, and friction is at most μ times the normal force. The velocity
+    corrections change the poses by half a step times the correction. The spring of a slipping point is shortened to the
+    force that friction can hold. A point in the air is marked as sliding, which has no effect. `motion_and_change`
+    holds the motion of the pair and the velocity correction, `step_and_landing_flags` whether the predicted forces
+    decided about contact and whether the pair is in a flat landing.
+    """
+    ((u, a, b), d), (fine, held) = motion_and_change, step_and_landing_flags
+    opening, slipping = opening_and_slip_rates(contact_point, u)
+    more_open, more_slip = opening_and_slip_rates(contact_point, d)
+    opening, slipping = opening + more_open, slipping + more_slip
+    depth, stretch = (
+        contact_point.penetration - half_step_time * more_open,
+        assumed_slip.tangential_spring_stretch + half_step_time * more_slip,
+    )
+    touches, was = contact_point.vertex_projects_onto_other_face > 0.0, point_history.contact_vertex_owner_code != OPEN
+    inside = (depth > 0.0) & touches
+    n = contact_law.normal_stiffness * depth - contact_law.dashpot_coefficient * opening
+    n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
+    most = contact_law.friction_coefficient * n
+    t = -(contact_law.tangential_stiffness * stretch) - contact_law.dashpot_coefficient * slipping
+    whole = PairRelativeVelocityOrDirection(
+        u.x + d.x,
+        u.z + d.z,
+        u.angular_velocity_or_lever_arm_of_a + d.angular_velocity_or_lever_arm_of_a,
+        u.angular_velocity_or_lever_arm_of_b + d.angular_velocity_or_lever_arm_of_b,
+    )
+    (drifts, drift), loaded = (
+        slides_in_flat_landing_and_signed_friction(contact_law, contact_point, whole, a, b, held), most > 0.0,
+    )  # fmt: skip
+    force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
+    found = (drift if held else math.copysign(contact_law.friction_coefficient, t)) if slips else 0.0
+    spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
+    spring = spring if inside else 0.0
+    assumed = 0.0 if fine else assumed_slip.signed_friction_coefficient
+    changed = (
+        (inside != was)
+        | ((not was) & (touches & (contact_point.penetration > 0.0)))
+        | (was & (point_history.contact_vertex_owner_code != owner_code_of_contact_vertex(contact_point)))
+    )
+    wrong, back = (found != assumed) & loaded, (found * point_history.tangential_force < 0.0) & loaded
+    now = PlanarContactPointResult(
+        PlanarContactPointForce(n, force, spring),
+        depth,
+        contact_point.slip_of_a_in_step + half_step_time * more_slip,
+        inside,
+    )
+    return SolvedPlanarContactPoint(
+        now, half_step_time * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back
+    )
+
+
+@njit(**INLINE_OPTIONS)
+def vertex_positions_from_contact_solution(
+    vertex_a: VertexPositionAtFace,
+    vertex_b: VertexPositionAtFace,
+    contact_point: PlanarContactPoint,
+    point_solution: SolvedPlanarContactPoint,
+) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
+    """Return the positions of both vertices near a contact point, after the equations are solved."""
+    mine, depth = contact_point.vertex_is_of_a > 0.0, point_solution.result_at_step_end.penetration
+    return (
+        VertexPositionAtFace(
+            depth if mine else vertex_a.depth,
+            vertex_a.position_along_face - point_solution.slip_from_velocity_correction
+            if mine
+            else vertex_a.position_along_face,
+        ),
+        VertexPositionAtFace(
+            vertex_b.depth if mine else depth,
+            vertex_b.position_along_face
+            if mine
+            else vertex_b.position_along_face + point_solution.slip_from_velocity_correction,
+        ),
+    )
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def add_solved_pair_forces_and_store_new_state(
+    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
+) -> None:
+    """Add the solved contact forces between two elements to both; store the contact's new state for acceptance."""
+    for j in range(rows.PARALLEL_CASE_COUNT):
+        pair, step, first, second = (
+            rows.load_pair(pair_rows, j), rows.load_step(pair_rows, j), rows.load_element(element_a_rows, j),
+            rows.load_element(element_b_rows, j),
+        )  # fmt: skip
+        case, on, by, law, segment = (
+            rows.load_case(case_rows, j), first.predicted, second.predicted, pair.contact_law, step.contact_segment,
+        )  # fmt: skip
+        fine, half, old = (
+            step_resolves_contact_vibration(case), 0.5 * (case.tick_duration * case.current_attempt.length_in_ticks),
+            case.contact_changes,
+        )  # fmt: skip
+        moves = (
+            PairMotionAndInertia(
+                velocity_of_a_relative_to_b(on.velocity_at_step_end, by.velocity_at_step_end),
+                first.constants,
+                second.constants,
+            ),
+            velocity_of_a_relative_to_b(on.step_end_velocity_correction, by.step_end_velocity_correction),
+        )
+        kind = (fine, pair_lands_flat(law, pair.history, segment, moves[0]))
+        u, d = moves[0].relative_velocity, moves[1]
+        solved = PairMotionAndInertia(
+            PairRelativeVelocityOrDirection(
+                u.x + d.x,
+                u.z + d.z,
+                u.angular_velocity_or_lever_arm_of_a + d.angular_velocity_or_lever_arm_of_a,
+                u.angular_velocity_or_lever_arm_of_b + d.angular_velocity_or_lever_arm_of_b,
+            ),
+            first.constants,
+            second.constants,
+        )
+        point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, solved, kind[1])
+        history, one, two = pair.history, segment.point_1, segment.point_2
+        s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_1, moves, half, kind)
+        s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_2, moves, half, kind)
+        end_1, end_2 = s1.result_at_step_end, s2.result_at_step_end
+        on_a, on_b = add_pair_force_to_elements(
+            first.contact_force_sum,
+            second.contact_force_sum,
+            sum_contact_point_forces(point_1, point_2, end_1.force, end_2.force),
+        )
+        rows.store_force(element_a_rows, j, on_a)
+        rows.store_force(element_b_rows, j, on_b)
+        vertices = segment.vertex_positions
+        a1, b2 = vertex_positions_from_contact_solution(
+            vertices.first_vertex_of_a, vertices.second_vertex_of_b, one, s1
+        )
+        a2, b1 = vertex_positions_from_contact_solution(
+            vertices.second_vertex_of_a, vertices.first_vertex_of_b, two, s2
+        )
+        rows.store_corrected(pair_rows, j, pair_history_after_step(
+            history, segment, FaceVertexPositions(a1, a2, b1, b2),
+            correct_slip_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
+        ))  # fmt: skip
+        pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = (
+            s1.signed_friction_coefficient,
+            s2.signed_friction_coefficient,
+        )
+        slide = (
+            (s1.signed_friction_coefficient != 0.0)
+            & (s2.signed_friction_coefficient != 0.0)
+            & (end_1.force.normal_force + end_2.force.normal_force > 0.0)
+        )
+        changed = s1.contact_opened_closed_or_switched_vertex | s2.contact_opened_closed_or_switched_vertex
+        rows.store_findings(case_rows, j, StepContactChangesAsFloats(
+            1.0 if changed else old.contact_or_nearest_faces_changed,
+            1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
+            1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal,
+            1.0 if slide else old.pair_slides_on_both_points,
+            1.0 if s1.has_friction_reversal | s2.has_friction_reversal else old.has_friction_reversal,
+        ))  # fmt: skip
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
+    """Replace the contact state of two elements by the new one, in each case whose step is accepted."""
+    for j in range(rows.PARALLEL_CASE_COUNT):
+        step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).step_acceptance
+        rows.keep_history(pair_rows, j, decision.is_rejected > 0.0, step.history_after_step)
+        pair_rows[rows.SLID_ONE + j] = select(
+            decision.next_attempt_keeps_slip_assumption > 0.0,
+            step.assumed_slip_1.signed_friction_coefficient,
+            pair_rows[rows.SLID_ONE + j],
+        )
+        pair_rows[rows.SLID_TWO + j] = select(
+            decision.next_attempt_keeps_slip_assumption > 0.0,
+            step.assumed_slip_2.signed_friction_coefficient,
+            pair_rows[rows.SLID_TWO + j],
+        )

@@ -236,7 +236,7 @@ def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> Non
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     prepared = prepare_scene(load_shipped_scene("boulder"))
     assert np.isfinite(prepared.pair_contact_laws.normal_stiffness).all()
-    assert prepared.critical_angles[1] == pytest.approx(
+    assert prepared.critical_or_fall_angles[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.elements[1].x - 0.02), prepared.elements[1].z), rel=1e-9
     )
 

@@ -97,11 +97,11 @@ class ElementResultRow(NamedTuple):
     overturned: float
     """Side of the fall: 1 towards the azimuth, −1 away from it, 0 standing."""
     overturning_time: float
-    """Time of the fall, s."""
+    """Time of the fall, s from the start of the record: last time at which the element could come back; NaN: none."""
     peak_rotation: float
-    """Largest rotation over the critical angle."""
+    """Largest rotation, rad; `case_outcome_variables` divides it by the tipping angle."""
     peak_slip: float
-    """Largest slip of the base, m."""
+    """Largest absolute slip of the base on its support, m."""
     residual_slip: float
     """Slip of the base at the end, m."""
 
@@ -204,7 +204,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
-            float(prepared_scene.critical_angles[index]),
+            float(prepared_scene.critical_or_fall_angles[index]),
             *prepared_scene.max_recoverable_rotations_by_side[index].tolist(),
         ),
         step_motion_and_peaks=k.ElementStepMotionWorkAndPeaks(

@@ -1,6 +1,6 @@
 """Termination of a scene case: classify each element and the case at the end of a sample."""
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -40,6 +40,23 @@ MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT: Final = 0.1
 """Largest gap between an element and its support, as a share of the penetration limit."""
 
 
+class ElementCountsAndKineticEnergy(NamedTuple):
+    """Numbers of free elements of a case that stand, fell and stand safely, their kinetic energy, and two checks."""
+
+    sum_finite_if_state_is_finite: float
+    """Sum that is finite if the poses and velocities of all elements are."""
+    kinetic_energy_of_free_elements: float
+    """Kinetic energy of the free elements, J."""
+    standing_element_count: int
+    """Number of free elements that stand."""
+    fallen_element_count: int
+    """Number of free elements that have fallen."""
+    safely_standing_element_count: int
+    """Number of elements that stand for good if the rest of the record cannot lift or slide them."""
+    any_slid_over_tenth_of_half_height: bool
+    """True if an element has slid by more than a tenth of half its height."""
+
+
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
     state: Any,
@@ -57,7 +74,7 @@ def case_status(
     case = rows.load_case(state, lane)
     v = int(case.scene_variant_index)
     element_fall_limits, limits = scene.element_fall_limits[v], scene.termination_limits[v]
-    check, moving, standing, fallen, safe, slid = update_fall_sides_and_count_elements(state, lane, element_fall_limits)
+    check, moving, standing, fallen, safe, slid = store_fall_sides_and_count_elements(state, lane, element_fall_limits)
     if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.max_penetration:
         return CaseStatus.UNSTABLE
     gap = MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration
@@ -88,7 +105,9 @@ def case_status(
     if (
         fallen == 0
         and not slid
-        and outcomes_are_final(state, lane, scene, element_fall_limits, limits.min_overturning_energy, gap)
+        and outcomes_of_standing_elements_are_final(
+            state, lane, scene, element_fall_limits, limits.min_overturning_energy, gap
+        )
     ):
         return CaseStatus.SIMULATED
     if case.current_sample < case.end_sample_if_undecided:
@@ -131,7 +150,7 @@ def no_element_can_fall_later(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def outcomes_are_final(
+def outcomes_of_standing_elements_are_final(
     state: Any, lane: int, scene: Any, element_fall_limits: Any, smallest_barrier: float, max_gap: float
 ) -> bool:
     """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
@@ -144,20 +163,10 @@ def outcomes_are_final(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_fall_sides_and_count_elements(
+def store_fall_sides_and_count_elements(
     state: Any, lane: int, element_fall_limits: Any
-) -> tuple[float, float, int, int, int, bool]:
-    """Store the side of elements that fell in this sample; count elements that stand, that fell and that are safe.
-
-    Returns
-    -------
-    check, moving : float
-        Sum that is finite if all poses and velocities are; kinetic energy of the free elements, J.
-    standing, fallen, safe : int
-        Numbers of elements that stand, that fell, and that stand for good if the record cannot lift them.
-    slid : bool
-        True if an element has slid by more than a tenth of half its height.
-    """
+) -> ElementCountsAndKineticEnergy:
+    """Store the side of elements that fell in this sample; count elements that stand, that fell and that are safe."""
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(element_fall_limits.size):
         e = rows.slice_element_rows(state, i)
@@ -174,7 +183,7 @@ def update_fall_sides_and_count_elements(
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and element_stands_safely(item, element_fall_limits[i].overturning_energy))
-    return check, moving, standing, fallen, safe, slid
+    return ElementCountsAndKineticEnergy(check, moving, standing, fallen, safe, slid)
 
 
 @njit(**INLINE_OPTIONS)
@@ -311,7 +320,7 @@ def remaining_base_motion_cannot_move_groups(
 def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
     """True if an element is nearly upright, in place and at rest, so that weak shaking cannot move it."""
     return bool(
-        abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_angle
+        abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle
         and abs(element.slip_and_fall.slip_on_support)
         < MAX_SAFE_SLIP_OVER_HALF_HEIGHT * abs(element.rest_position.base_point_z_in_element_axes)
         and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * energy_barrier
@@ -323,7 +332,7 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_fall_limits: Any, 
     """True if the energy `spare_energy` (J) would suffice to rotate an element beyond its largest rotation so far."""
     for e in range(element_fall_limits.size):
         item = rows.load_element(rows.slice_element_rows(state, e), lane)
-        reached = peak_rotation_to_either_side(item) / item.constants.critical_angle
+        reached = peak_rotation_to_either_side(item) / item.constants.critical_or_fall_angle
         if element_fall_limits[e].is_free == 0.0 or reached < 1e-3:
             continue
         share = min(max(spare_energy / element_fall_limits[e].overturning_energy, 0.0), 1.0)

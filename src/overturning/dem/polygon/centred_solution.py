@@ -30,7 +30,7 @@ from overturning.dem.polygon.mechanics import (
     PlanarContactPointForce,
     PlanarContactPointResult,
     add_pair_force_to_elements,
-    limit_friction_force,
+    friction_force_limit_and_slip_flag,
     opening_and_slip_rates,
     owner_code_of_contact_vertex,
     pair_history_after_step,
@@ -107,7 +107,7 @@ def solved_planar_contact_point(
     (drifts, drift), loaded = (
         slides_in_flat_landing_and_signed_friction(contact_law, contact_point, whole, a, b, held), most > 0.0,
     )  # fmt: skip
-    force, holds, slips = limit_friction_force(t, n, contact_law, (held & inside, drifts, drift))
+    force, holds, slips = friction_force_limit_and_slip_flag(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction_coefficient, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     spring = spring if inside else 0.0

@@ -26,7 +26,7 @@ from overturning.dem.polygon.mechanics import (
     element_acceleration,
     extrapolate_pose,
     extrapolate_velocity,
-    limit_friction_force,
+    friction_force_limit_and_slip_flag,
     pair_history_after_step,
     power_against_inertial_and_holding_forces,
     sum_contact_point_forces,
@@ -63,7 +63,7 @@ def compute_planar_contact_force(
 ) -> PlanarContactPointResult:
     """Return force, penetration and slip at a contact point of two elements from spring, dashpot and friction.
 
-    See `overturning.dem.polygon.mechanics.limit_friction_force` for `flat_landing_state`.
+    See `overturning.dem.polygon.mechanics.friction_force_limit_and_slip_flag` for `flat_landing_state`.
     """
     fade = contact_law.dashpot_coefficient * steps_per_second
     n = contact_law.normal_stiffness * contact_point.penetration + fade * (
@@ -77,7 +77,9 @@ def compute_planar_contact_force(
     t = -(contact_law.tangential_stiffness * stretch) - drag
     # The spring of a slipping point is shortened to the force that friction can hold.
     held, drifts, drift = flat_landing_state
-    force, holds, slips = limit_friction_force(t, n, contact_law, (held & contact_point.is_in_contact, drifts, drift))
+    force, holds, slips = friction_force_limit_and_slip_flag(
+        t, n, contact_law, (held & contact_point.is_in_contact, drifts, drift)
+    )
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     return PlanarContactPointResult(
         PlanarContactPointForce(n, force, spring),

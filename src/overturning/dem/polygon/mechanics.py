@@ -269,7 +269,7 @@ def opening_and_slip_rates(
 
 
 @njit(**INLINE_OPTIONS)
-def limit_friction_force(
+def friction_force_limit_and_slip_flag(
     trial_force: float, normal_force: float, contact_law: ContactPointLaw, flat_landing_state: tuple[bool, bool, float]
 ) -> tuple[float, float, bool]:
     """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.

@@ -176,7 +176,7 @@ def plan_scene_simulation(
     square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
-    per_sample, finest, divided = step_settings_of_variants(
+    per_sample, finest, divided = steps_per_sample_shortest_ticks_and_ratio(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
     # 20/p with p = √(3g/4R).
@@ -286,7 +286,7 @@ def _rest_acceleration_limits_g_of_cases(
     )
 
 
-def step_settings_of_variants(
+def steps_per_sample_shortest_ticks_and_ratio(
     scheme: IntegrationScheme,
     time_step: float | str,
     squared_frequency: FloatArray,

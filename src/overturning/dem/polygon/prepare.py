@@ -49,7 +49,7 @@ class PreparedScene:
     lowest_and_last_index_of_rocking_groups: NDArray[np.int64]  # (groups, 2): elements that rock as one
     rocking_onset_acceleration_g_by_group: FloatArray  # (groups,): |a|/g below which a group cannot start to rock
     tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
-    critical_angles: FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
+    critical_or_fall_angles: FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
     overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
     support_element_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
     base_centres: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
@@ -69,7 +69,7 @@ class PreparedScene:
     @property
     def tipping_angles(self) -> FloatArray:
         """Tipping angle α of each element, rad, shape (elements,): the smaller of both sides; NaN if it cannot tip."""
-        return np.where(np.isfinite(self.tipping_angles_by_side).all(axis=1), self.critical_angles, np.nan)
+        return np.where(np.isfinite(self.tipping_angles_by_side).all(axis=1), self.critical_or_fall_angles, np.nan)
 
     @property
     def max_recoverable_rotations_by_side(self) -> FloatArray:
@@ -78,12 +78,12 @@ class PreparedScene:
         These are the tipping angles or, without one, the angle at which the element has fallen.
         """
         angles = self.tipping_angles_by_side
-        return np.where(np.isfinite(angles), angles, self.critical_angles[:, None])
+        return np.where(np.isfinite(angles), angles, self.critical_or_fall_angles[:, None])
 
     @property
     def tipping_angles_or_one_degree_in_rad(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
-        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical_angles)
+        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical_or_fall_angles)
 
     @property
     def mean_static_penetration_of_loaded_pairs(self) -> FloatArray:

@@ -168,7 +168,7 @@ def all_elements_upright(state: Any, lane: int, element_fall_limits: Any) -> boo
         item = rows.load_element(rows.slice_element_rows(state, i), lane)
         if (
             element_fall_limits[i].is_free > 0.0
-            and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_angle
+            and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
         ):
             return False
     return True
@@ -190,9 +190,9 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
             continue
         height = abs(item.rest_position.base_point_z_in_element_axes)
         tilt, slip = abs(item.pose.angle), abs(item.slip_and_fall.slip_on_support)
-        if item.slip_and_fall.fall_side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_angle:
+        if item.slip_and_fall.fall_side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle:
             return False
-        if slip > MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT * item.constants.critical_angle * height:
+        if slip > MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT * item.constants.critical_or_fall_angle * height:
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.angular), abs(a.x) + abs(a.z) + height * abs(a.angular)

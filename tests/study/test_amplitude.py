@@ -98,7 +98,7 @@ def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(
         )
         for name in ("one", "three")
     ]
-    np.testing.assert_array_equal(*(sample.outcomes["overturned"] for sample in samples))
+    np.testing.assert_array_equal(*(sample.study_outcomes["overturned"] for sample in samples))
 
 
 def test_an_unknown_amplitude_factor_is_refused(cube_paths_without_and_with_amplitude_factors: dict[str, Path]) -> None:

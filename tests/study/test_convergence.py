@@ -115,14 +115,14 @@ class RecordsAndRandomCaseSample:
 
     def sample_with_replaced_flags(self, overturned: Any, divided: Any = None) -> RandomCaseSample:
         """Return the cells to be checked as if the study had found these overturning flags in them."""
-        answers = self.sample.outcomes.copy()
+        answers = self.sample.study_outcomes.copy()
         answers["overturned"] = overturned
-        divided = self.sample.members_disagree_on_fall if divided is None else divided
+        divided = self.sample.ensemble_members_disagree_on_fall if divided is None else divided
         return replace(
             self.sample,
-            outcomes=answers,
-            members_disagree_on_fall=divided,
-            members_disagree_on_fall_or_direction=self.sample.members_disagree_on_fall_or_direction | divided,
+            study_outcomes=answers,
+            ensemble_members_disagree_on_fall=divided,
+            ensemble_members_disagree_on_fall_or_side=self.sample.ensemble_members_disagree_on_fall_or_side | divided,
         )
 
 
@@ -170,7 +170,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     np.testing.assert_array_equal(planned_step_counts(**stiff), planned_step_counts())
     assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
     assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
-    opposite = np.where(done.sample.outcomes["overturned"] == 0, 1, 0).astype(np.int8)
+    opposite = np.where(done.sample.study_outcomes["overturned"] == 0, 1, 0).astype(np.int8)
     wrong = check_convergence(settings, done.records, done.sample_with_replaced_flags(opposite))
     assert wrong.finer_step_rerun.changes_by_element[0].flags == 10 - finer.flags
     assert wrong.stiffer_contact_rerun.changes_by_element[0].flags == 10 - stiffer.flags
@@ -195,13 +195,13 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     none = dict.fromkeys(zeros, 0)
     assert all_divided == wrong.finer_step_rerun.changes_by_element[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
-    turned = done.sample_with_replaced_flags(-done.sample.outcomes["overturned"])
+    turned = done.sample_with_replaced_flags(-done.sample.study_outcomes["overturned"])
     (sides,) = check_convergence(settings, done.records, turned).finer_step_rerun.changes_by_element
     assert sides.different_sides_if_members_fall_to_one_side == sides.sides == finer.fallen - finer.sides > 0
     (both,) = check_convergence(
         settings,
         done.records,
-        replace(turned, members_disagree_on_fall_or_direction=~turned.members_disagree_on_fall),
+        replace(turned, ensemble_members_disagree_on_fall_or_side=~turned.ensemble_members_disagree_on_fall),
     ).finer_step_rerun.changes_by_element
     assert (both.sides, both.different_fall_sides_if_members_agree, both.falls_in_both_if_members_fall_to_one_side) == (
         sides.sides,
@@ -217,7 +217,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
 ) -> None:
     settings = small_study(verification={"at_least": 10, "cost": 30})
     done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
-    own = done.sample.outcomes["overturned"][:, 0]
+    own = done.sample.study_outcomes["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.grid_indices.tolist())}
     grid = variant_grid(settings)
@@ -326,11 +326,11 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert found.non_sliding_block_cells == found.cases == 30
     assert found.fallen > 3
     assert found.flags == found.sides == 0
-    overturned = rigid.outcomes["overturned"].copy()
+    overturned = rigid.study_outcomes["overturned"].copy()
     first, second = np.flatnonzero(overturned)[:2]
     overturned[first], overturned[second] = 0, -overturned[second]
-    wrong = replace(rigid, outcomes=rigid.outcomes.copy())
-    wrong.outcomes["overturned"] = overturned
+    wrong = replace(rigid, study_outcomes=rigid.study_outcomes.copy())
+    wrong.study_outcomes["overturned"] = overturned
     again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid_block_comparison
     one_fall_less = dict.fromkeys(
         ("fallen", "falls_in_both_if_members_agree", "falls_in_both_if_members_fall_to_one_side"), found.fallen - 1
@@ -402,7 +402,7 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     for outcome in (*found.finer_step_rerun.changes_by_element, *found.stiffer_contact_rerun.changes_by_element):
         assert outcome.cases + outcome.unanswered == found.rerun_case_count == 4
     # The slender one alone is said to have stood where it fell.
-    wrong = done.sample.outcomes["overturned"].copy()
+    wrong = done.sample.study_outcomes["overturned"].copy()
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
@@ -484,12 +484,14 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
-    divided = dict(zip(sample.grid_indices[:, 0].tolist(), sample.members_disagree_on_fall[:, 0].tolist(), strict=True))
+    divided = dict(
+        zip(sample.grid_indices[:, 0].tolist(), sample.ensemble_members_disagree_on_fall[:, 0].tolist(), strict=True)
+    )
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
     apart = dict(
         zip(
             sample.grid_indices[:, 0].tolist(),
-            sample.members_disagree_on_fall_or_direction[:, 0].tolist(),
+            sample.ensemble_members_disagree_on_fall_or_side[:, 0].tolist(),
             strict=True,
         )
     )
@@ -513,8 +515,8 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_random_case_sample(tmp_path / "cube.nc", ConvergenceCheckSettings(at_least=5))
     place = np.argsort(sample.grid_indices[:, 0])
-    assert sample.members_disagree_on_fall[place, 0].tolist() == [False, False, False, True, False]
-    assert sample.members_disagree_on_fall_or_direction[place, 0].tolist() == [False, False, True, True, False]
+    assert sample.ensemble_members_disagree_on_fall[place, 0].tolist() == [False, False, False, True, False]
+    assert sample.ensemble_members_disagree_on_fall_or_side[place, 0].tolist() == [False, False, True, True, False]
     # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
     assert sample.fall_direction_agreement_weight[place] == pytest.approx(
         [1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0]
@@ -532,7 +534,7 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     settings = small_study(**body, verification={"at_least": 24, "cost": 100})
     done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
     sample = done.sample
-    fell = np.flatnonzero(sample.outcomes["overturned"][:, 0] == 1)
+    fell = np.flatnonzero(sample.study_outcomes["overturned"][:, 0] == 1)
     assert fell.size >= 6
     rank = np.full(len(sample.record_indices), -1)
     rank[fell] = np.arange(fell.size)
@@ -553,7 +555,7 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
         stands = (rank[row] == 2) & (factor > 1.005)
         return SimpleNamespace(
             overturned=np.where(stands, 0, 1).astype(np.int8)[:, None],
-            fall_azimuth=np.where(stands, np.nan, (sample.outcomes["azimuth"][row, 0] + turn) % 360.0),
+            fall_azimuth=np.where(stands, np.nan, (sample.study_outcomes["azimuth"][row, 0] + turn) % 360.0),
             block_steps=np.full(row.size, 10),
         )
 

@@ -80,14 +80,16 @@ def test_ensemble_members_fill_the_set_ranges_without_exceeding_them() -> None:
     members = draw_parameter_changes_of_members(settings)
     assert members.member_count == 64
     for name in ("amplitude", "b_over_h", "friction", "damping"):
-        width, factor = getattr(settings, name), getattr(members, name)
+        width, factor = getattr(settings, name), getattr(members, f"{name}_factor")
         assert np.abs(factor - 1).max() <= width
         assert np.abs(factor - 1).max() > 0.9 * width
         for scramble in (0, 1):  # each scramble is balanced by itself: one point in every 32nd part
-            place = np.floor((factor[members.scramble == scramble] - 1 + width) / (2 * width) * 32).astype(int)
+            place = np.floor((factor[members.sobol_sequence_number == scramble] - 1 + width) / (2 * width) * 32).astype(
+                int
+            )
             assert sorted(np.clip(place, 0, 31)) == list(range(32))
-    assert np.abs(members.azimuth_deg).max() <= 2
-    assert np.abs(members.initial_tilt).max() <= 0.01
+    assert np.abs(members.azimuth_change_deg).max() <= 2
+    assert np.abs(members.initial_tilt_rad).max() <= 0.01
 
 
 def test_ensemble_members_depend_only_on_the_seed(tmp_path: Path) -> None:
@@ -95,7 +97,7 @@ def test_ensemble_members_depend_only_on_the_seed(tmp_path: Path) -> None:
         draw_parameter_changes_of_members(EnsembleSettings(seed=seed)).write_csv(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
     members, again = draw_parameter_changes_of_members(EnsembleSettings()), EnsembleMembers.read_csv(tmp_path / "a")
-    for name in ("scramble", "amplitude", "azimuth_deg", "initial_tilt"):
+    for name in ("sobol_sequence_number", "amplitude_factor", "azimuth_change_deg", "initial_tilt_rad"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
 
@@ -156,7 +158,9 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion
     def fake_member_results(cases: Cases, _: ProgressCallback | None) -> Any:
         shape = np.asarray(cases.b_over_h)
         every_way = np.tile(45.0 * np.arange(8), shape.size // 8)
-        towards = np.where(np.isclose(shape, 0.2), every_way, 40.0) + np.tile(members.azimuth_deg, shape.size // 8)
+        towards = np.where(np.isclose(shape, 0.2), every_way, 40.0) + np.tile(
+            members.azimuth_change_deg, shape.size // 8
+        )
         return SimpleNamespace(
             overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
         )
@@ -220,8 +224,9 @@ def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
             run_cases(
                 pulse_motion,
                 Cases(
-                    60 + members.azimuth_deg[j], 0.6, 0.3 * members.b_over_h[j], 1.0 * members.friction[j],
-                    members.amplitude[j], members.damping[j], members.initial_tilt[j],
+                    60 + members.azimuth_change_deg[j], 0.6, 0.3 * members.b_over_h_factor[j],
+                    1.0 * members.friction_factor[j],
+                    members.amplitude_factor[j], members.damping_factor[j], members.initial_tilt_rad[j],
                 ),
             ).overturned[0]
         )
@@ -283,12 +288,12 @@ def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> Non
     assert [batch.size for batch in batches] == [8, 8, 8]
     assert sorted(np.concatenate(batches)) == list(range(24))
     for batch in batches:
-        assert members.select_members(batch).scramble.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
+        assert members.select_members(batch).sobol_sequence_number.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
     # Fewer members are the first of more, so that a larger number only adds to them.
     few, size = draw_parameter_changes_of_members(EnsembleSettings(members=16)), 16
     assert np.array_equal(
-        few.amplitude[np.concatenate(few.split_member_numbers_into_batches(MEMBERS_PER_BATCH))],
-        members.amplitude[np.concatenate(batches)[:size]],
+        few.amplitude_factor[np.concatenate(few.split_member_numbers_into_batches(MEMBERS_PER_BATCH))],
+        members.amplitude_factor[np.concatenate(batches)[:size]],
     )
 
 
@@ -313,7 +318,9 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
     every = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
-    some = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, max_interval_half_width=0.19)
+    some = ensemble_statistics_of_grid(
+        pulse_motion, nominal_outcomes, members, max_fall_probability_interval_half_width=0.19
+    )
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
     whole = some["members"] == 24
@@ -326,7 +333,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
-        few = EnsembleRunner(PlanarModel(), members, max_interval_half_width=0.19)
+        few = EnsembleRunner(PlanarModel(), members, max_fall_probability_interval_half_width=0.19)
         alone = few.run_ensemble_of_selected_cases(
             pulse_motion, one, own, lambda cases, _: run_cases(pulse_motion, cases)
         )[0]

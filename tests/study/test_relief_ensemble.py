@@ -27,22 +27,22 @@ SCANNED_BODY_SETTINGS = {
 def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: Path) -> None:
     plain = draw_parameter_changes_of_members(EnsembleSettings(members=16))
     assert not plain.varies_relief
-    assert not plain.orientation_deg.any()
+    assert not plain.orientation_change_deg.any()
     assert {"relief", "orientation"}.isdisjoint(EnsembleSettings().model_dump())
     varied = draw_parameter_changes_of_members(
         EnsembleSettings.model_validate({"members": 64, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
     )
     assert varied.varies_relief
-    assert (varied.relief >= 0.001).all()
-    assert (varied.relief <= 0.005).all()
-    assert varied.relief.mean() == pytest.approx(0.003, abs=2e-4)
-    assert np.abs(varied.orientation_deg).max() == pytest.approx(5.0, abs=0.5)
+    assert (varied.relief_m >= 0.001).all()
+    assert (varied.relief_m <= 0.005).all()
+    assert varied.relief_m.mean() == pytest.approx(0.003, abs=2e-4)
+    assert np.abs(varied.orientation_change_deg).max() == pytest.approx(5.0, abs=0.5)
     assert varied.high_relief_mask.sum() == 32
     for members, columns in ((plain, 7), (varied, 9)):
         members.write_csv(tmp_path / "members.csv")
         assert len((tmp_path / "members.csv").read_text().splitlines()[0].split(",")) == columns
         again = EnsembleMembers.read_csv(tmp_path / "members.csv")
-        for name in ("amplitude", "orientation_deg", "relief"):
+        for name in ("amplitude_factor", "orientation_change_deg", "relief_m"):
             np.testing.assert_array_equal(getattr(again, name), getattr(members, name))
 
 
@@ -65,7 +65,7 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     members = draw_parameter_changes_of_members(
         EnsembleSettings.model_validate({"members": 16, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
     )
-    limit, seen = float(np.median(members.relief)), []
+    limit, seen = float(np.median(members.relief_m)), []
 
     def fake_results_falling_if_relief_is_low(cases: Any, progress: Any, relief: float) -> Any:
         seen.append((relief, np.asarray(cases.azimuth_deg)))
@@ -92,12 +92,12 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     )  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(
-        np.concatenate([members.relief[batch] for batch in members.split_member_numbers_into_batches(8)]).tolist()
+        np.concatenate([members.relief_m[batch] for batch in members.split_member_numbers_into_batches(8)]).tolist()
     )
     turned = {float(relief): azimuth for relief, azimuth in seen}
     for number in range(16):
-        turn = members.azimuth_deg[number] + members.orientation_deg[number]
-        np.testing.assert_allclose(turned[float(members.relief[number])], [turn, 90.0 + turn])
+        turn = members.azimuth_change_deg[number] + members.orientation_change_deg[number]
+        np.testing.assert_allclose(turned[float(members.relief_m[number])], [turn, 90.0 + turn])
     np.testing.assert_array_equal(found["probability_falls_low_relief"].ravel(), [1.0, 1.0])
     np.testing.assert_array_equal(found["probability_falls_high_relief"].ravel(), [0.0, 0.0])
     np.testing.assert_allclose(found["probability_falls"].ravel(), 0.5)

@@ -51,7 +51,7 @@ def test_a_change_in_the_table_of_ensemble_members_is_detected(tmp_path: Path) -
     path = tmp_path / "members.csv"
     drawn = draw_parameter_changes_of_members(EnsembleSettings(members=16))
     drawn.write_csv(path)
-    np.testing.assert_array_equal(EnsembleMembers.read_csv(path).friction, drawn.friction)
+    np.testing.assert_array_equal(EnsembleMembers.read_csv(path).friction_factor, drawn.friction_factor)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("1.", "2.", 1), encoding="utf-8")
     with pytest.raises(ResultError, match="damaged"):

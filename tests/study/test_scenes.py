@@ -275,7 +275,12 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
     height, own = reference_element_height_and_b_over_h(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
-        members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping
+        members.azimuth_change_deg,
+        height,
+        own * members.b_over_h_factor,
+        0.8 * members.friction_factor,
+        members.amplitude_factor,
+        members.damping_factor,
     )
     motion = Motion(record.north, record.east, sampling_interval=0.01)
     flags = simulate_cases(scene, motion, cases).overturned

@@ -164,17 +164,17 @@ def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
     angles, falls = [], []
     for i in range(members.member_count):
         scaled = Motion(
-            stored_motion.north * members.amplitude[i],
-            stored_motion.east * members.amplitude[i],
+            stored_motion.north * members.amplitude_factor[i],
+            stored_motion.east * members.amplitude_factor[i],
             sampling_interval=0.01,
         )
         one = simulate_as_arrays(
-            scaled, "rectangle", orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
-            b_over_h=[0.25 * members.b_over_h[i]],
-            friction=[0.7 * members.friction[i]],
+            scaled, "rectangle", orientation_deg=[45.0 + members.azimuth_change_deg[i]], height=[0.6],
+            b_over_h=[0.25 * members.b_over_h_factor[i]],
+            friction=[0.7 * members.friction_factor[i]],
         )  # fmt: skip
         falls.append(int(one["overturned"].item()))
-        angles.append(np.radians(one["fall_azimuth"].item() - members.azimuth_deg[i]))
+        angles.append(np.radians(one["fall_azimuth"].item() - members.azimuth_change_deg[i]))
     cell = loaded_cube.isel(record=0, height=0, friction=0).sel(orientation=45, b_over_h=0.25, aspect=1)
     # The dashpots' spread, which a call has no argument for, moves an azimuth by far less than this.
     assert cell["probability_falls"] == pytest.approx(np.mean(falls))

@@ -188,7 +188,7 @@ BATCHES = {
 
 # Memory and time limit of one job of the sweep, for a cluster; the limit is five times the expected time.
 SIZE = estimate_study_size(STUDY, CHUNKS)
-SWEEP_MB = round(SIZE.memory_bytes / 1e6)
+SWEEP_MB = round(SIZE.largest_job_memory_bytes / 1e6)
 READING_MB = round(SIZE.cube_reading_memory_bytes / 1e6)
 SECONDS = estimate_job_seconds_by_workflow_rule(STUDY, CHUNKS)
 SWEEP_MINUTES = 10 + round(SECONDS["sweep"] / 12)

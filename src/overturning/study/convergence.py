@@ -8,10 +8,10 @@ from pydantic import BaseModel
 from overturning.stored import read_json_result
 from overturning.study.answers import OutcomeDifferenceCounts
 
-AMPLITUDE_PERTURBATION: Final = 1e-9
+RELATIVE_AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
 
-MAX_AMPLITUDE_CHANGE: Final = 0.01
+MAX_RELATIVE_AMPLITUDE_CHANGE: Final = 0.01
 """Largest relative change of amplitude for which the azimuth of a fall is compared."""
 
 MIN_FALL_AZIMUTH_SHIFT_DEG: Final = 30.0

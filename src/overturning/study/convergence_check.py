@@ -3,8 +3,8 @@
 Cells whose blocks cannot slide are also compared with the exact rigid block.
 
 A case whose outcome changes with finer steps is run again with half that step, and with the motion scaled by
-1 + `AMPLITUDE_PERTURBATION`. If both agree, the outcome of the finer steps stands; if the second differs, the case is
-chaotic.
+1 + `RELATIVE_AMPLITUDE_PERTURBATION`. If both agree, the outcome of the finer steps stands; if the second differs, the
+case is chaotic.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,9 +26,9 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.answers import CaseOutcomes, count_outcome_differences, fall_azimuths_differ, outcomes_differ
 from overturning.study.convergence import (
-    AMPLITUDE_PERTURBATION,
-    MAX_AMPLITUDE_CHANGE,
+    MAX_RELATIVE_AMPLITUDE_CHANGE,
     MIN_FALL_AZIMUTH_SHIFT_DEG,
+    RELATIVE_AMPLITUDE_PERTURBATION,
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
     FallChangesWithAmplitude,
@@ -127,7 +127,7 @@ class _CaseReruns:
             "rigid": simulate_rigid_block,
         }
         self.is_planar = variant_model(study).is_planar
-        self.answers = dict.fromkeys(("finer", "stiffer"), sample.outcomes[:0])
+        self.answers = dict.fromkeys(("finer", "stiffer"), sample.study_outcomes[:0])
         self.refused: dict[str, str] = {}
 
     def try_rerunning_cases_within_step_budget(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
@@ -157,7 +157,7 @@ class _CaseReruns:
 
     def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
         """Compute the given cases of the sample again, with motions scaled by `amplitude`; return the outcomes."""
-        answers = np.zeros(case_numbers.size, self.sample.outcomes.dtype)
+        answers = np.zeros(case_numbers.size, self.sample.study_outcomes.dtype)
 
         def rerun_cases_of_record(record_number: int) -> None:
             """Compute the chosen cases of one record again, and store their outcomes."""
@@ -185,12 +185,12 @@ class _CaseReruns:
     def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
         """Count, for each scene element, the cases whose outcome differs between the study and a second computation."""
         count, outcomes = len(rerun_outcomes), []
-        own = self.sample.outcomes[:count]
+        own = self.sample.study_outcomes[:count]
         away = fall_azimuths_differ(own, rerun_outcomes)
         for column, name in enumerate(self.grid.element_names or ("",)):
             before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
-            sure = ~self.sample.members_disagree_on_fall[:count, column]
-            one_way = ~self.sample.members_disagree_on_fall_or_direction[:count, column]
+            sure = ~self.sample.ensemble_members_disagree_on_fall[:count, column]
+            one_way = ~self.sample.ensemble_members_disagree_on_fall_or_side[:count, column]
             counts, those, agreed = (
                 count_outcome_differences(before[chosen], after[chosen], away[chosen, column])
                 for chosen in (np.ones_like(sure), sure, one_way)
@@ -226,7 +226,7 @@ class _CaseReruns:
 
     def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return two masks of the first cases: outcome known with both time steps, and changed by the finer one."""
-        own, finer = self.sample.outcomes[:case_count], self.answers["finer"][:case_count]
+        own, finer = self.sample.study_outcomes[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
@@ -238,7 +238,7 @@ class _CaseReruns:
         rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_steps]
         finest, nudged = (
             self._rerun_cases("finest", rows),
-            self._rerun_cases("finer", rows, 1.0 + AMPLITUDE_PERTURBATION),
+            self._rerun_cases("finer", rows, 1.0 + RELATIVE_AMPLITUDE_PERTURBATION),
         )
         kept = ~outcomes_differ(nudged, finer[rows])
         return ChangesWithFinerSteps(
@@ -251,11 +251,11 @@ class _CaseReruns:
 
     def count_falls_changed_by_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
-        own, finer = self.sample.outcomes[:case_count], self.answers["finer"][:case_count]
+        own, finer = self.sample.study_outcomes[:case_count], self.answers["finer"][:case_count]
         if self.is_planar:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).any(axis=1))
-        factors = 1.0 + MAX_AMPLITUDE_CHANGE * np.array([-1.0, -0.5, 0.5, 1.0])
+        factors = 1.0 + MAX_RELATIVE_AMPLITUDE_CHANGE * np.array([-1.0, -0.5, 0.5, 1.0])
         # Estimate the cost from the finer steps.
         rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / TIME_STEP_REFINEMENT) <= allowed_steps]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0

@@ -35,7 +35,7 @@ MAX_PLAUSIBLE_B_OVER_H: Final = 1.5
 MAX_PLAUSIBLE_AMPLITUDE_FACTOR: Final = 10.0
 """Largest plausible factor on a record."""
 
-MAX_PLAUSIBLE_RELATIVE_PENETRATION: Final = 0.1
+MAX_PLAUSIBLE_REST_PENETRATION_OVER_WIDTH: Final = 0.1
 """Largest plausible penetration of a block at rest, as a share of its width; deeper corners are no contacts."""
 
 PLAUSIBLE_DENSITY_RANGE_KG_M3: Final = (1000.0, 8000.0)
@@ -143,12 +143,12 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
         if (
             contact.stiffness != "auto"
             and study.body is None
-            and weight > 2 * MAX_PLAUSIBLE_RELATIVE_PENETRATION * contact.stiffness
+            and weight > 2 * MAX_PLAUSIBLE_REST_PENETRATION_OVER_WIDTH * contact.stiffness
         ):
             yield (
                 f"{key}.stiffness: {contact.stiffness:g} N/m; a block {max(study.height):g} m high sinks by "
                 f"{weight / (2 * contact.stiffness):.3g} of its width; give at least "
-                f"{weight / (2 * MAX_PLAUSIBLE_RELATIVE_PENETRATION):.2g} N/m, or auto"
+                f"{weight / (2 * MAX_PLAUSIBLE_REST_PENETRATION_OVER_WIDTH):.2g} N/m, or auto"
             )
 
 

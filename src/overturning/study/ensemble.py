@@ -6,7 +6,7 @@ describe how probable these parameters are.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Final, Self
@@ -29,16 +29,16 @@ from overturning.motion.motion import Motion
 from overturning.settings import EnsembleSettings
 from overturning.tables import read_table_rows
 
-Z_95: Final = NormalDist().inv_cdf(0.975)
-"""Two-sided 95 % point of the normal distribution."""
+NORMAL_QUANTILE_OF_TWO_SIDED_95_PERCENT: Final = NormalDist().inv_cdf(0.975)
+"""Quantile 0.975 of the standard normal distribution, 1.96."""
 
-SCRAMBLED_SEQUENCE_COUNT: Final = 2
+SCRAMBLED_SOBOL_SEQUENCE_COUNT: Final = 2
 """Number of scrambled Sobol sequences; the difference of their means shows the error of the fall probability."""
 
-ENSEMBLE_CELLS_BESIDE_BOUNDARY: Final = 2
+ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE: Final = 2
 """Number of cells on either side of a change of outcome along B/H that are run with `where: boundary`."""
 
-MIN_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
+MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
 """Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
 
 MEMBERS_PER_BATCH: Final = 8
@@ -53,7 +53,7 @@ MAX_MEMBER_CASES_PER_RUN: Final = 1_000_000
 CaseRunner = Callable[..., Any]
 """Function of cases, progress and, for a scanned stone, a relief (m) that runs cases under the nominal motion."""
 
-Arrays = dict[str, NDArray[Any]]
+ArraysByVariableName = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -62,66 +62,66 @@ class EnsembleMembers:
 
     Attributes
     ----------
-    scramble : ndarray of int, shape (n,)
+    sobol_sequence_number : ndarray of int, shape (n,)
         Number of the scrambled Sobol sequence from which the run is drawn, 0 or 1.
-    amplitude, b_over_h, friction, damping : ndarray, shape (n,)
+    amplitude_factor, b_over_h_factor, friction_factor, damping_factor : ndarray, shape (n,)
         Factors on the nominal values.
-    azimuth_deg : ndarray, shape (n,)
+    azimuth_change_deg : ndarray, shape (n,)
         Rotation of the sensor, added to the azimuth, degrees.
-    initial_tilt : ndarray, shape (n,)
+    initial_tilt_rad : ndarray, shape (n,)
         Initial rotation, rad.
-    orientation_deg : ndarray, shape (n,)
+    orientation_change_deg : ndarray, shape (n,)
         Rotation of the body on the ground, added to its orientation, degrees clockwise.
-    relief : ndarray, shape (n,)
+    relief_m : ndarray, shape (n,)
         Height above the lowest point up to which points of a scanned stone's base bear, m; NaN: as for the body.
     """
 
-    scramble: NDArray[np.int64]
-    amplitude: FloatArray
-    b_over_h: FloatArray
-    friction: FloatArray
-    damping: FloatArray
-    azimuth_deg: FloatArray
-    initial_tilt: FloatArray
-    orientation_deg: FloatArray
-    relief: FloatArray
+    sobol_sequence_number: NDArray[np.int64]
+    amplitude_factor: FloatArray
+    b_over_h_factor: FloatArray
+    friction_factor: FloatArray
+    damping_factor: FloatArray
+    azimuth_change_deg: FloatArray
+    initial_tilt_rad: FloatArray
+    orientation_change_deg: FloatArray
+    relief_m: FloatArray
 
     @property
     def varies_relief(self) -> bool:
         """True if the runs differ in relief, the height up to which points of a scanned stone's base bear."""
-        return bool(np.isfinite(self.relief).all() and self.relief.size)
+        return bool(np.isfinite(self.relief_m).all() and self.relief_m.size)
 
     @property
     def high_relief_mask(self) -> NDArray[np.bool_]:
         """True for runs whose relief (height up to which base points bear) is above the median, shape (n,)."""
-        return np.asarray(self.relief > np.median(self.relief))
+        return np.asarray(self.relief_m > np.median(self.relief_m))
 
     @property
     def csv_column_names(self) -> tuple[str, ...]:
-        """Names of the parameter changes in the CSV file: all `COLUMNS`, relief and orientation only if they vary."""
-        varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_deg.any())}
-        return tuple(name for name in COLUMNS if varies.get(name, True))
+        """Columns of the CSV file: all of `FIELD_BY_CSV_COLUMN`, relief and orientation only if they vary."""
+        varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_change_deg.any())}
+        return tuple(column for column in FIELD_BY_CSV_COLUMN if varies.get(column, True))
 
     @property
     def member_count(self) -> int:
         """Number of members (runs with changed parameters) of the ensemble."""
-        return int(self.scramble.size)
+        return int(self.sobol_sequence_number.size)
 
     def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleMembers":
         """Return an ensemble with only the members (runs with changed parameters) of the given numbers."""
-        return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in COLUMNS))
+        return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in FIELD_BY_CSV_COLUMN.values()))
 
     def split_member_numbers_into_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
         """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
-        own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLED_SEQUENCE_COUNT)]
-        each = batch_size // SCRAMBLED_SEQUENCE_COUNT
+        own = [np.flatnonzero(self.sobol_sequence_number == number) for number in range(SCRAMBLED_SOBOL_SEQUENCE_COUNT)]
+        each = batch_size // SCRAMBLED_SOBOL_SEQUENCE_COUNT
         starts = range(0, max(places.size for places in own), each)
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
     def write_csv(self, csv_path: Path) -> None:
         """Write the parameter changes of all ensemble runs as CSV, with a SHA-256 checksum as last line."""
         names = self.csv_column_names
-        rows = zip(*(getattr(self, name).tolist() for name in names), strict=True)
+        rows = zip(*(getattr(self, FIELD_BY_CSV_COLUMN[name]).tolist() for name in names), strict=True)
         with atomic_write(csv_path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (names, *rows)), encoding="utf-8")
             append_checksum(part)
@@ -136,18 +136,23 @@ class EnsembleMembers:
         rows = read_table_rows(
             csv_path, _MemberRow, delimiter=",", error_class=ResultError, table_kind="table of ensemble members"
         )
-        numbers = [[getattr(row, name) for name in COLUMNS] for _, row in rows]
-        scramble, *columns = np.array(numbers, np.float64).reshape(-1, len(COLUMNS)).T
+        numbers = [[getattr(row, column) for column in FIELD_BY_CSV_COLUMN] for _, row in rows]
+        scramble, *columns = np.array(numbers, np.float64).reshape(-1, len(FIELD_BY_CSV_COLUMN)).T
         return cls(scramble.astype(np.int64), *columns)
 
 
-COLUMNS: Final = tuple(item.name for item in fields(EnsembleMembers))
+FIELD_BY_CSV_COLUMN: Final = {
+    "scramble": "sobol_sequence_number", "amplitude": "amplitude_factor", "b_over_h": "b_over_h_factor",
+    "friction": "friction_factor", "damping": "damping_factor", "azimuth_deg": "azimuth_change_deg",
+    "initial_tilt": "initial_tilt_rad", "orientation_deg": "orientation_change_deg", "relief": "relief_m",
+}  # fmt: skip
+"""Field of `EnsembleMembers` by column of the CSV file, in the order of the fields."""
 
-_DEFAULTS_OF_OPTIONAL_COLUMNS: Final = {"orientation_deg": 0.0, "relief": np.nan}
+_DEFAULTS_OF_OPTIONAL_CSV_COLUMNS: Final = {"orientation_deg": 0.0, "relief": np.nan}
 """Values of columns that the members' file may lack."""
 
 _MemberRow = create_model(  # type: ignore[call-overload]
-    "_MemberRow", **{name: (float, _DEFAULTS_OF_OPTIONAL_COLUMNS.get(name, ...)) for name in COLUMNS}
+    "_MemberRow", **{name: (float, _DEFAULTS_OF_OPTIONAL_CSV_COLUMNS.get(name, ...)) for name in FIELD_BY_CSV_COLUMN}
 )
 
 
@@ -158,11 +163,11 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
     """
     from scipy.stats import qmc
 
-    half = settings.members // SCRAMBLED_SEQUENCE_COUNT
+    half = settings.members // SCRAMBLED_SOBOL_SEQUENCE_COUNT
     power = max(half - 1, 0).bit_length()  # the sequence has a length of a power of two
     generators = (
         np.random.Generator(np.random.PCG64(stream))
-        for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLED_SEQUENCE_COUNT)
+        for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLED_SOBOL_SEQUENCE_COUNT)
     )
     # Two more dimensions change the points of all; ensembles without them keep theirs.
     dimensions = 8 if settings.relief is not None or settings.orientation else 6
@@ -171,16 +176,15 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
     signed = 2 * np.concatenate(points) - 1
     changes = signed[:, :6] * np.array([*widths, settings.azimuth, settings.initial_tilt])
     changes[:, : len(widths)] += 1.0  # factors
-    count = SCRAMBLED_SEQUENCE_COUNT * half
+    count = SCRAMBLED_SOBOL_SEQUENCE_COUNT * half
     turns, reliefs = np.zeros(count), np.full(count, np.nan)
     if dimensions > 6:
         turns = np.round(settings.orientation * signed[:, 6], 9)
     if settings.relief is not None:
         low, high = settings.relief.low, settings.relief.high
         reliefs = np.round(low + (high - low) * 0.5 * (signed[:, 7] + 1.0), 9)
-    return EnsembleMembers(
-        np.repeat(np.arange(SCRAMBLED_SEQUENCE_COUNT), half), *np.column_stack([np.round(changes, 9), turns, reliefs]).T
-    )
+    sequence_numbers = np.repeat(np.arange(SCRAMBLED_SOBOL_SEQUENCE_COUNT), half)
+    return EnsembleMembers(sequence_numbers, *np.column_stack([np.round(changes, 9), turns, reliefs]).T)
 
 
 def select_cases_for_ensemble_runs(
@@ -194,7 +198,7 @@ def select_cases_for_ensemble_runs(
     These are all cells with `run_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along B/H
     of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
     differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`fall_azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
+    (`fall_azimuth_deg`, NaN without a fall) by `MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
     shape = nominal_flags.shape[:dimension_count]
     if run_all_cells or shape[2] == 1:
@@ -203,10 +207,10 @@ def select_cases_for_ensemble_runs(
     change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
     if fall_azimuth_deg is not None:
         azimuth = fall_azimuth_deg.astype(np.float64)
-        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_FALL_AZIMUTH_CHANGE_DEG
+        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG
         change = change | (turned.any(axis=dimension_count) if turned.ndim > dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
-    reach = ENSEMBLE_CELLS_BESIDE_BOUNDARY
+    reach = ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE
     padded = np.pad(change, [(reach, reach) if axis == 2 else (0, 0) for axis in range(dimension_count)])
     return np.asarray(sliding_window_view(padded, 2 * reach, axis=2).any(axis=-1))
 
@@ -219,9 +223,10 @@ def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[Floa
     """
     n, k = np.asarray(total_count, np.float64), np.asarray(case_count, np.float64)
     known = np.maximum(n, 1.0)
-    share, square = k / known, Z_95 * Z_95 / known
+    z = NORMAL_QUANTILE_OF_TWO_SIDED_95_PERCENT
+    share, square = k / known, z * z / known
     middle = (share + 0.5 * square) / (1.0 + square)
-    half = Z_95 / (1.0 + square) * np.sqrt(share * (1.0 - share) / known + 0.25 * square / known)
+    half = z / (1.0 + square) * np.sqrt(share * (1.0 - share) / known + 0.25 * square / known)
     return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
@@ -252,8 +257,7 @@ def fall_shares_by_relief(
 ) -> dict[str, NDArray[Any]]:
     """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
 
-    The relief is the height above the lowest point of a base up to which its points carry load. Each share has
-    shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
+    Each share has shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
     """
     known = member_flags != INT8_MISSING
     counts = [((known & half).sum(axis=1), ((member_flags == 1) & half).sum(axis=1)) for half in (
@@ -281,9 +285,7 @@ class EnsembleRunner:
     model: Model
     members: EnsembleMembers
     run_all_cells: bool = True  # run all cells, not only those near a change of outcome
-    max_interval_half_width: float = (
-        0.0  # half-width for `fall_probabilities_converged`; 0: every cell gets all members
-    )
+    max_fall_probability_interval_half_width: float = 0.0  # 0: every cell gets all members
 
     @property
     def ensemble_result_variables(self) -> tuple[OutcomeVariable, ...]:
@@ -297,7 +299,7 @@ class EnsembleRunner:
         nominal_outcomes: Mapping[str, NDArray[Any]],
         run_cases: CaseRunner,
         progress: ProgressCallback | None = None,
-    ) -> tuple[Arrays, int]:
+    ) -> tuple[ArraysByVariableName, int]:
         """Run the ensemble of each case, or each near a change of outcome; return results and cost (steps × stones).
 
         `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells
@@ -308,17 +310,15 @@ class EnsembleRunner:
         computed = nominal_outcomes[self.model.copy_flag_variable_name] == 0
         azimuths = nominal_outcomes.get("fall_azimuth")
         chosen = computed & select_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
-        arrays: Arrays = {}
+        arrays: ArraysByVariableName = {}
         for variable in self.ensemble_result_variables:
             shape = overturned.shape if variable.per_element else grid.shape
             arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(MEMBERS_PER_BATCH, members.member_count))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-        most = min(
-            MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY // motion.sample_count, MAX_MEMBER_CASES_PER_RUN // cells_of_each
-        )
-        group = max(1, most // together)
+        most = MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY // motion.sample_count
+        group = max(1, min(most, MAX_MEMBER_CASES_PER_RUN // cells_of_each) // together)
         work, done, block_steps = max(1, int(chosen.sum())), 0, 0
         for start in range(0, directions.size, group):
             some = np.zeros_like(chosen)
@@ -329,8 +329,8 @@ class EnsembleRunner:
             azimuth = np.full(flags.shape if in_3d else flags.shape[:2], np.nan)
             of_group = subtask_progress_callback(progress, done / work, (done + len(cells)) / work)
             block_steps += self._simulate_members_until_converged(grid, cells, run_cases, flags, azimuth, of_group)
-            sensor = members.azimuth_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
-            found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.scramble)
+            sensor = members.azimuth_change_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
+            found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.sobol_sequence_number)
             if members.varies_relief:
                 found |= fall_shares_by_relief(flags, members.high_relief_mask)
             for name, values in found.items():
@@ -349,7 +349,7 @@ class EnsembleRunner:
         for index, batch in enumerate(batches):
             of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))
             # Members with a relief of their own are other bodies, so each of them is run by itself.
-            relief = self.members.relief
+            relief = self.members.relief_m
             for own in batch[:, None] if self.members.varies_relief else [batch]:
                 results = run_cases(
                     self._cases_of_cells_and_members(grid, cells[unsettled], self.members.select_members(own)),
@@ -361,7 +361,8 @@ class EnsembleRunner:
                 if (towards := getattr(results, "fall_azimuth", None)) is not None:
                     azimuths = towards.reshape(unsettled.size, own.size, *fall_azimuth_deg.shape[2:])
                     fall_azimuth_deg[unsettled[:, None], own] = azimuths
-            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], self.max_interval_half_width)]
+            half_width = self.max_fall_probability_interval_half_width
+            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], half_width)]
             if unsettled.size == 0:
                 break
         if progress:
@@ -374,27 +375,26 @@ class EnsembleRunner:
             grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
         same = np.ones(members.member_count)
-        sizes = {
-            name: at * getattr(members, name, same) for name, at in zip(grid.dimension_names[1:], rest, strict=True)
-        }
-        alike = {name: getattr(members, name) for name in ("amplitude", "initial_tilt")}
-        alike["damping_factor"] = members.damping
+        values = zip(grid.dimension_names[1:], rest, strict=True)
+        sizes = {name: at * getattr(members, f"{name}_factor", same) for name, at in values}
+        alike = {"amplitude": members.amplitude_factor, "initial_tilt": members.initial_tilt_rad}
+        alike["damping_factor"] = members.damping_factor
         return Cases(
             # Rotating the sensor anticlockwise is equivalent to rotating plane or body clockwise by the same angle.
-            (direction + members.azimuth_deg + members.orientation_deg).ravel(),
+            (direction + members.azimuth_change_deg + members.orientation_change_deg).ravel(),
             **{name: values.ravel() for name, values in sizes.items()},
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
-    def _copy_to_symmetric_cells(self, grid: CaseGrid, ensemble_arrays: Arrays, copied_cells: NDArray[Any]) -> None:
-        """Copy ensemble results of simulated cases to the cases that equal them by symmetry."""
+    def _copy_to_symmetric_cells(self, grid: CaseGrid, arrays: ArraysByVariableName, copied_mask: NDArray[Any]) -> None:
+        """Copy ensemble results of simulated cases to the cases that equal them by symmetry, within `arrays`."""
         source = self.model.simulated_direction_for_each_direction(grid).direction_index
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
-            alike = copied_cells[(slice(None), *rest)]
+            alike = copied_mask[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored_values(ensemble_arrays, where) for item in self.ensemble_result_variables}
+            seen = {item.name: item.mirrored_values(arrays, where) for item in self.ensemble_result_variables}
             for name, values in seen.items():
-                ensemble_arrays[name][(behind, *rest)] = values
+                arrays[name][(behind, *rest)] = values

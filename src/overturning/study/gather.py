@@ -95,7 +95,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube[model.direction_dimension_name].setncatts(model.direction_coordinate_attributes)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
-    own = StudyToSceneSizeConversion.for_variant(study, variant).fixed_b_over_h
+    own = StudyToSceneSizeConversion.for_variant(study, variant).scene_b_over_h_independent_of_study
     sized = grid if own is None else grid.copy_with_dimension_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
     if (critical := critical_angle_coordinate(model, sized)) is not None:
@@ -116,7 +116,7 @@ def _copy_outcomes_of_record_into_cube(
         parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
-            filled[np.ix_(*part.grid_indices)] = True
+            filled[np.ix_(*part.study_grid_indices_by_dimension)] = True
         if not filled.all():
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)

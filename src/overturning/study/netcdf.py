@@ -64,13 +64,13 @@ def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:
         add_coordinate(file, "element", "element_name", str, grid.element_names, long_name=f"name {about}")
 
 
-MAX_VALUES_PER_CHUNK: Final = 1 << 20
+MAX_VALUES_PER_HDF5_CHUNK: Final = 1 << 20
 """Number of values in an HDF5 or dask chunk of a variable, unless a single azimuth or orientation has more."""
 
 
 def hdf5_chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return the HDF5 chunk shape of a variable for one record: all of its cases, or those of some directions."""
-    return (min(shape[0], max(1, MAX_VALUES_PER_CHUNK // max(1, prod(shape[1:])))), *shape[1:])
+    return (min(shape[0], max(1, MAX_VALUES_PER_HDF5_CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
 def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:

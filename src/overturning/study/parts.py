@@ -23,7 +23,7 @@ from overturning.study.schema import Study
 class SweepChunk:
     """Chunk (one job's part) of the cases of a record: its number, and the number of chunks of the record."""
 
-    number: int = 1  # from 1
+    number_from_1: int = 1
     chunk_count: int = 1
 
     @classmethod
@@ -38,7 +38,7 @@ class SweepChunk:
         return cls(int(found[1]), int(found[2]))
 
     def __str__(self) -> str:
-        return f"{self.number}-of-{self.chunk_count}"
+        return f"{self.number_from_1}-of-{self.chunk_count}"
 
 
 SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
@@ -74,7 +74,7 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return grid.copy_with_dimension_values(**{name: directions[number % chunk.chunk_count == chunk.number - 1]})
+    return grid.copy_with_dimension_values(**{name: directions[number % chunk.chunk_count == chunk.number_from_1 - 1]})
 
 
 def write_sweep_part(
@@ -99,12 +99,12 @@ class OpenedSweepPartFile(NamedTuple):
     """Open file with the outcomes of a chunk of cases, and the positions of these cases in the study's grid."""
 
     file: Any  # netCDF4 dataset without masking and scaling
-    grid_indices: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
+    study_grid_indices_by_dimension: list[NDArray[np.intp]]  # positions of its cells in the whole grid
 
     def copy_variable_into(self, variable_name: str, grid_array: NDArray[Any]) -> None:
         """Copy this file's values of a variable to their positions in an array for the whole parameter grid."""
-        if self.grid_indices[0].size:
-            where: tuple[Any, ...] = np.ix_(*self.grid_indices)
+        if self.study_grid_indices_by_dimension[0].size:
+            where: tuple[Any, ...] = np.ix_(*self.study_grid_indices_by_dimension)
             grid_array[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
                 variable_name
             ][:]

@@ -34,20 +34,20 @@ from overturning.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from overturning.records.record import Record
 
-_SECONDS_PER_CASE: Final = 5e-5
+_PROCESSOR_SECONDS_PER_SINGLE_BLOCK_CASE: Final = 5e-5
 """Processor time of a single-block case on a small machine, s."""
 
 _SHARE_OF_MEMBERS_RUN_IF_ONLY_AT_BOUNDARY: Final = 0.4
 """Share of ensemble members that are run if only cells near a change of flag have an ensemble."""
 
-_BASE_MEMORY_BYTES: Final = 4e8
-_MEMORY_BYTES_PER_CELL: Final = 400
+_BASE_SIMULATION_MEMORY_BYTES: Final = 4e8
+_SIMULATION_MEMORY_BYTES_PER_CELL: Final = 400
 _DISK_BYTES_PER_CELL: Final = 45
 _DISK_BYTES_PER_RECORD: Final = 6e5  # motion and figures
 _DISK_BYTES_PER_STUDY: Final = 1e6  # report and explorer
 _BASE_READING_MEMORY_BYTES: Final = 1e9
 _READING_MEMORY_BYTES_PER_CELL: Final = 12
-_MEMORY_BYTES_PER_MEMBER: Final = 20
+_MEMORY_BYTES_PER_CELL_AND_MEMBER: Final = 20
 
 MAX_CELLS_OF_SINGLE_EXPLORER_PAGE: Final = 3_000_000
 """Largest number of cells of an explorer page in a single file (30 MB, which browsers can open)."""
@@ -62,26 +62,24 @@ _FORMATS_WITHOUT_USER_FILES = ("fema-p695", "synthetic")
 class StudySizeEstimate:
     """Number of cases of a study, and estimates of its processor time, memory and disk space."""
 
-    records: int
-    cases_per_record: int  # per record
-    processor_time_s: float
-    memory_bytes: float  # of the job that needs most
-    disk_bytes: float
+    record_count: int
+    cases_per_record: int
+    total_processor_time_s: float  # of all jobs
+    largest_job_memory_bytes: float
+    results_disk_bytes: float
 
     @property
     def cube_reading_memory_bytes(self) -> float:
         """Estimated memory for reading the results cube of the study record by record, bytes."""
-        return _BASE_READING_MEMORY_BYTES + self.records * self.cases_per_record * _READING_MEMORY_BYTES_PER_CELL
+        return _BASE_READING_MEMORY_BYTES + self.record_count * self.cases_per_record * _READING_MEMORY_BYTES_PER_CELL
 
     def __str__(self) -> str:
-        records, cases = ("" if count == 1 else "s" for count in (self.records, self.cases_per_record))
-        count = self.records * self.cases_per_record
-        total = f"{self.records} record{records} × {self.cases_per_record:,} case{cases} = {count:,}"
-        memory, disk = _format_bytes(self.memory_bytes), _format_bytes(self.disk_bytes)
-        return (
-            f"{total}; about {format_duration(self.processor_time_s)} of processor time, {memory} of memory, {disk} of "
-            "results"
-        )
+        records, cases = ("" if count == 1 else "s" for count in (self.record_count, self.cases_per_record))
+        count = self.record_count * self.cases_per_record
+        total = f"{self.record_count} record{records} × {self.cases_per_record:,} case{cases} = {count:,}"
+        memory, disk = _format_bytes(self.largest_job_memory_bytes), _format_bytes(self.results_disk_bytes)
+        duration = format_duration(self.total_processor_time_s)
+        return f"{total}; about {duration} of processor time, {memory} of memory, {disk} of results"
 
 
 def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
@@ -94,7 +92,12 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     runs = scales + members * (
         _SHARE_OF_MEMBERS_RUN_IF_ONLY_AT_BOUNDARY if study.ensemble.where == "boundary" else 1.0
     )  # members at one amplitude
-    cases = study.cases_per_record * _SECONDS_PER_CASE * variant_model(study).relative_computing_time_of_case * runs
+    cases = (
+        study.cases_per_record
+        * _PROCESSOR_SECONDS_PER_SINGLE_BLOCK_CASE
+        * variant_model(study).relative_computing_time_of_case
+        * runs
+    )
     seconds = {
         "read": 0.2, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
         "sweep": 0.2 + cases / chunks_per_record,
@@ -119,9 +122,9 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     )
     cells = study.cases_per_record / chunks_per_record
     memory = (
-        _BASE_MEMORY_BYTES
-        + cells * scales * _MEMORY_BYTES_PER_CELL * elements
-        + min(cells, MAX_MEMBER_CASES_PER_RUN / MEMBERS_PER_BATCH) * _MEMORY_BYTES_PER_MEMBER * members
+        _BASE_SIMULATION_MEMORY_BYTES
+        + cells * scales * _SIMULATION_MEMORY_BYTES_PER_CELL * elements
+        + min(cells, MAX_MEMBER_CASES_PER_RUN / MEMBERS_PER_BATCH) * _MEMORY_BYTES_PER_CELL_AND_MEMBER * members
     )
     cells_on_disk = study.cases_per_record * scales * _DISK_BYTES_PER_CELL * elements * variants
     disk = _DISK_BYTES_PER_STUDY + records * (_DISK_BYTES_PER_RECORD + cells_on_disk) + sweeps * cells_on_disk
@@ -141,7 +144,7 @@ def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) 
     size = estimate_study_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
-    if size.memory_bytes > memory or size.disk_bytes > disk:
+    if size.largest_job_memory_bytes > memory or size.results_disk_bytes > disk:
         raise ConfigError(
             f"{study_file}: {size}. This machine has {_format_bytes(memory)} of memory and {_format_bytes(disk)} of "
             "free disk: take larger steps in azimuth, b_over_h, height or friction, or fewer records"

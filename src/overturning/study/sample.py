@@ -33,12 +33,12 @@ class RandomCaseSample:
 
     record_indices: NDArray[np.int64]  # position of the record, shape (n,)
     grid_indices: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
-    outcomes: CaseOutcomes
+    study_outcomes: CaseOutcomes
     stays_at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
-    members_disagree_on_fall: NDArray[
+    ensemble_members_disagree_on_fall: NDArray[
         np.bool_
     ]  # some members of the ensemble fall and others stand, shape (n, elements)
-    members_disagree_on_fall_or_direction: NDArray[
+    ensemble_members_disagree_on_fall_or_side: NDArray[
         np.bool_
     ]  # divided, or falls to both sides (3-D: agreement < `MIN_RESULTANT_OF_AGREEING_FALLS`), same shape
     fall_direction_agreement_weight: NDArray[

@@ -127,16 +127,16 @@ def directions_as_int16_if_whole(directions_deg: Sequence[float]) -> NDArray[Any
 class StudyToSceneSizeConversion:
     """Conversion of the study's heights and B/H to those of the stone that sets the size of a variant's scene."""
 
-    height_factor: float = 1.0  # on the study's heights
-    fixed_b_over_h: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
-    b_over_h_digits: int | None = 12  # digits to which B/H is rounded; None for the default scene
+    scene_over_study_height_ratio: float = 1.0  # factor on the study's heights
+    scene_b_over_h_independent_of_study: float | None = None  # set if the study's B/H are of another reference element
+    b_over_h_decimal_places: int | None = 12  # to which B/H is rounded; None: not rounded (default scene)
 
     @classmethod
     def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
         """Create the conversion of stone sizes from a study to a variant; both scenes are scaled by the same factor."""
         scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
-            return cls(b_over_h_digits=None if scene == gravestone() else 12)
+            return cls(b_over_h_decimal_places=None if scene == gravestone() else 12)
         own_height, own_ratio = reference_element_height_and_b_over_h(scene)
         factor = own_height / reference_element_height_and_b_over_h(study.scene)[0]
         return cls(
@@ -145,24 +145,29 @@ class StudyToSceneSizeConversion:
 
     def to_scene_heights(self, height: FloatArray) -> FloatArray:
         """Convert heights of the study's stone, m, to those of the stone that sets the size of the variant's scene."""
-        return height if self.height_factor == 1.0 else np.round(height * self.height_factor, 10)
+        return (
+            height
+            if self.scene_over_study_height_ratio == 1.0
+            else np.round(height * self.scene_over_study_height_ratio, 10)
+        )
 
     def to_scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
         """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""
-        if self.fixed_b_over_h is not None:
+        if self.scene_b_over_h_independent_of_study is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
-            b_over_h = self.fixed_b_over_h * (
+            b_over_h = self.scene_b_over_h_independent_of_study * (
                 b_over_h / nominal_b_over_h[np.abs(np.log(b_over_h[:, None] / nominal_b_over_h)).argmin(axis=1)]
             )
-        return b_over_h if self.b_over_h_digits is None else np.round(b_over_h, self.b_over_h_digits)
+        return b_over_h if self.b_over_h_decimal_places is None else np.round(b_over_h, self.b_over_h_decimal_places)
 
 
 def variant_size_note(study: Study, variant: str) -> str:
     """Return a note if the stone of a study's variant has another height or B/H than that of the study; else ""."""
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
     own, stone = study.scene.size_reference_element_name, variant_scene(study, variant).size_reference_element_name
-    said = [] if sizes.height_factor == 1.0 else [f"{sizes.height_factor:.3g} times that height"]
-    said += [] if sizes.fixed_b_over_h is None else [f"a B/H of {sizes.fixed_b_over_h:.3g} whatever the {own} has"]
+    height_ratio, b_over_h = sizes.scene_over_study_height_ratio, sizes.scene_b_over_h_independent_of_study
+    said = [] if height_ratio == 1.0 else [f"{height_ratio:.3g} times that height"]
+    said += [] if b_over_h is None else [f"a B/H of {b_over_h:.3g} whatever the {own} has"]
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""
 
 

@@ -80,10 +80,13 @@ def simulate_variant(
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
-    if sizes.fixed_b_over_h is None:
+    if sizes.scene_b_over_h_independent_of_study is None:
         return simulate_grid_in_3d_and_face_planes(model, motion, sized, numerics)
     arrays = simulate_grid_in_3d_and_face_planes(
-        model, motion, sized.copy_with_dimension_values(b_over_h=np.array([sizes.fixed_b_over_h])), numerics
+        model,
+        motion,
+        sized.copy_with_dimension_values(b_over_h=np.array([sizes.scene_b_over_h_independent_of_study])),
+        numerics,
     )
     counts = {name: arrays.pop(name) for name in CASE_COUNTER_NAMES}
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts

@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from overturning.quantities import Degree
 from overturning.validation import StrictModel
 
-_MAX_VALUES = 100_000
-_MAX_AZIMUTHS = 36_000
+_MAX_VALUES_IN_RANGE = 100_000
+_MAX_AZIMUTHS_IN_RANGE = 36_000
 
 _WHOLE_DEGREE_STEPS_DIVIDING_360 = tuple(step for step in range(1, 181) if 360 % step == 0)
 
@@ -26,8 +26,8 @@ class ValueRange(StrictModel):
         """Raise a ValueError if stop lies below start, or if the range has too many values."""
         if self.stop < self.start:
             raise ValueError(f"empty range: stop {self.stop:g} lies below start {self.start:g}")
-        if (self.stop - self.start) / self.step > _MAX_VALUES:
-            raise ValueError(f"more than {_MAX_VALUES} values; use a larger step")
+        if (self.stop - self.start) / self.step > _MAX_VALUES_IN_RANGE:
+            raise ValueError(f"more than {_MAX_VALUES_IN_RANGE} values; use a larger step")
         return self
 
     def expand_values(self) -> tuple[float, ...]:
@@ -52,8 +52,8 @@ class AzimuthRange(StrictModel):
         if self.stop <= self.start:
             raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
         steps = (self.stop - self.start) / self.step
-        if steps > _MAX_AZIMUTHS:
-            raise ValueError(f"more than {_MAX_AZIMUTHS:,} azimuths; use a larger step")
+        if steps > _MAX_AZIMUTHS_IN_RANGE:
+            raise ValueError(f"more than {_MAX_AZIMUTHS_IN_RANGE:,} azimuths; use a larger step")
         if self.stop - self.start == 360.0 and abs(steps - round(steps)) > 1e-9:
             near = sorted(_WHOLE_DEGREE_STEPS_DIVIDING_360, key=lambda step: abs(step - self.step))[:2]
             fitting = " or ".join(f"{step:g}" for step in sorted(near))

@@ -512,7 +512,7 @@ def test_legend_of_fall_alignment_by_b_over_h_has_only_known_reference_direction
     mean, unknown = MeanOverEarthquakes(5, 0.5, 0.2, 0.8), MeanOverEarthquakes(0, np.nan, np.nan, np.nan)
     means = {("peak velocity", True): [mean, mean], ("fault normal", True): [unknown, unknown]}
     with use_package_matplotlib_settings():
-        groups: Any = {"all records": SimpleNamespace(mean_cosines_by_reference=means)}
+        groups: Any = {"all records": SimpleNamespace(cosines_per_b_over_h_by_reference_and_axial=means)}
         figure = fall_alignment_by_b_over_h_figure(groups, np.array([0.2, 0.3]))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["peak velocity"]
 

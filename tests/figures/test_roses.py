@@ -61,7 +61,10 @@ def test_a_rose_of_2d_falls_counts_opposite_directions_as_one_axis() -> None:
     found = rose_sector_areas(draw_rose_of_falls_with_mean_axis(one))
     directions = fall_rose(one, from_normal=True)
     for middle in range(0, 90, 15):
-        both = directions.shares[middle // 15] + directions.shares[middle // 15 + ROSE_SECTOR_COUNT // 2]
+        both = (
+            directions.mean_fall_share_by_sector[middle // 15]
+            + directions.mean_fall_share_by_sector[middle // 15 + ROSE_SECTOR_COUNT // 2]
+        )
         assert found[middle] == pytest.approx(both)
     assert found[90.0] == found[-90.0], "the sector across the top has a half at either end"
     assert sum(area for middle, area in found.items() if -90 < middle <= 90) == pytest.approx(1.0)
@@ -74,9 +77,9 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
     )
     found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
     assert (found.is_measured_from_fault_normal, north.is_measured_from_fault_normal) == (True, False)
-    assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
-    assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
-    assert found.shares.size == north.shares.size == ROSE_SECTOR_COUNT // 2
+    assert np.flatnonzero(north.mean_fall_share_by_sector).tolist() == [0, 1, 2, 3, 4, 5]
+    assert np.flatnonzero(found.mean_fall_share_by_sector).tolist() == [0, 1, 2, 9, 10, 11]
+    assert found.mean_fall_share_by_sector.size == north.mean_fall_share_by_sector.size == ROSE_SECTOR_COUNT // 2
     figure = draw_rose_of_falls_with_mean_axis(without)
     names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
     assert names == ["W", "NW", "N", "NE", "E"]
@@ -85,7 +88,7 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
 
 def test_rose_of_3d_falls_shows_axes_only_if_a_fault_normal_is_known() -> None:
     one = random_3d_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
-    assert fall_rose_of_all_records(one).shares.size == ROSE_SECTOR_COUNT
+    assert fall_rose_of_all_records(one).mean_fall_share_by_sector.size == ROSE_SECTOR_COUNT
     assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
@@ -97,9 +100,13 @@ def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> Non
     flags[::2, 12], flags[1::2, 0] = -1, -1
     one = one.assign(overturned=(one["overturned"].dims, flags)).assign_coords(fault_normal=("record", [0.0] * 10))
     both = fall_rose_of_all_records(one)
-    assert (both.shares[0], both.low[0], both.high[0]) == (1.0, pytest.approx(0.05 ** (1 / 10)), 1.0)
+    assert (
+        both.mean_fall_share_by_sector[0],
+        both.share_interval_low_by_sector[0],
+        both.share_interval_high_by_sector[0],
+    ) == (1.0, pytest.approx(0.05 ** (1 / 10)), 1.0)
     alone = fall_rose(one, from_normal=True)
-    assert alone.low[0] < 0.5 < alone.high[0]
+    assert alone.share_interval_low_by_sector[0] < 0.5 < alone.share_interval_high_by_sector[0]
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,9 @@ NUMBERS_ALLOWED_IN_TEMPLATES = {"0", "1", "−1", "2", "15", "30", "45", "50", "
 NUMBER_IN_TEXT = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
 """Number of a text; letters of other scripts may stand next to it."""
 
-BLOCK_SELECTION_RULE_NAMES = [one.name.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")]
+BLOCK_SELECTION_RULE_NAMES = [
+    one.description_template.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")
+]
 CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY_RULE_NAME]
 STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]
 

@@ -30,7 +30,7 @@ def test_records_are_averaged_within_their_earthquake() -> None:
 
 def test_interval_of_a_mean_over_earthquakes_matches_scipy() -> None:
     found = mean_over_earthquakes(RECORD_VALUES, EARTHQUAKE_NAMES_BY_RECORD, draws=20_000)
-    assert (found.n, found.value) == (8, pytest.approx(EARTHQUAKE_MEANS.mean()))
+    assert (found.earthquake_count, found.mean) == (8, pytest.approx(EARTHQUAKE_MEANS.mean()))
     # The expanded percentile by SciPy: its percentile interval of the wider level that Hesterberg (2015) gives.
     level = 1 - 2 * stats.norm.cdf(-math.sqrt(8 / 7) * stats.t.ppf(0.975, 7))
     other = stats.bootstrap(
@@ -41,16 +41,19 @@ def test_interval_of_a_mean_over_earthquakes_matches_scipy() -> None:
         n_resamples=40_000,
         rng=np.random.default_rng(5),
     )
-    assert (found.low, found.high) == pytest.approx(tuple(other.confidence_interval), abs=0.03)
+    assert (found.interval_low, found.interval_high) == pytest.approx(tuple(other.confidence_interval), abs=0.03)
 
 
 def test_mean_over_few_earthquakes_lacks_an_interval_and_over_none_is_nan() -> None:
     few = mean_over_earthquakes(RECORD_VALUES[:-1], EARTHQUAKE_NAMES_BY_RECORD[:-1])
-    assert (few.n, few.value) == (MIN_EARTHQUAKES_FOR_INTERVAL - 1, pytest.approx(EARTHQUAKE_MEANS[:-1].mean()))
-    assert math.isnan(few.low)
+    assert (few.earthquake_count, few.mean) == (
+        MIN_EARTHQUAKES_FOR_INTERVAL - 1,
+        pytest.approx(EARTHQUAKE_MEANS[:-1].mean()),
+    )
+    assert math.isnan(few.interval_low)
     nothing = mean_over_earthquakes(np.array([np.nan]), ["A"])
-    assert nothing.n == 0
-    assert math.isnan(nothing.value)
+    assert nothing.earthquake_count == 0
+    assert math.isnan(nothing.mean)
 
 
 def test_tail_of_the_expanded_percentile_interval_matches_hesterbergs_table() -> None:
@@ -86,12 +89,12 @@ def test_interval_of_a_difference_equal_in_most_earthquakes_covers_its_mean(usua
     samples = np.where(generator.random((400, 9)) < 0.2, other, usual)
     found = [mean_over_earthquakes(sample, [*"ABCDEFGHI"], draws=2000) for sample in samples]
     mean = usual + 0.2 * (other - usual)
-    assert np.mean([one.low <= mean <= one.high for one in found]) > 0.95
+    assert np.mean([one.interval_low <= mean <= one.interval_high for one in found]) > 0.95
     same = [one for one, sample in zip(found, samples, strict=True) if (sample == usual).all()]
     assert len(same) > 40
     least = stats.binomtest(9, 9, alternative="greater").proportion_ci(0.95, method="exact").low
     for one in same:  # at least this share of all earthquakes has the value, the others have -1 or 1
-        assert (one.value, one.low, one.high) == pytest.approx(
+        assert (one.mean, one.interval_low, one.interval_high) == pytest.approx(
             (usual, least * usual - (1 - least), least * usual + (1 - least))
         )
 
@@ -103,7 +106,7 @@ def test_a_share_that_is_the_same_in_all_earthquakes_has_an_interval() -> None:
     share from 0 to 1.
     """
     assert mean_share_interval(np.full(8, 0.3)) == pytest.approx((0.3 * 0.05 ** (1 / 8), 1 - 0.7 * 0.05 ** (1 / 8)))
-    assert math.isnan(mean_over_earthquakes(np.zeros(7), [*"ABCDEFG"]).low), "too few earthquakes"
+    assert math.isnan(mean_over_earthquakes(np.zeros(7), [*"ABCDEFG"]).interval_low), "too few earthquakes"
 
 
 def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
@@ -140,8 +143,10 @@ def test_share_of_0_or_1_in_all_earthquakes_has_the_exact_bound() -> None:
     assert exact_interval_if_all_0_or_all_1(np.zeros(0)) is None
     # Two records of an earthquake are one earthquake.
     found = mean_share_over_earthquakes(np.ones(16), [*"AABBCCDDEEFFGGHH"])
-    assert (found.n, found.value, found.low, found.high) == pytest.approx((8, 1.0, 0.05 ** (1 / 8), 1.0))
-    assert math.isnan(mean_share_over_earthquakes(np.ones(3), [*"ABC"]).low)
+    assert (found.earthquake_count, found.mean, found.interval_low, found.interval_high) == pytest.approx(
+        (8, 1.0, 0.05 ** (1 / 8), 1.0)
+    )
+    assert math.isnan(mean_share_over_earthquakes(np.ones(3), [*"ABC"]).interval_low)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7])

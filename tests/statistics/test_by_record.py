@@ -24,7 +24,7 @@ def four_record_cube(make_cube_from_fall_rules, make_sector_fall_rule):
 def test_statistics_of_records_in_batches_equal_those_of_single_records(four_record_cube, monkeypatch):
     together = fall_vector_sums_by_record(four_record_cube, "b_over_h")
     for cells in (1, 2 * four_record_cube["overturned"].size // 4):  # one at a time, and by two
-        monkeypatch.setattr(by_record, "CELLS_PER_READ", cells)
+        monkeypatch.setattr(by_record, "TARGET_CASES_PER_READ_BATCH", cells)
         xr.testing.assert_identical(fall_vector_sums_by_record(four_record_cube, "b_over_h"), together)
 
 

@@ -14,10 +14,10 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.criteria import (
     CRITERIA,
-    MAX_VALID_PULSE_FREQUENCY_RATIO,
+    MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO,
     SLENDERNESS_ONLY_RULE_NAME,
-    FallPredictionCounts,
     OverturningCriteriaScores,
+    WeightedFallPredictionCounts,
     block_frequency_parameter,
     ishiyama_velocity_limit,
     kaneko_hayashi_acceleration_limit,
@@ -110,15 +110,13 @@ def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) 
 def test_no_criterion_predicts_a_fall_below_the_rocking_acceleration() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
     for criterion in CRITERIA:
-        assert (
-            criterion.acceleration_limit_function(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)
-        ).all()
+        assert (criterion.pga_limit_m_s2_function(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
 
 
 def test_hit_rate_and_skill_match_hand_computation() -> None:
-    found = FallPredictionCounts(2, 1, 1, 1)
+    found = WeightedFallPredictionCounts(2, 1, 1, 1)
     assert found.hit_rate == pytest.approx(2 / 3)
-    assert found.skill == pytest.approx(2 / 3 - 1 / 2)
+    assert found.peirce_skill_score == pytest.approx(2 / 3 - 1 / 2)
 
 
 def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube_from_fall_rules) -> None:
@@ -136,15 +134,21 @@ def test_wests_criterion_has_full_skill_for_falls_by_its_own_formula(make_cube_f
     west, *others, blind = found.rule_scores
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY_RULE_NAME)
     for one in (
-        west.skill,
-        west.mean_skill_within_block_sizes,
+        west.peirce_skill_over_all_cases,
+        west.weighted_mean_skill_over_block_sizes,
     ):  # 0.05^(1/8) of all earthquakes have the skill 1, the others at least -1
-        assert (one.n, one.value, one.low, one.high) == pytest.approx((8, 1.0, 2 * 0.05 ** (1 / 8) - 1, 1.0))
-    assert all(one.skill.value < 1 and one.mean_skill_within_block_sizes.value < 1 for one in others)
+        assert (one.earthquake_count, one.mean, one.interval_low, one.interval_high) == pytest.approx(
+            (8, 1.0, 2 * 0.05 ** (1 / 8) - 1, 1.0)
+        )
+    assert all(
+        one.peirce_skill_over_all_cases.mean < 1 and one.weighted_mean_skill_over_block_sizes.mean < 1 for one in others
+    )
     # Within a block only the motion differs, so a rule without motion has no skill.
-    assert blind.mean_skill_within_block_sizes.value == pytest.approx(0.0)
-    assert found.counts_by_block_size[0.6, 0.1][0].fall_share == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
-    assert len(found.counts_by_block_size) == 8
+    assert blind.weighted_mean_skill_over_block_sizes.mean == pytest.approx(0.0)
+    assert found.criterion_counts_by_height_and_b_over_h[0.6, 0.1][0].actual_fall_share == pytest.approx(
+        np.mean(pga >= 0.1 * STANDARD_GRAVITY)
+    )
+    assert len(found.criterion_counts_by_height_and_b_over_h) == 8
 
 
 def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cube_from_fall_rules) -> None:
@@ -166,28 +170,28 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     blind = found.rule_scores[-1]
-    assert (found.best_criterion.name, found.best_criterion.mean_skill_within_block_sizes.value) == (
+    assert (found.best_criterion.name, found.best_criterion.weighted_mean_skill_over_block_sizes.mean) == (
         "pulse, one impact",
         pytest.approx(1.0),
     )
     # All earthquakes are alike: 0.05^(1/8) of all earthquakes have the lead, the others at least -2.
-    for lead in found.skill_leads_of_best_criterion.values():
-        assert lead.low == pytest.approx(0.05 ** (1 / 8) * (lead.value + 2) - 2)
+    for lead in found.best_minus_other_skill_by_criterion_name.values():
+        assert lead.interval_low == pytest.approx(0.05 ** (1 / 8) * (lead.mean + 2) - 2)
     # By hand: hits minus false alarms for each block with falls and stands, averaged with weights f(1 − f).
     skills = {}
-    for name, rule in ((one.name, one.acceleration_limit_function) for one in CRITERIA):
+    for name, rule in ((one.name, one.pga_limit_m_s2_function) for one in CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
         mixed = [each for each in falls if 0 < falls[each].mean() < 1]
         skills[name] = np.average(
             [said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed],
             weights=[falls[each].mean() * (1 - falls[each].mean()) for each in mixed],
         )
-    assert {one.name: one.mean_skill_within_block_sizes.value for one in found.rule_scores[:-1]} == pytest.approx(
+    assert {one.name: one.weighted_mean_skill_over_block_sizes.mean for one in found.rule_scores[:-1]} == pytest.approx(
         skills
     )
     assert [one.name for one in found.rule_scores[:-1]] == [one.name for one in CRITERIA]
     best = max(skills.values())
-    assert {name: lead.value for name, lead in found.skill_leads_of_best_criterion.items()} == pytest.approx(
+    assert {name: lead.mean for name, lead in found.best_minus_other_skill_by_criterion_name.items()} == pytest.approx(
         {name: best - skill for name, skill in skills.items() if skill < best}
     )
     # The rule without motion: the best of all bounds between the shapes.
@@ -197,7 +201,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
         - np.mean([shape < bound for shape, fell in rows if not fell])
         for bound in (0.15, 0.25, 0.35)
     )  # fmt: skip
-    assert (blind.name, blind.skill.value, blind.mean_skill_within_block_sizes.value) == (
+    assert (blind.name, blind.peirce_skill_over_all_cases.mean, blind.weighted_mean_skill_over_block_sizes.mean) == (
         SLENDERNESS_ONLY_RULE_NAME,
         pytest.approx(best),
         pytest.approx(0.0),
@@ -205,12 +209,12 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     # ω = 2 PGA/PGV and p² = 3g/4R by hand.
     sizes = [0.5 * 0.6 * math.hypot(1, each) for each in falls]
     beyond = [
-        2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > MAX_VALID_PULSE_FREQUENCY_RATIO
+        2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
         for size in sizes
         for one in ratio
     ]
-    assert 0 < found.share_beyond_pulse_validity < 1
-    assert found.share_beyond_pulse_validity == pytest.approx(np.mean(beyond))
+    assert 0 < found.case_share_above_valid_pulse_frequency_ratio < 1
+    assert found.case_share_above_valid_pulse_frequency_ratio == pytest.approx(np.mean(beyond))
 
 
 PGA_OVER_WEST_AND_PGV_OVER_PGA = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.12), (2.60, 0.05)])
@@ -255,10 +259,23 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
         criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
     ]
     assert {one.best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
-    assert np.mean([all(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values()) for one in alike]) <= 0.07
+    assert (
+        np.mean(
+            [
+                all(lead.interval_low > 0 for lead in one.best_minus_other_skill_by_criterion_name.values())
+                for one in alike
+            ]
+        )
+        <= 0.07
+    )
     # Both lead the three that always say the same.
     assert (
-        np.mean([sum(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values()) >= 3 for one in alike])
+        np.mean(
+            [
+                sum(lead.interval_low > 0 for lead in one.best_minus_other_skill_by_criterion_name.values()) >= 3
+                for one in alike
+            ]
+        )
         >= 0.95
     )
     better = [
@@ -267,7 +284,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
     ranked = [
         one.best_criterion.name
         for one in better
-        if all(lead.low > 0 for lead in one.skill_leads_of_best_criterion.values())
+        if all(lead.interval_low > 0 for lead in one.best_minus_other_skill_by_criterion_name.values())
     ]
     assert set(ranked) == {FIRST_CRITERION}
     assert len(ranked) >= 48
@@ -296,6 +313,6 @@ def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     weights = np.array([0.5 * 0.5, 0.02 * 0.98])
-    assert found.rule_scores[0].mean_skill_within_block_sizes.value == pytest.approx(
+    assert found.rule_scores[0].weighted_mean_skill_over_block_sizes.mean == pytest.approx(
         weights @ [1.0, -25 / 49] / weights.sum()
     )

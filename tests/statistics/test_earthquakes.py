@@ -14,7 +14,7 @@ from overturning.statistics.earthquakes import (
     mean_fall_directions_by_record,
     summarise_fall_axes,
 )
-from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL_BLOCKS_RULE
+from overturning.statistics.falls import ALL_BLOCKS_RULE, BLOCK_RULES, MARGINAL_BLOCKS_RULE
 from overturning.statistics.roses import fall_rose
 
 
@@ -53,7 +53,7 @@ def test_fall_axis_is_measured_from_the_fault_normal(
     found = compute_fall_axes_from_fault_normal_offsets(offsets, **more)
     assert found["axis"].values == pytest.approx(expected, abs=1e-6)
     assert found["records"].values.tolist() == [len(offsets) - len(expected) + 1, *[1] * (len(expected) - 1)]
-    assert summarise_fall_axes(found).alignment.n == len(expected)
+    assert summarise_fall_axes(found).mean_cos_of_doubled_angle_to_fault_normal.earthquake_count == len(expected)
 
 
 def test_sample_size_excludes_records_without_falls_or_fault_normal(
@@ -64,13 +64,13 @@ def test_sample_size_excludes_records_without_falls_or_fault_normal(
     )
     cube["overturned"][{"record": 1}] = 0
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(cube))
-    assert (summary.earthquakes, summary.alignment.n) == (4, 2)
+    assert (summary.earthquake_count, summary.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count) == (4, 2)
     assert math.isnan(summary.axis_interval_half_width_deg)
     nothing = summarise_fall_axes(
         fall_axes_from_fault_normal_by_earthquake(cube.assign(overturned=0 * cube["overturned"]))
     )
-    assert nothing.alignment.n == 0
-    assert np.isnan([nothing.axis_from_fault_normal_deg, nothing.alignment.value]).all()
+    assert nothing.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count == 0
+    assert np.isnan([nothing.axis_from_fault_normal_deg, nothing.mean_cos_of_doubled_angle_to_fault_normal.mean]).all()
 
 
 def test_fall_axes_use_only_blocks_that_fall_in_some_planes_and_are_weighted_by_resultant(
@@ -106,11 +106,11 @@ def test_fall_axes_use_only_blocks_that_fall_in_some_planes_and_are_weighted_by_
     assert np.isfinite(found["axis"].values).tolist() == [True, True, True, False]
     summary = summarise_fall_axes(found)
     assert (
-        summary.alignment.n,
+        summary.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count,
         summary.earthquakes_with_axis,
         summary.earthquakes_with_axis_within_45_deg_of_normal,
     ) == (4, 3, 2)
-    assert summary.alignment.value == pytest.approx(np.mean(np.real(doubled)))
+    assert summary.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(np.mean(np.real(doubled)))
     by_shape = fall_axes_from_fault_normal_by_earthquake(cube, "b_over_h")
     assert by_shape["falls"].sum("event").values.tolist() == [
         4,
@@ -149,16 +149,18 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
         ]
     )
     along, aside = (summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(one)) for one in cube)
-    assert along.largest_possible_alignment == pytest.approx(largest)
-    assert along.alignment.value == pytest.approx(largest), "it is reached where all fall along the normal"
+    assert along.largest_possible_mean_cos_of_doubled_angle == pytest.approx(largest)
+    assert along.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(largest), (
+        "it is reached where all fall along the normal"
+    )
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
-    assert aside.largest_possible_alignment == pytest.approx(largest)
+    assert aside.largest_possible_mean_cos_of_doubled_angle == pytest.approx(largest)
     cosines = [
         (resultant_of_planes_within_half_width(10) - resultant_of_planes_within_half_width(40)) / 2,
         0.5 * resultant_of_planes_within_half_width(20),
         -0.5 * resultant_of_planes_within_half_width(30),
     ]
-    assert aside.alignment.value == pytest.approx(np.mean(cosines))
+    assert aside.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(np.mean(cosines))
 
 
 def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_fall_rules) -> None:
@@ -202,21 +204,32 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
     for one, shapes in zip(found, chosen, strict=True):
         means = [mean_vector_of_doubled_axes(record, own) for record, own in enumerate(shapes) if own]
-        assert (one.records_with_falls_and_fault_normal, one.alignment.n) == (len(means), len(means))
-        assert one.alignment.value == pytest.approx(np.mean(np.real(means)), abs=1e-6)
-        assert one.largest_possible_alignment == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
-        assert math.isnan(one.alignment.low), "two earthquakes are too few for an interval"
+        assert (one.records_with_falls_and_fault_normal, one.mean_cos_of_doubled_angle.earthquake_count) == (
+            len(means),
+            len(means),
+        )
+        assert one.mean_cos_of_doubled_angle.mean == pytest.approx(np.mean(np.real(means)), abs=1e-6)
+        assert one.largest_possible_mean_cos_of_doubled_angle == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
+        assert math.isnan(one.mean_cos_of_doubled_angle.interval_low), "two earthquakes are too few for an interval"
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
     own = fault_normal_alignments_by_record_group(many, [MARGINAL_BLOCKS_RULE])["all records"][0]
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(many))
-    assert own.alignment == summary.alignment
-    assert own.largest_possible_alignment == pytest.approx(summary.largest_possible_alignment)
-    assert own.alignment.low < own.alignment.value < own.alignment.high
+    assert own.mean_cos_of_doubled_angle == summary.mean_cos_of_doubled_angle_to_fault_normal
+    assert own.largest_possible_mean_cos_of_doubled_angle == pytest.approx(
+        summary.largest_possible_mean_cos_of_doubled_angle
+    )
     assert (
-        fault_normal_alignments_by_record_group(many, [EVERY_BLOCK])["all records"][0].largest_possible_alignment
-        < own.largest_possible_alignment
+        own.mean_cos_of_doubled_angle.interval_low
+        < own.mean_cos_of_doubled_angle.mean
+        < own.mean_cos_of_doubled_angle.interval_high
+    )
+    assert (
+        fault_normal_alignments_by_record_group(many, [ALL_BLOCKS_RULE])["all records"][
+            0
+        ].largest_possible_mean_cos_of_doubled_angle
+        < own.largest_possible_mean_cos_of_doubled_angle
     )
 
 
@@ -227,18 +240,18 @@ def test_fall_rose_weights_earthquakes_equally_and_omits_blocks_that_fall_in_all
     rules = [make_sector_fall_rule(0, 5)] * 7 + [make_sector_fall_rule(90, 0)] * 2
     cube = make_cube_from_fall_rules(rules, azimuth=range(360), events="ABCDEFGHH")
     rose = fall_rose(cube)
-    assert (rose.falls, rose.earthquakes) == (7 * 11 * 20 + 2 * 20, 8)
+    assert (rose.fall_count, rose.count_of_earthquakes_with_falls) == (7 * 11 * 20 + 2 * 20, 8)
     shares = np.zeros(24)
     shares[[0, 6]] = 7 / 8, 1 / 8  # sectors of 15°, the first about north
-    assert rose.shares == pytest.approx(shares)
-    assert rose.low[6] == 0
+    assert rose.mean_fall_share_by_sector == pytest.approx(shares)
+    assert rose.share_interval_low_by_sector[6] == 0
     # The 1 − Φ(−√(8/7) t₀.₉₇₅,₇) = 99.4 % quantile of B(8, 1/8) is 4: at most 3 have 98.9 %.
-    assert rose.high[6] == pytest.approx(4 / 8, abs=0.001)
+    assert rose.share_interval_high_by_sector[6] == pytest.approx(4 / 8, abs=0.001)
     # Blocks that fall in all planes, to every side, do not blur it.
     slender = cube.isel(b_over_h=[0]).assign(overturned=1 + 0 * cube["overturned"].isel(b_over_h=[0]))
     slender["overturned"][{"azimuth": slice(180, None)}] = -1
     together = xr.concat([cube, slender.assign_coords(b_over_h=[0.05])], "b_over_h", data_vars="minimal")
-    assert fall_rose(together).shares == pytest.approx(shares)
+    assert fall_rose(together).mean_fall_share_by_sector == pytest.approx(shares)
 
 
 def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(
@@ -251,12 +264,12 @@ def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(
     cube = make_cube_from_fall_rules([make_sector_fall_rule(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
     rose = fall_rose(cube, from_normal=True, axial=True)
     bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %
-    assert rose.shares.tolist() == [1.0] + [0.0] * 11
-    assert (rose.low[0], rose.high[0]) == (pytest.approx(bound), 1.0)
-    assert rose.low[1:].tolist() == [0.0] * 11
-    assert rose.high[1:] == pytest.approx(np.full(11, 1 - bound))
+    assert rose.mean_fall_share_by_sector.tolist() == [1.0] + [0.0] * 11
+    assert (rose.share_interval_low_by_sector[0], rose.share_interval_high_by_sector[0]) == (pytest.approx(bound), 1.0)
+    assert rose.share_interval_low_by_sector[1:].tolist() == [0.0] * 11
+    assert rose.share_interval_high_by_sector[1:] == pytest.approx(np.full(11, 1 - bound))
     few = fall_rose(cube.isel(record=range(7)), from_normal=True, axial=True)
-    assert np.isnan([few.low, few.high]).all()
+    assert np.isnan([few.share_interval_low_by_sector, few.share_interval_high_by_sector]).all()
 
 
 @pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
@@ -270,7 +283,7 @@ def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
 
     cube = make_cube_from_fall_rules(falls_in_all_directions, azimuth=range(0, 360, step), fault_normal=60.0)
-    assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(
+    assert fall_rose(cube, from_normal=from_normal).mean_fall_share_by_sector == pytest.approx(
         np.full(ROSE_SECTOR_COUNT, 1 / ROSE_SECTOR_COUNT)
     )
 
@@ -282,15 +295,19 @@ def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
     aligned = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets(offsets))
     assert abs(aligned.axis_from_fault_normal_deg) < 3
     assert aligned.axis_interval_half_width_deg < 10
-    assert aligned.alignment.low > 0.8
+    assert aligned.mean_cos_of_doubled_angle_to_fault_normal.interval_low > 0.8
     assert aligned.earthquakes_with_axis_within_45_deg_of_normal == aligned.earthquakes_with_axis == 8
     # Planes within 10° of its axis, of each degree, fall under each.
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
     assert aligned.axis_from_fault_normal_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
-    assert aligned.alignment.value == pytest.approx(doubled.real)
+    assert aligned.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(doubled.real)
     scattered = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
     assert math.isnan(scattered.axis_from_fault_normal_deg)
-    assert scattered.alignment.low < 0 < scattered.alignment.high
+    assert (
+        scattered.mean_cos_of_doubled_angle_to_fault_normal.interval_low
+        < 0
+        < scattered.mean_cos_of_doubled_angle_to_fault_normal.interval_high
+    )
     assert str(
         summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
     ) == str(scattered)  # the same each time
@@ -319,16 +336,21 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
     difference = difference_of_fall_alignments(
         pulse, compute_fall_axes_from_fault_normal_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
-    assert difference.value > 1.5
-    assert difference.low > 1
-    assert difference.n == 8
+    assert difference.mean > 1.5
+    assert difference.interval_low > 1
+    assert difference.earthquake_count == 8
     same = difference_of_fall_alignments(pulse, pulse)
     # The same earthquakes are drawn for both; the difference is 0 in 0.05^(1/8) of all earthquakes, else within ±2.
-    assert (same.value, same.low, same.high) == pytest.approx(
+    assert (same.mean, same.interval_low, same.interval_high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
     )
     few = compute_fall_axes_from_fault_normal_offsets([0, 5, 10, 15, 20, 25, 30])
-    assert np.isnan([difference_of_fall_alignments(few, few).low, summarise_fall_axes(few).alignment.low]).all()
+    assert np.isnan(
+        [
+            difference_of_fall_alignments(few, few).interval_low,
+            summarise_fall_axes(few).mean_cos_of_doubled_angle_to_fault_normal.interval_low,
+        ]
+    ).all()
 
 
 @pytest.mark.parametrize(
@@ -361,5 +383,5 @@ def test_axis_is_omitted_if_unknown_outcomes_on_one_side_could_impose_it(
     assert means["mean_axis"].values[1] == pytest.approx(120.0)
     axes = fall_axes_from_fault_normal_by_earthquake(cube)
     assert np.isnan(axes["cosine"].values).tolist() == [imposed, False]
-    rules = fault_normal_alignments_by_record_group(cube, [EVERY_BLOCK])["all records"]
+    rules = fault_normal_alignments_by_record_group(cube, [ALL_BLOCKS_RULE])["all records"]
     assert rules[0].records_with_falls_and_fault_normal == 2 - imposed

@@ -351,9 +351,22 @@ def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
         {"overturned": (dims, flags), "overturning_time": (dims, times)}, {"element": ["pillar", "lintel"]}
     )
     pillar, lintel, anything = count_falls_by_element(made)
-    assert (pillar.cases, pillar.falls, pillar.first_falls) == (4, 2, 2)
-    assert (lintel.cases, lintel.falls, lintel.first_falls) == (4, 2, 1)
-    assert (anything.cases, anything.falls, anything.fall_share, anything.median_fall_time_s) == (4, 3, 0.75, 3.0)
+    assert (pillar.known_outcome_case_count, pillar.fall_count, pillar.count_of_falls_before_other_elements) == (
+        4,
+        2,
+        2,
+    )
+    assert (lintel.known_outcome_case_count, lintel.fall_count, lintel.count_of_falls_before_other_elements) == (
+        4,
+        2,
+        1,
+    )
+    assert (
+        anything.known_outcome_case_count,
+        anything.fall_count,
+        anything.fall_share,
+        anything.median_fall_time_s,
+    ) == (4, 3, 0.75, 3.0)
 
 
 def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None:
@@ -374,12 +387,12 @@ def test_displacements_of_each_stone_of_a_stack_match_hand_computation() -> None
         {"element": ["base", "shaft"]},
     )
     base, shaft = summarise_element_displacements(made)
-    assert (base.standing_case_count, base.fallen_case_count, base.slide_off_count) == (8, 0, 0)
-    assert base.median_and_p90_slip_m == pytest.approx((0.05, 0.05))
-    assert (shaft.standing_case_count, shaft.fallen_case_count, shaft.slide_off_count) == (5, 3, 1)
-    assert shaft.median_and_p90_slip_m == (0.0, 0.0)
-    assert shaft.median_and_p90_twist_deg == pytest.approx((2.0, 3.6)), "of 0, 1, 2, 3, 4 degrees"
-    assert summarise_element_displacements(made.drop_vars("slid_off"))[1].slide_off_count is None
+    assert (base.standing_case_count, base.fallen_case_count, base.count_of_falls_over_support_rim) == (8, 0, 0)
+    assert base.standing_median_and_p90_slip_m == pytest.approx((0.05, 0.05))
+    assert (shaft.standing_case_count, shaft.fallen_case_count, shaft.count_of_falls_over_support_rim) == (5, 3, 1)
+    assert shaft.standing_median_and_p90_slip_m == (0.0, 0.0)
+    assert shaft.standing_median_and_p90_twist_deg == pytest.approx((2.0, 3.6)), "of 0, 1, 2, 3, 4 degrees"
+    assert summarise_element_displacements(made.drop_vars("slid_off"))[1].count_of_falls_over_support_rim is None
 
 
 def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:

@@ -137,11 +137,11 @@ def test_fall_rose_is_the_mean_over_earthquakes_of_their_sector_shares(from_norm
         fall_shares_by_sector_of_record(cube, record, FAULT_NORMALS_DEG[record] if from_normal else 0.0)
         for record in range(5)
     ]
-    assert rose.shares == pytest.approx(np.mean([np.mean(shares[:2], axis=0), *shares[2:]], axis=0))
-    assert rose.shares.sum() == pytest.approx(1.0)
-    assert rose.falls == sum(fall_azimuths_of_record(cube, record).size for record in range(5))
-    assert rose.earthquakes == 4
-    assert np.isnan(rose.low).all()  # of four earthquakes there is no interval
+    assert rose.mean_fall_share_by_sector == pytest.approx(np.mean([np.mean(shares[:2], axis=0), *shares[2:]], axis=0))
+    assert rose.mean_fall_share_by_sector.sum() == pytest.approx(1.0)
+    assert rose.fall_count == sum(fall_azimuths_of_record(cube, record).size for record in range(5))
+    assert rose.count_of_earthquakes_with_falls == 4
+    assert np.isnan(rose.share_interval_low_by_sector).all()  # of four earthquakes there is no interval
 
 
 def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> None:
@@ -169,11 +169,11 @@ def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> No
     over = ("record", *Body.case_dims_without_direction)
     assert float(mean_fall_directions(nominal, summed_dims=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
     assert float(mean_fall_directions(weighed, summed_dims=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
-    before, after = (fall_rose(one).shares for one in (nominal, weighed))
+    before, after = (fall_rose(one).mean_fall_share_by_sector for one in (nominal, weighed))
     assert before[8] == pytest.approx(0.5, abs=0.1)
     assert after[8] < 0.15
     assert after[2] == pytest.approx(1.0 - after[8])
-    assert fall_rose(weighed).falls == fall_rose(nominal).falls
+    assert fall_rose(weighed).fall_count == fall_rose(nominal).fall_count
 
 
 def test_rose_intervals_match_scipy() -> None:
@@ -181,14 +181,16 @@ def test_rose_intervals_match_scipy() -> None:
     half = fall_rose(cube, level=0.5, draws=20_000)
     means = np.array([fall_shares_by_sector_of_record(cube, record) for record in range(8)])
     scipys = bootstrap((means,), np.mean, method="percentile", confidence_level=0.5, n_resamples=20_000, rng=5)
-    assert (half.low, half.high) == tuple(pytest.approx(ends, abs=0.006) for ends in scipys.confidence_interval)
+    assert (half.share_interval_low_by_sector, half.share_interval_high_by_sector) == tuple(
+        pytest.approx(ends, abs=0.006) for ends in scipys.confidence_interval
+    )
 
 
 def test_rose_without_falls_has_empty_sectors() -> None:
     cube = random_3d_cube()
     cube["fall_azimuth"] = cube["fall_azimuth"] * np.nan
     rose = fall_rose(cube)
-    assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * ROSE_SECTOR_COUNT)
+    assert (rose.fall_count, rose.mean_fall_share_by_sector.tolist()) == (0, [0.0] * ROSE_SECTOR_COUNT)
 
 
 def test_alignment_is_the_mean_cosine_of_angles_from_falls_to_reference() -> None:
@@ -214,16 +216,20 @@ def test_falls_along_a_reference_direction_have_alignment_1_with_it() -> None:
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
     (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
-    assert [one.value for one in found.mean_cosines_by_reference["peak velocity", True]] == pytest.approx([1.0, 1.0])
-    assert [one.value for one in found.mean_cosines_by_reference["peak velocity", False]] == pytest.approx([-1.0, -1.0])
-    assert found.mean_cosines_by_reference["pulse", True][0].value == pytest.approx(-1.0)
-    assert ("pulse", False) not in found.mean_cosines_by_reference
+    assert [
+        one.mean for one in found.cosines_per_b_over_h_by_reference_and_axial["peak velocity", True]
+    ] == pytest.approx([1.0, 1.0])
+    assert [
+        one.mean for one in found.cosines_per_b_over_h_by_reference_and_axial["peak velocity", False]
+    ] == pytest.approx([-1.0, -1.0])
+    assert found.cosines_per_b_over_h_by_reference_and_axial["pulse", True][0].mean == pytest.approx(-1.0)
+    assert ("pulse", False) not in found.cosines_per_b_over_h_by_reference_and_axial
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
     (each,) = alignments_with_references_by_record_group(cube, intensity).values()
-    assert [one.value for one in each.mean_cosines_by_reference["peak velocity", True]] == pytest.approx(
-        [1.0, 0.0, -1.0], abs=1e-6
-    )
-    heads = [one.value for one in each.mean_cosines_by_reference["peak velocity", False]]
+    assert [
+        one.mean for one in each.cosines_per_b_over_h_by_reference_and_axial["peak velocity", True]
+    ] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
+    heads = [one.mean for one in each.cosines_per_b_over_h_by_reference_and_axial["peak velocity", False]]
     assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
 
 
@@ -265,12 +271,12 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
     (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
     assert [
-        found.mean_cosines_by_reference["radial direction", axial][0].value for axial in (True, False)
+        found.cosines_per_b_over_h_by_reference_and_axial["radial direction", axial][0].mean for axial in (True, False)
     ] == pytest.approx([1.0, -1.0])
-    assert found.best_aligned_references[0] == "radial direction"
+    assert found.two_best_aligned_reference_names[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
     (found,) = alignments_with_references_by_record_group(nowhere, intensity, [slice(0, 3)]).values()
-    assert ("radial direction", True) not in found.mean_cosines_by_reference
+    assert ("radial direction", True) not in found.cosines_per_b_over_h_by_reference_and_axial
 
 
 def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
@@ -281,9 +287,11 @@ def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
     (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
-    normal, peak = (found.mean_cosines_by_reference[name, True][0] for name in ("fault normal", "peak velocity"))
-    assert (normal.n, normal.value > peak.value) == (1, True)
-    assert found.best_aligned_references[0] == "peak velocity", "which under that one record is as close"
+    normal, peak = (
+        found.cosines_per_b_over_h_by_reference_and_axial[name, True][0] for name in ("fault normal", "peak velocity")
+    )
+    assert (normal.earthquake_count, normal.mean > peak.mean) == (1, True)
+    assert found.two_best_aligned_reference_names[0] == "peak velocity", "which under that one record is as close"
 
 
 def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> None:
@@ -293,7 +301,7 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
     (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
-    assert found.best_aligned_references == ("peak velocity", "fault normal")
+    assert found.two_best_aligned_reference_names == ("peak velocity", "fault normal")
 
     def mean_cosine_of_doubled_angle(record: int, reference: float) -> float:
         return float(np.cos(2 * np.radians(fall_azimuths_of_record(cube, record) - reference)).mean())
@@ -310,9 +318,9 @@ def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> Non
     scipys = bootstrap(
         (apart,), np.mean, method="percentile", confidence_level=level, n_resamples=20_000, rng=5
     ).confidence_interval
-    (closer,) = found.best_minus_second_cosines
-    assert (closer.n, closer.value) == (8, pytest.approx(apart.mean(), abs=1e-6))
-    assert (closer.low, closer.high) == pytest.approx(tuple(scipys), abs=0.01)
+    (closer,) = found.best_minus_second_axis_cosines_per_b_over_h
+    assert (closer.earthquake_count, closer.mean) == (8, pytest.approx(apart.mean(), abs=1e-6))
+    assert (closer.interval_low, closer.interval_high) == pytest.approx(tuple(scipys), abs=0.01)
 
 
 def test_agreement_with_the_2d_model_matches_counts_by_hand() -> None:
@@ -350,8 +358,8 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
     ((shape, turned),) = twists_by_b_over_h_and_friction_deg(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twists(turned, quantile=0.5)
-    assert (found.stones, found.median, found.upper_quantile, found.largest) == (3, 3.0, 3.0, 10.0)
-    assert summarise_twists(twists_by_b_over_h_and_friction_deg(cube.isel(record=[3, 4]))[shape]).stones == 0
+    assert (found.stone_count, found.median_deg, found.upper_quantile_deg, found.largest_deg) == (3, 3.0, 3.0, 10.0)
+    assert summarise_twists(twists_by_b_over_h_and_friction_deg(cube.isel(record=[3, 4]))[shape]).stone_count == 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])
@@ -359,7 +367,7 @@ def test_quantiles_of_twist_match_numpy(size: int) -> None:
     turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
     found = summarise_twists(turned.copy())
-    assert (found.median, found.upper_quantile, found.largest) == tuple(expected)
+    assert (found.median_deg, found.upper_quantile_deg, found.largest_deg) == tuple(expected)
 
 
 def test_each_illustrative_3d_case_is_the_extreme_by_its_selection_rule() -> None:

@@ -239,6 +239,6 @@ def test_comparison_of_two_stones_weights_azimuths_like_fall_shares(
     here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))
     assert counts["compared"].item() == 3 * len(azimuths)
     assert 0.1 < here < 0.9
-    assert found.only_this_falls.value + found.both_fall.value == pytest.approx(here, abs=1e-7)
-    assert found.only_other_falls.value + found.both_fall.value == pytest.approx(there, abs=1e-7)
-    assert found.this_earlier_if_both_fall.value == 1.0
+    assert found.share_only_this_falls.mean + found.share_both_fall.mean == pytest.approx(here, abs=1e-7)
+    assert found.share_only_other_falls.mean + found.share_both_fall.mean == pytest.approx(there, abs=1e-7)
+    assert found.this_earlier_share_if_both_fall.mean == 1.0

@@ -9,8 +9,8 @@ import xarray as xr
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS_VARIABLE,
     BOTH_SIDES_CASE_TITLE,
-    FALLS_IN_ONE_SETTING_RULE,
-    OPPOSITE_FALLS_RULE,
+    FALLS_IN_ONE_VARIANT_ONLY_RULE,
+    OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE,
     case_with_differing_outcomes,
     find_illustrative_cases,
 )
@@ -161,7 +161,7 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_f
         cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")
     )
     assert case is not None
-    assert (case.title, case.panel_variants) == (FALLS_IN_ONE_SETTING_RULE.title, ("nominal", "other"))
+    assert (case.title, case.panel_variants) == (FALLS_IN_ONE_VARIANT_ONLY_RULE.case_title, ("nominal", "other"))
     assert case.block_coordinates["b_over_h"] == 0.3, "most of those that differ fall in the other setting only"
     assert case.panel_directions_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
 
@@ -172,5 +172,5 @@ def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube_fr
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
     case = case_with_differing_outcomes(cube, other, ("nominal", "other"))
     assert case is not None
-    assert (case.title, case.panel_directions_deg) == (OPPOSITE_FALLS_RULE.title, (60.0, 60.0))
+    assert (case.title, case.panel_directions_deg) == (OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE.case_title, (60.0, 60.0))
     assert case.block_coordinates["b_over_h"] in (0.3, 0.4)

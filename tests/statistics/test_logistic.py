@@ -54,8 +54,8 @@ def test_fit_matches_published_estimates_for_challenger_launches() -> None:
     fit = fit_logistic_model(
         np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], SHUTTLE_JOINT_DISTRESS, np.arange(23), intervals=False
     )
-    assert fit.coefficient == pytest.approx([15.0429, -0.2322], abs=1e-4)
-    assert np.isnan([*fit.low, *fit.standard_error]).all()
+    assert fit.coefficient_estimates == pytest.approx([15.0429, -0.2322], abs=1e-4)
+    assert np.isnan([*fit.coefficient_interval_lows, *fit.standard_errors]).all()
     assert float(fit.fall_probability([31.0])) == pytest.approx(0.9996, abs=1e-4)
 
 
@@ -98,12 +98,16 @@ def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, r
         x, y = random_predictors_and_falls_with_slope(seed, slope, rows)
         design = np.column_stack([np.ones(rows), x])
         fit = fit_logistic_model(x, y, np.zeros(rows), intervals=False)
-        assert ("predictors separate falls from stands" in fit.note) == is_separated_by_a_plane(design, y), (
+        assert (
+            "predictors separate falls from stands" in fit.reason_without_estimate_or_interval
+        ) == is_separated_by_a_plane(design, y), (
             seed,
-            fit.note,
+            fit.reason_without_estimate_or_interval,
         )
-        if not fit.note:
-            assert fit.coefficient == pytest.approx(maximum_likelihood_coefficients_by_bfgs(design, y), rel=1e-4), seed
+        if not fit.reason_without_estimate_or_interval:
+            assert fit.coefficient_estimates == pytest.approx(
+                maximum_likelihood_coefficients_by_bfgs(design, y), rel=1e-4
+            ), seed
 
 
 @pytest.mark.parametrize(
@@ -126,13 +130,13 @@ def test_reference_check_of_separation_handles_ties_and_shares(outcome: list[flo
     x = np.repeat([[0.0], [1.0]], 3, axis=0)
     assert is_separated_by_a_plane(np.column_stack([np.ones(6), x]), np.array(outcome)) == separated
     fit = fit_logistic_model(x, outcome, np.arange(6), intervals=False)
-    assert (fit.note, bool(np.isnan(fit.coefficient).all())) == (
+    assert (fit.reason_without_estimate_or_interval, bool(np.isnan(fit.coefficient_estimates).all())) == (
         "no fit: predictors separate falls from stands" if separated else "", separated
     )  # fmt: skip
     if not separated:
         means = np.reshape(outcome, (2, 3)).mean(axis=1)
         log_odds = np.log(means / (1 - means))
-        assert fit.coefficient == pytest.approx([log_odds[0], log_odds[1] - log_odds[0]])
+        assert fit.coefficient_estimates == pytest.approx([log_odds[0], log_odds[1] - log_odds[0]])
 
 
 def test_fit_has_no_interval_if_omitting_one_earthquake_separates_the_data() -> None:
@@ -144,11 +148,14 @@ def test_fit_has_no_interval_if_omitting_one_earthquake_separates_the_data() -> 
     event, above = np.arange(60) % 10, (x > 0).astype(float)
     alone = np.where((event == 0) & (np.abs(x) < 0.5), 1 - above, above)
     fit = fit_logistic_model(x[:, None], alone, event)
-    assert fit.note == "no interval: without one earthquake predictors separate falls from stands"
-    assert np.isfinite(fit.coefficient).all()
+    assert (
+        fit.reason_without_estimate_or_interval
+        == "no interval: without one earthquake predictors separate falls from stands"
+    )
+    assert np.isfinite(fit.coefficient_estimates).all()
     several = np.where(np.abs(x) < 0.2, 1 - above, above)
     several[np.abs(x) < 0.12] = above[np.abs(x) < 0.12]
-    assert fit_logistic_model(x[:, None], several, event).note == ""
+    assert fit_logistic_model(x[:, None], several, event).reason_without_estimate_or_interval == ""
 
 
 @pytest.mark.parametrize(
@@ -168,9 +175,11 @@ def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: 
     )
     error = np.sqrt(11 / 12 * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
     fit = fit_logistic_model(x, y, cluster)
-    assert fit.coefficient == pytest.approx(12 * whole - 11 * without.mean(axis=0), rel=1e-4)
-    assert fit.standard_error == pytest.approx(error, rel=1e-4)
-    assert fit.high - fit.coefficient == pytest.approx(t.ppf(0.975, 11) * error, rel=1e-4)
+    assert fit.coefficient_estimates == pytest.approx(12 * whole - 11 * without.mean(axis=0), rel=1e-4)
+    assert fit.standard_errors == pytest.approx(error, rel=1e-4)
+    assert fit.coefficient_interval_highs - fit.coefficient_estimates == pytest.approx(
+        t.ppf(0.975, 11) * error, rel=1e-4
+    )
 
 
 def random_predictors_falls_and_earthquakes(
@@ -199,14 +208,18 @@ def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
     The truth is a fit to 4,000 earthquakes, which includes the random effects of earthquakes.
     """
     generator = np.random.default_rng(42)
-    truth = fit_logistic_model(*random_predictors_falls_and_earthquakes(generator, 4000), intervals=False).coefficient
+    truth = fit_logistic_model(
+        *random_predictors_falls_and_earthquakes(generator, 4000), intervals=False
+    ).coefficient_estimates
     fits = [fit_logistic_model(*random_predictors_falls_and_earthquakes(generator, 14)) for _ in range(600)]
-    fits = [fit for fit in fits if not fit.note]
+    fits = [fit for fit in fits if not fit.reason_without_estimate_or_interval]
     assert len(fits) > 580
-    held = np.mean([(fit.low <= truth) & (truth <= fit.high) for fit in fits], axis=0)
+    held = np.mean(
+        [(fit.coefficient_interval_lows <= truth) & (truth <= fit.coefficient_interval_highs) for fit in fits], axis=0
+    )
     assert (held >= 0.92).all(), held
     assert (held <= 0.975).all(), held
-    mean = np.mean([fit.coefficient for fit in fits], axis=0)
+    mean = np.mean([fit.coefficient_estimates for fit in fits], axis=0)
     assert mean[1:3] == pytest.approx(truth[1:3], rel=0.045)
 
 
@@ -215,12 +228,12 @@ def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
     x, event = np.linspace(-1, 1, 40), np.arange(40) // 4
     falls = np.where(event == 5, np.arange(40) % 2, 0)
     fit = fit_logistic_model(x[:, None], falls, event)
-    assert "are of one earthquake" in fit.note
+    assert "are of one earthquake" in fit.reason_without_estimate_or_interval
     table = np.column_stack([x, np.where(event == 5, np.arange(40) % 4, 0)])
     fit = fit_logistic_model(table, np.arange(40) % 2, event)
-    assert "without one earthquake predictors are linearly dependent" in fit.note
-    assert np.isfinite(fit.coefficient).all()
-    assert np.isnan(fit.low).all()
+    assert "without one earthquake predictors are linearly dependent" in fit.reason_without_estimate_or_interval
+    assert np.isfinite(fit.coefficient_estimates).all()
+    assert np.isnan(fit.coefficient_interval_lows).all()
 
 
 @pytest.mark.parametrize("share", [0.5, 0.01, 1e-9])
@@ -228,12 +241,12 @@ def test_equal_fall_shares_give_an_intercept_and_zero_slope(share: float) -> Non
     """The likeliest intercept is the logit of the share, and the likeliest slope 0."""
     x = np.linspace(-1, 1, 40)[:, None]
     fit = fit_logistic_model(x, np.full(40, share), np.arange(40) % 10)
-    assert fit.note == ""
-    assert fit.coefficient == pytest.approx([math.log(share / (1 - share)), 0.0], abs=1e-6)
+    assert fit.reason_without_estimate_or_interval == ""
+    assert fit.coefficient_estimates == pytest.approx([math.log(share / (1 - share)), 0.0], abs=1e-6)
     # Without earthquake 0, which has falls and stands, all shares are equal.
     group = np.append(np.zeros(20), 1 + np.arange(20) % 9)
     mixed = np.append(np.arange(20) % 2, np.full(20, share))
-    assert fit_logistic_model(x, mixed, group).note == ""
+    assert fit_logistic_model(x, mixed, group).reason_without_estimate_or_interval == ""
 
 
 def test_repeating_all_rows_of_clusters_leaves_standard_errors_unchanged() -> None:
@@ -241,17 +254,17 @@ def test_repeating_all_rows_of_clusters_leaves_standard_errors_unchanged() -> No
     x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], np.array(SHUTTLE_JOINT_DISTRESS)
     single = fit_logistic_model(x, y, np.arange(23))
     double = fit_logistic_model(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.repeat(np.arange(23), 3))
-    assert double.standard_error == pytest.approx(single.standard_error, rel=1e-6)
+    assert double.standard_errors == pytest.approx(single.standard_errors, rel=1e-6)
     independent = fit_logistic_model(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.arange(69))
-    assert (independent.standard_error < 0.7 * single.standard_error).all()
+    assert (independent.standard_errors < 0.7 * single.standard_errors).all()
 
 
 def test_weight_of_a_row_counts_as_repetition() -> None:
     x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], np.array(SHUTTLE_JOINT_DISTRESS)
     weighted = fit_logistic_model(x, y, np.arange(23), weight=1 + y)
     repeated = fit_logistic_model(np.repeat(x, 1 + y, axis=0), np.repeat(y, 1 + y), np.repeat(np.arange(23), 1 + y))
-    assert weighted.coefficient == pytest.approx(repeated.coefficient, rel=1e-8)
-    assert weighted.standard_error == pytest.approx(repeated.standard_error, rel=1e-8)
+    assert weighted.coefficient_estimates == pytest.approx(repeated.coefficient_estimates, rel=1e-8)
+    assert weighted.standard_errors == pytest.approx(repeated.standard_errors, rel=1e-8)
 
 
 def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
@@ -264,10 +277,10 @@ def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
     more = fit_logistic_model(
         np.vstack([x, x[:4]]), np.append(y, 1 - y[:4]), np.arange(27), weight=np.append(np.ones(23), np.zeros(4))
     )
-    assert (more.rows, more.clusters) == (23, 23)
-    np.testing.assert_array_equal(more.standard_error, whole.standard_error)
+    assert (more.row_count, more.earthquake_cluster_count) == (23, 23)
+    np.testing.assert_array_equal(more.standard_errors, whole.standard_errors)
     alike = fit_logistic_model(x[:3], [1, 1, 0], range(3), weight=[1, 1, 0])
-    assert alike.note == "no fit: everything falls"
+    assert alike.reason_without_estimate_or_interval == "no fit: everything falls"
 
 
 def test_intervals_cover_the_slope_despite_a_random_shift_of_each_cluster() -> None:
@@ -279,7 +292,9 @@ def test_intervals_cover_the_slope_despite_a_random_shift_of_each_cluster() -> N
         linear = 0.8 * x + 0.5 * generator.normal(size=25)[group]
         y = generator.random(group.size) < 1 / (1 + np.exp(-linear))
         fit = fit_logistic_model(x[:, None], y.astype(float), group)
-        held += fit.low[1] <= 0.8 * 0.94 <= fit.high[1]  # marginal slope: shrunk by about 1/√(1 + 0.35 · 0.25)
+        held += (
+            fit.coefficient_interval_lows[1] <= 0.8 * 0.94 <= fit.coefficient_interval_highs[1]
+        )  # marginal slope: shrunk by about 1/√(1 + 0.35 · 0.25)
     assert held / 150 > 0.88
 
 
@@ -292,8 +307,8 @@ def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str, monkeypa
     rank = np.linalg.matrix_rank
     monkeypatch.setattr(np.linalg, "matrix_rank", lambda matrix: rank(matrix) if len(matrix) else np.max(matrix))
     fit = fit_logistic_model([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])
-    assert word in fit.note
-    assert np.isnan(fit.coefficient).all()
+    assert word in fit.reason_without_estimate_or_interval
+    assert np.isnan(fit.coefficient_estimates).all()
 
 
 @pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
@@ -302,9 +317,9 @@ def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
     fit = fit_logistic_model(
         np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], SHUTTLE_JOINT_DISTRESS, np.arange(23) % earthquakes
     )
-    assert np.isfinite(fit.coefficient).all()
-    assert np.isfinite([fit.low, fit.high]).all() == (earthquakes == 8)
-    assert ("no interval: fewer than 8 earthquakes" in fit.note) == (earthquakes < 8)
+    assert np.isfinite(fit.coefficient_estimates).all()
+    assert np.isfinite([fit.coefficient_interval_lows, fit.coefficient_interval_highs]).all() == (earthquakes == 8)
+    assert ("no interval: fewer than 8 earthquakes" in fit.reason_without_estimate_or_interval) == (earthquakes < 8)
 
 
 @pytest.mark.parametrize("constant", [0.6, -1.14, 1e4])
@@ -317,9 +332,9 @@ def test_a_constant_predictor_has_no_coefficient(constant: float, rounding: floa
     near = constant * (1.0 + rounding * np.cos(np.arange(23.0)))
     x = np.column_stack([SHUTTLE_JOINT_TEMPERATURE_F, near])
     fit, without = (fit_logistic_model(one, SHUTTLE_JOINT_DISTRESS, np.arange(23)) for one in (x, x[:, :1]))
-    assert fit.coefficient[:2] == pytest.approx(without.coefficient)
-    assert fit.standard_error[:2] == pytest.approx(without.standard_error)
-    assert np.isnan([fit.coefficient[2], fit.standard_error[2]]).all()
+    assert fit.coefficient_estimates[:2] == pytest.approx(without.coefficient_estimates)
+    assert fit.standard_errors[:2] == pytest.approx(without.standard_errors)
+    assert np.isnan([fit.coefficient_estimates[2], fit.standard_errors[2]]).all()
 
 
 @pytest.mark.parametrize(("x", "outcome"), [([[1.0]], [1, 0]), ([[1.0], [2.0]], [0, 2]), ([[1.0], [math.nan]], [0, 1])])
@@ -350,9 +365,9 @@ def test_fit_to_a_cube_recovers_the_known_slope(make_cube_from_fall_rules: Calla
     assert set(event) == set(range(12))
     assert outcome.mean() == pytest.approx(float(cube["overturned"].isel(azimuth=slice(18)).mean()), abs=1e-6)
     fit = fit_logistic_overturning_model(cube, intensity)
-    assert (fit.rows, fit.clusters) == (2160, 12)
-    assert fit.low[1] < 3 < fit.high[1]
-    assert fit.low[2] < 1 < fit.high[2]
+    assert (fit.row_count, fit.earthquake_cluster_count) == (2160, 12)
+    assert fit.coefficient_interval_lows[1] < 3 < fit.coefficient_interval_highs[1]
+    assert fit.coefficient_interval_lows[2] < 1 < fit.coefficient_interval_highs[2]
     table = fitted_coefficient_rows(fit)
     assert [row[0] for row in table] == ["intercept", *PREDICTORS]
     assert table[4][4] == pytest.approx(np.log(0.6))

@@ -16,39 +16,41 @@ def test_mean_direction_of_four_falls_matches_hand_computation() -> None:
         mean_direction_with_interval(falls),
         mean_direction_with_interval([*falls[:4], *(one + 180 for one in falls[4:])], axial=True),
     )
-    assert found.mean_deg == pytest.approx(40)
-    assert found.resultant == pytest.approx(math.cos(math.radians(10)))
-    assert axis.mean_deg == pytest.approx(40)
-    assert axis.resultant == pytest.approx(math.cos(math.radians(20)))
-    assert 0 < found.half_width_deg <= 10
-    assert found.test.p_value < 0.001
+    assert found.significant_mean_deg == pytest.approx(40)
+    assert found.mean_resultant_length == pytest.approx(math.cos(math.radians(10)))
+    assert axis.significant_mean_deg == pytest.approx(40)
+    assert axis.mean_resultant_length == pytest.approx(math.cos(math.radians(20)))
+    assert 0 < found.interval_half_width_deg <= 10
+    assert found.test_of_no_common_direction.p_value < 0.001
 
 
 def test_opposite_falls_have_a_mean_axis_and_no_mean_direction() -> None:
     falls = np.array([10, 20, 30, 15, 25, 190, 200, 210, 195, 205])
-    assert math.isnan(mean_direction_with_interval(falls).mean_deg)
-    assert mean_direction_with_interval(falls, axial=True).mean_deg == pytest.approx(20)
+    assert math.isnan(mean_direction_with_interval(falls).significant_mean_deg)
+    assert mean_direction_with_interval(falls, axial=True).significant_mean_deg == pytest.approx(20)
 
 
 def test_mean_direction_and_axis_match_scipy() -> None:
     falls = np.random.default_rng(1).vonmises(math.radians(310), 2.0, 40) * 180 / math.pi
     expected = math.degrees(scipy.stats.circmean(np.radians(falls)))
-    assert mean_direction_with_interval(falls).mean_deg == pytest.approx(expected)
-    n, length = 40, mean_direction_with_interval(falls).resultant
+    assert mean_direction_with_interval(falls).significant_mean_deg == pytest.approx(expected)
+    n, length = 40, mean_direction_with_interval(falls).mean_resultant_length
     assert length == pytest.approx(1 - scipy.stats.circvar(np.radians(falls)))
-    assert mean_direction_with_interval(falls).test.p_value < math.exp(-n * length**2) + 0.001
+    assert mean_direction_with_interval(falls).test_of_no_common_direction.p_value < math.exp(-n * length**2) + 0.001
 
 
 def test_rayleigh_p_value_of_random_falls_matches_its_approximation() -> None:
     falls = np.random.default_rng(7).uniform(0, 360, 60)
     found = mean_direction_with_interval(falls)
-    assert found.test.p_value == pytest.approx(math.exp(-60 * found.resultant**2), abs=0.03)
+    assert found.test_of_no_common_direction.p_value == pytest.approx(
+        math.exp(-60 * found.mean_resultant_length**2), abs=0.03
+    )
 
 
 @pytest.mark.parametrize("falls", [[], [40.0], [40.0, 41.0, 39.0]])
 def test_mean_direction_of_few_falls_has_no_interval(falls: list[float]) -> None:
-    assert math.isnan(mean_direction_with_interval(falls).half_width_deg)
-    assert mean_direction_with_interval(falls).n == len(falls)
+    assert math.isnan(mean_direction_with_interval(falls).interval_half_width_deg)
+    assert mean_direction_with_interval(falls).observation_count == len(falls)
 
 
 @pytest.mark.parametrize(("count", "concentration"), [(12, 2.0), (30, 1.0)])
@@ -58,8 +60,8 @@ def test_intervals_of_the_mean_direction_cover_the_true_direction(count: int, co
     for _ in range(300):
         falls = np.degrees(generator.vonmises(math.radians(355), concentration, count))
         found = mean_direction_with_interval(falls, draws=500)
-        if math.isfinite(found.mean_deg):
-            covered.append(abs((found.mean_deg - 355 + 180) % 360 - 180) <= found.half_width_deg)
+        if math.isfinite(found.significant_mean_deg):
+            covered.append(abs((found.significant_mean_deg - 355 + 180) % 360 - 180) <= found.interval_half_width_deg)
     assert len(covered) > 250
     assert 0.91 <= np.mean(covered) <= 0.99
 
@@ -74,7 +76,7 @@ def test_intervals_cover_the_true_direction_of_azimuths_noted_in_steps(step: flo
     for true in generator.uniform(0, 360, 200):
         falls = step * np.round((true + spread * generator.normal(size=20)) / step)
         found = mean_direction_with_interval(falls, step, draws=500)
-        covered.append(abs((found.mean_deg - true + 180) % 360 - 180) <= found.half_width_deg)
+        covered.append(abs((found.significant_mean_deg - true + 180) % 360 - 180) <= found.interval_half_width_deg)
     assert np.mean(covered) >= 0.9
 
 
@@ -102,29 +104,34 @@ def test_intervals_of_many_compass_directions_cover_the_true_direction(
         falls = true + spread * generator.normal(size=count) + 180.0 * axial * generator.integers(0, 2, count)
         falls = np.where(generator.random(count) < anywhere, generator.uniform(0, 360, count), falls)
         found = mean_direction_with_interval(45 * np.round(falls / 45), 45.0, axial=axial, draws=300)
-        covered.append(abs((found.mean_deg - true + full / 2) % full - full / 2) <= found.half_width_deg)
+        covered.append(
+            abs((found.significant_mean_deg - true + full / 2) % full - full / 2) <= found.interval_half_width_deg
+        )
     assert np.mean(covered) >= 0.9
 
 
 def test_rounding_much_finer_than_the_scatter_does_not_widen_the_interval() -> None:
     """Twenty falls within about 20°, noted in degrees: two falls with the same degree are no sign of a common error."""
     falls = np.round(90.0 + 20.0 * np.random.default_rng(3).normal(size=20))
-    noted, exact = (mean_direction_with_interval(falls, step).half_width_deg for step in (1.0, 0.0))
+    noted, exact = (mean_direction_with_interval(falls, step).interval_half_width_deg for step in (1.0, 0.0))
     assert noted == exact
 
 
 def test_equal_compass_directions_have_an_interval_of_half_their_step() -> None:
     many = mean_direction_with_interval([90.0] * (MAX_OBSERVATIONS_FOR_BOOTSTRAP + 1), 45.0)
-    assert (many.mean_deg, many.half_width_deg) == (pytest.approx(90.0), pytest.approx(22.5))
+    assert (many.significant_mean_deg, many.interval_half_width_deg) == (pytest.approx(90.0), pytest.approx(22.5))
     falls = [0.0] * 5 + [180.0] * 4
     found, axis = (mean_direction_with_interval(falls, 45.0, axial=axial) for axial in (False, True))
-    assert math.isnan(found.mean_deg)
-    assert (axis.mean_deg % 180, axis.half_width_deg) == (pytest.approx(0, abs=1e-9), pytest.approx(22.5))
+    assert math.isnan(found.significant_mean_deg)
+    assert (axis.significant_mean_deg % 180, axis.interval_half_width_deg) == (
+        pytest.approx(0, abs=1e-9),
+        pytest.approx(22.5),
+    )
 
 
 def test_interval_of_four_times_as_many_falls_is_half_as_wide() -> None:
     generator = np.random.default_rng(4)
     few = np.degrees(generator.vonmises(1.0, 1.0, MAX_OBSERVATIONS_FOR_BOOTSTRAP))
     of_few, of_many = (mean_direction_with_interval(angles) for angles in (few, np.tile(few, 4)))
-    assert of_many.mean_deg == pytest.approx(of_few.mean_deg)
-    assert of_many.half_width_deg == pytest.approx(of_few.half_width_deg / 2, rel=0.06)
+    assert of_many.significant_mean_deg == pytest.approx(of_few.significant_mean_deg)
+    assert of_many.interval_half_width_deg == pytest.approx(of_few.interval_half_width_deg / 2, rel=0.06)

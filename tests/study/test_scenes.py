@@ -107,9 +107,13 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         rows = {row.name: row for row in count_falls_by_element(cube)}
         assert list(rows) == ["lower-base", "upper-base", "shaft", "any element"]
         np.testing.assert_allclose(cube["critical_angle"].sel(element="shaft"), np.degrees(np.arctan([0.2, 0.25])))
-        assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
-        assert rows["shaft"].first_falls == rows["shaft"].falls == rows["any element"].falls
-        assert rows["lower-base"].falls == 0
+        assert rows["shaft"].fall_count == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
+        assert (
+            rows["shaft"].count_of_falls_before_other_elements
+            == rows["shaft"].fall_count
+            == rows["any element"].fall_count
+        )
+        assert rows["lower-base"].fall_count == 0
         assert explorer_page_data(cube)["title"] == "stack, H and B/H of the shaft"
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
         assert variant_label_as_list(alone) == ["variant alone"]
@@ -179,7 +183,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     names = ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
     assert [one.element for one in elements] == names
     assert len(contrasts) == 2
-    assert contrasts[0].share_overturned_only_in_study.value == pytest.approx(rows["shaft"].falls / 24)
+    assert contrasts[0].share_overturned_only_in_study.value == pytest.approx(rows["shaft"].fall_count / 24)
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
         open_cube(nominal, element="roof")
 
@@ -199,24 +203,25 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     assert found["same_time"].to_numpy().tolist() == [0, 0]
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
     both = mean_shares_of_two_stone_falls(found, np.array(["one", "other"]))
-    assert (both.both_fall.value, both.only_this_falls.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
+    assert (both.share_both_fall.mean, both.share_only_this_falls.mean) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
     assert (
-        both.same_direction_share.value,
-        both.this_earlier_if_both_fall.value,
-        both.this_earlier_if_both_fall.n,
+        both.same_direction_share_if_both_fall.mean,
+        both.this_earlier_share_if_both_fall.mean,
+        both.this_earlier_share_if_both_fall.earthquake_count,
     ) == (pytest.approx(3 / 4), 1 / 4, 2)
     # Of three and two cases with a fall in either, the first stone falls first or alone in 1 of 2 and 1 of 2.
-    assert both.this_first_if_any_falls.value == pytest.approx((1 / 2 + 1 / 2) / 2)
+    assert both.this_first_or_alone_share_if_any_falls.mean == pytest.approx((1 / 2 + 1 / 2) / 2)
     # Falls at the same time are first in neither: half of them counts here, half there.
     ties = count_falls_of_two_stones(this, this), count_falls_of_two_stones(other, other)
     assert [
-        mean_shares_of_two_stone_falls(one, np.array(["one", "other"])).this_first_if_any_falls.value for one in ties
+        mean_shares_of_two_stone_falls(one, np.array(["one", "other"])).this_first_or_alone_share_if_any_falls.mean
+        for one in ties
     ] == [0.5, 0.5]
     late = cube_of_fall_times([2.0, 4.0, 1.0, 1.0, nan, 3.0], overturned=[1, 1, 1, 0, 1, 1])
     firsts = [
         mean_shares_of_two_stone_falls(
             count_falls_of_two_stones(*pair), np.array(["one", "other"])
-        ).this_first_if_any_falls.value
+        ).this_first_or_alone_share_if_any_falls.mean
         for pair in ((this, late), (late, this))
     ]  # here: together, first, not at all; alone, unknown, later
     assert firsts == [pytest.approx(((0.5 + 1 + 0) / 3 + (1 + 0) / 2) / 2), pytest.approx(1 - firsts[0])]

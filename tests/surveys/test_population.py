@@ -314,5 +314,5 @@ def test_agreement_shares_equal_in_all_earthquakes_have_an_interval(agree: int) 
     found = share_of_agreeing_motions(np.arange(4) < np.full((10, 1), agree), selected, events)
     assert found.value == agree / 4
     interval = mean_share_over_earthquakes(np.full(10, agree / 4), events)
-    assert (found.low, found.high) == (interval.low, interval.high)
+    assert (found.low, found.high) == (interval.interval_low, interval.interval_high)
     assert found.low < found.value < found.high

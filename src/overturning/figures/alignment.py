@@ -22,13 +22,21 @@ def fall_alignment_by_earthquake_figure(
         name: dict(zip(data["event"].to_numpy().astype(str).tolist(), data["cosine"].to_numpy().tolist(), strict=True))
         for name, data in fall_axes_by_group.items()
     }
-    means = {name: plotted_estimate_of_mean(one.alignment) for name, one in summary_by_group.items()}
+    means = {
+        name: plotted_estimate_of_mean(one.mean_cos_of_doubled_angle_to_fault_normal)
+        for name, one in summary_by_group.items()
+    }
     return sorted_fall_alignment_figure(values, means)
 
 
 def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
     """Convert a mean over earthquakes (value, interval, number of earthquakes) to the form that figures draw."""
-    return PlottedEstimate(earthquake_mean.value, earthquake_mean.low, earthquake_mean.high, earthquake_mean.n)
+    return PlottedEstimate(
+        earthquake_mean.mean,
+        earthquake_mean.interval_low,
+        earthquake_mean.interval_high,
+        earthquake_mean.earthquake_count,
+    )
 
 
 def fall_alignment_by_b_over_h_figure(
@@ -42,30 +50,38 @@ def fall_alignment_by_b_over_h_figure(
     """
     figure, panels = create_panel_grid(2, len(alignment_by_group), max(3.4 * len(alignment_by_group), 4.4), 5.4)
     names = list(
-        dict.fromkeys(name for group in alignment_by_group.values() for name, _ in group.mean_cosines_by_reference)
+        dict.fromkeys(
+            name
+            for group in alignment_by_group.values()
+            for name, _ in group.cosines_per_b_over_h_by_reference_and_axial
+        )
     )
     known = {
         name
         for group in alignment_by_group.values()
-        for (name, _), means in group.mean_cosines_by_reference.items()
-        if any(np.isfinite(mean.value) for mean in means)
+        for (name, _), means in group.cosines_per_b_over_h_by_reference_and_axial.items()
+        if any(np.isfinite(mean.mean) for mean in means)
     }
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
     for column, (group, of_group) in enumerate(alignment_by_group.items()):
-        means = of_group.mean_cosines_by_reference
+        means = of_group.cosines_per_b_over_h_by_reference_and_axial
         for row, axial in enumerate((True, False)):
             axes = panels[row, column]
             axes.axhline(0.0, color="#c8c8c8", linewidth=0.8)
             for place, name in enumerate(names):
                 if (name, axial) not in means or name not in known:  # the legend has no reference without a mean
                     continue
-                value, low, high = np.array([(mean.value, mean.low, mean.high) for mean in means[name, axial]]).T
+                value, low, high = np.array(
+                    [(mean.mean, mean.interval_low, mean.interval_high) for mean in means[name, axial]]
+                ).T
                 x, colour = (
                     b_over_h + (place - 0.5 * (len(names) - 1)) * apart,
                     SERIES_COLOURS[place % len(SERIES_COLOURS)],
                 )
                 axes.vlines(x, low, high, color=colour, linewidth=1.0)
-                few = np.array([mean.n <= MAX_EARTHQUAKES_OF_HOLLOW_MARKER for mean in means[name, axial]])
+                few = np.array(
+                    [mean.earthquake_count <= MAX_EARTHQUAKES_OF_HOLLOW_MARKER for mean in means[name, axial]]
+                )
                 marker = "osD^v"[place % 5]
                 axes.plot(x[~few], value[~few], marker, color=colour, markersize=3.5, label=name)
                 axes.plot(x[few], value[few], marker, color=colour, markersize=3.5, markerfacecolor="white")

@@ -68,9 +68,9 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
 def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, FallAlignmentWithReferences]) -> None:
     """Raise an ArgumentError if the alignment of falls is known for no record, since the figure would be empty."""
     means = [
-        mean.value
+        mean.mean
         for group in alignment_by_group.values()
-        for of_part in group.mean_cosines_by_reference.values()
+        for of_part in group.cosines_per_b_over_h_by_reference_and_axial.values()
         for mean in of_part
     ]
     if not np.isfinite(means).any():

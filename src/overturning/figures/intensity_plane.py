@@ -78,11 +78,11 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     x = np.geomspace(low_x, high_x, 200)
     y = np.geomspace(low_y, high_y, 200)
     for criterion, (color, dashes) in zip(CRITERIA, CRITERION_LINE_STYLES, strict=True) if with_criteria else ():
-        limit = criterion.acceleration_limit_function(height, b_over_h, y)
+        limit = criterion.pga_limit_m_s2_function(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
-    if logistic_fit is not None and abs(logistic_fit.coefficient[2]) > 1e-9:
+    if logistic_fit is not None and abs(logistic_fit.coefficient_estimates[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
-        constant, over_west, over_ratio, over_shape, over_size = logistic_fit.coefficient
+        constant, over_west, over_ratio, over_shape, over_size = logistic_fit.coefficient_estimates
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
         with np.errstate(over="ignore"):  # far beyond the figure
             y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)

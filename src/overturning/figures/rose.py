@@ -49,8 +49,8 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     """
     turn_axes_into_compass(axes)
     radius_limit = radius_limit or common_rose_radius(rose)
-    centres = np.arange(rose.shares.size) * 2.0 * np.pi / ROSE_SECTOR_COUNT
-    values = [rose.shares, rose.low, rose.high]
+    centres = np.arange(rose.mean_fall_share_by_sector.size) * 2.0 * np.pi / ROSE_SECTOR_COUNT
+    values = [rose.mean_fall_share_by_sector, rose.share_interval_low_by_sector, rose.share_interval_high_by_sector]
     if rose.is_axial:  # the sector across the top has one half at either end
         axes.set(thetamin=-90.0, thetamax=90.0)
         centres = np.append(centres, centres - np.pi)
@@ -130,13 +130,16 @@ def axis_interval_arcs_deg(axis_deg: float, half_width_deg: float) -> list[tuple
 
 def common_rose_radius(*roses: FallRose) -> float:
     """Return the outer radius that fits all given roses, as the square root of a share of falls."""
-    most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
+    most = [
+        np.nanmax([rose.mean_fall_share_by_sector, rose.share_interval_high_by_sector]) if rose.fall_count else 0.0
+        for rose in roses
+    ]
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
 def _azimuth_for_radius_labels(rose: FallRose) -> float:
     """Return the azimuth, degrees, at which to write the radius labels of a rose: where few stones fall."""
-    most = np.fmax(rose.shares, rose.high)
+    most = np.fmax(rose.mean_fall_share_by_sector, rose.share_interval_high_by_sector)
     between = np.arange(22.5, 360.0, 45.0)
     centres = np.arange(most.size) * 360.0 / most.size
     near = [most[angle_between_azimuths(centres, middle) < 15.0].max() for middle in between]
@@ -175,7 +178,7 @@ def fall_roses_by_group_figure(
 def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
     """Return the legend entries of fall roses: shares, their intervals, and the mean axis if drawn."""
     marks = [style.legend_patch(FALL_COLOUR, "share of the falls (area)")]
-    if any(np.isfinite(rose.low).any() for rose in roses):
+    if any(np.isfinite(rose.share_interval_low_by_sector).any() for rose in roses):
         marks.append(
             style.legend_patch(
                 SECTOR_CONFIDENCE_INTERVAL_COLOUR, "95 % interval of each sector by itself, from the white line"
@@ -193,7 +196,7 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
         name: (fall_rose(cube.isel(record=np.flatnonzero(events == name))), events == name)
         for name in dict.fromkeys(events)
     }
-    shown = {name: found for name, found in roses.items() if found[0].falls}
+    shown = {name: found for name, found in roses.items() if found[0].fall_count}
     columns = min(MAX_ROSES_PER_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
     wide = max(PAGE_WIDTH_INCHES / 4 * columns, 4.2)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
 from overturning.labels import note_on_size_reference_stone
-from overturning.statistics.criteria import MAX_VALID_PULSE_FREQUENCY_RATIO, score_overturning_criteria
+from overturning.statistics.criteria import MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO, score_overturning_criteria
 from overturning.statistics.logistic import CONFIDENCE_LEVEL, fitted_coefficient_rows
 
 DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
@@ -110,7 +110,7 @@ class CriteriaFindings(FindingBaseClass):
     """Values of `skill_lead_over_other_criteria` with intervals that include 0, in the order of `scores`."""
     share_beyond_pulse_criterion_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
-    max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_FREQUENCY_RATIO
+    max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
@@ -158,19 +158,19 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
         )
     fitted = (
         {}
-        if fit.note.startswith("no fit")
+        if fit.reason_without_estimate_or_interval.startswith("no fit")
         else {rows[place].predictor: name for place, name in DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX.items()}
     )
     chances = [
         _fall_probability_if_quantity_doubles(fitted[one.predictor], one) for one in rows if one.predictor in fitted
     ]
     return LogisticFitFindings(
-        coefficients=[] if fit.note.startswith("no fit") else rows,
-        fitted_outcomes=fit.rows,
-        earthquakes=fit.clusters,
+        coefficients=[] if fit.reason_without_estimate_or_interval.startswith("no fit") else rows,
+        fitted_outcomes=fit.row_count,
+        earthquakes=fit.earthquake_cluster_count,
         level=CONFIDENCE_LEVEL,
         fall_probabilities_after_doubling=[one for one in chances if one is not None],
-        reason_for_missing_fit_or_interval=fit.note,
+        reason_for_missing_fit_or_interval=fit.reason_without_estimate_or_interval,
     )
 
 
@@ -206,20 +206,20 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
     scores = [
         CriterionScore(
             criterion=one.name,
-            predicted_fall_condition=one.rule,
-            hit_rate=one.overall_counts.hit_rate,
-            false_alarm_rate=one.overall_counts.false_alarm_rate,
-            skill=estimate_from_mean(one.skill, "skill over all blocks together"),
+            predicted_fall_condition=one.rule_text,
+            hit_rate=one.counts_over_all_cases.hit_rate,
+            false_alarm_rate=one.counts_over_all_cases.false_alarm_rate,
+            skill=estimate_from_mean(one.peirce_skill_over_all_cases, "skill over all blocks together"),
             mean_skill_within_block_sizes=estimate_from_mean(
-                one.mean_skill_within_block_sizes, "mean skill over blocks of one height and B/H"
+                one.weighted_mean_skill_over_block_sizes, "mean skill over blocks of one height and B/H"
             ),
-            skill_within_pulse_criterion_range=one.mean_skill_in_valid_range,
+            skill_within_pulse_criterion_range=one.weighted_mean_skill_in_pulse_valid_range,
         )
         for one in found.rule_scores
     ]
     leads = {
         name: estimate_from_mean(lead, "difference of the skills within blocks")
-        for name, lead in found.skill_leads_of_best_criterion.items()
+        for name, lead in found.best_minus_other_skill_by_criterion_name.items()
     }
     return CriteriaFindings(
         scores=scores,
@@ -231,7 +231,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
         insignificant_skill_differences=_insignificant_skill_differences(
             found.best_criterion.name, leads, [one.criterion for one in scores]
         ),
-        share_beyond_pulse_criterion_range=found.share_beyond_pulse_validity,
+        share_beyond_pulse_criterion_range=found.case_share_above_valid_pulse_frequency_ratio,
     )
 
 

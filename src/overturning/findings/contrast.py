@@ -199,7 +199,7 @@ def _compare_study_with_variant(
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant)]
     site = variant_settings(results.study, variant).site
-    same_direction = found.same_direction_share
+    same_direction = found.same_direction_share_if_both_fall
     return VariantContrast(
         variant=variant,
         is_primary_comparison=variant == results.study.primary.against,
@@ -215,24 +215,24 @@ def _compare_study_with_variant(
         share_overturned_variant=there,
         share_difference=difference,
         share_overturned_only_in_study=estimate_from_mean(
-            found.only_this_falls, "share of the cases that overturn in the study only"
+            found.share_only_this_falls, "share of the cases that overturn in the study only"
         ),
         share_overturned_only_in_variant=estimate_from_mean(
-            found.only_other_falls, "share of the cases that overturn in the variant only"
+            found.share_only_other_falls, "share of the cases that overturn in the variant only"
         ),
-        share_overturned_in_both=estimate_from_mean(found.both_fall, "share of the cases that overturn in both"),
+        share_overturned_in_both=estimate_from_mean(found.share_both_fall, "share of the cases that overturn in both"),
         same_direction_share=estimate_from_mean(
             same_direction, "share of the falls in both that go within 45° of each other"
         ),
-        different_direction_share=1.0 - same_direction.value if same_direction.n else float("nan"),
+        different_direction_share=1.0 - same_direction.mean if same_direction.earthquake_count else float("nan"),
         earlier_fall_in_study_share=estimate_from_mean(
-            found.this_earlier_if_both_fall, "share of the falls in both that are earlier in the study"
+            found.this_earlier_share_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
         simultaneous_fall_share=estimate_from_mean(
-            found.same_time_if_both_fall, "share of the falls in both that are at the same time"
+            found.same_time_share_if_both_fall, "share of the falls in both that are at the same time"
         ),
         first_or_lone_fall_in_study_share=estimate_from_mean(
-            found.this_first_if_any_falls,
+            found.this_first_or_alone_share_if_any_falls,
             "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
         by_b_over_h=_overturned_shares_at_each_b_over_h(
@@ -311,12 +311,13 @@ def _fall_outcomes_of_element(
 
     `several_elements` is True if the scene has several.
     """
+    falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_before_other_elements
     return ElementFallOutcomes(
         variant=variant, scene=scene.name,
-        element=fall_counts.name if several_elements else scene.free_element_names[0], cases=fall_counts.cases,
-        falls=fall_counts.falls, share_overturned=fall_counts.fall_share, first_fall_count=fall_counts.first_falls,
-        first_fall_share=fall_counts.first_falls / fall_counts.falls if fall_counts.falls else None,
-        lone_fall_share=fall_counts.lone_falls / fall_counts.falls if fall_counts.falls else None,
+        element=fall_counts.name if several_elements else scene.free_element_names[0],
+        cases=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,
+        first_fall_count=first_falls, first_fall_share=first_falls / falls if falls else None,
+        lone_fall_share=fall_counts.count_of_falls_without_other_falls / falls if falls else None,
         median_fall_time_s=fall_counts.median_fall_time_s,
     )  # fmt: skip
 

@@ -178,11 +178,11 @@ def _alignment_finding_of_block_selection(
     `direction_noun`, such as "plane", completes the name of the rule.
     """
     return BlockSelectionAlignment(
-        rule=rule_alignment.rule.name.format(direction_noun),
+        rule=rule_alignment.rule.description_template.format(direction_noun),
         is_study_rule=is_study_rule,
         records=rule_alignment.records_with_falls_and_fault_normal,
-        alignment=estimate_from_mean(rule_alignment.alignment, ALIGNMENT_DESCRIPTION),
-        largest_possible_alignment=rule_alignment.largest_possible_alignment,
+        alignment=estimate_from_mean(rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION),
+        largest_possible_alignment=rule_alignment.largest_possible_mean_cos_of_doubled_angle,
     )
 
 
@@ -245,12 +245,12 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         groups.append(
             RecordGroupFallDirection(
                 record_group=name,
-                earthquakes=summary.earthquakes,
-                alignment=estimate_from_mean(summary.alignment, ALIGNMENT_DESCRIPTION),
-                largest_possible_alignment=summary.largest_possible_alignment,
+                earthquakes=summary.earthquake_count,
+                alignment=estimate_from_mean(summary.mean_cos_of_doubled_angle_to_fault_normal, ALIGNMENT_DESCRIPTION),
+                largest_possible_alignment=summary.largest_possible_mean_cos_of_doubled_angle,
                 fall_axis_from_fault_normal_deg=summary.axis_from_fault_normal_deg,
                 axis_interval_half_width_deg=summary.axis_interval_half_width_deg,
-                no_common_axis_p_value=summary.axis_p_value,
+                no_common_axis_p_value=summary.p_value_of_no_common_axis,
                 earthquakes_with_axis=summary.earthquakes_with_axis,
                 fall_axes_within_45_deg_of_fault_normal=summary.earthquakes_with_axis_within_45_deg_of_normal,
                 axis_resultant_within_record=estimate_from_mean(
@@ -279,7 +279,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         reason_for_no_axis_comparable_with_fault=reason,
         groups=groups,
         first_minus_second_group_alignment=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")
-        if difference and difference.n
+        if difference and difference.earthquake_count
         else None,
         outcome_change_share_between_neighbours=changes,
         share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "uneven planes" else [],
@@ -297,7 +297,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
     groups = []
     for group, references in found.items():
         means = []
-        for (name, axial), (whole, *each) in references.mean_cosines_by_reference.items():
+        for (name, axial), (whole, *each) in references.cosines_per_b_over_h_by_reference_and_axial.items():
             kind, of = ("axis", "mean of cos 2Δ") if axial else ("direction", "mean of cos Δ")
             text = f"{of}, Δ the angle from the {name} to a fall"
             by_b_over_h_range = {label: estimate_from_mean(one, text) for label, one in zip(ranges, each, strict=True)}
@@ -310,27 +310,27 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
                 )
             )
         closer, axes = (
-            references.best_minus_second_cosines[:1],
+            references.best_minus_second_axis_cosines_per_b_over_h[:1],
             {one.reference: one for one in means if one.alignment_kind == "axis"},
         )
         ends = [
             one
             for one in means
-            if one.alignment_kind == "direction" and one.reference in references.best_aligned_references[:1]
+            if one.alignment_kind == "direction" and one.reference in references.two_best_aligned_reference_names[:1]
         ]
         heads = [one for each in ends for one in each.by_b_over_h_range.values() if one.low is not None]
         groups.append(
             RecordGroupReferenceAlignment(
                 record_group=group,
                 references=means,
-                best_aligned_references=list(references.best_aligned_references),
+                best_aligned_references=list(references.two_best_aligned_reference_names),
                 best_minus_second_alignment=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
                 if closer
                 else None,
                 alignment_with_best_reference_axis=axes[
-                    references.best_aligned_references[0]
+                    references.two_best_aligned_reference_names[0]
                 ].alignment_over_all_b_over_h
-                if references.best_aligned_references
+                if references.two_best_aligned_reference_names
                 else None,
                 alignment_with_fault_normal=axes["fault normal"].alignment_over_all_b_over_h
                 if "fault normal" in axes

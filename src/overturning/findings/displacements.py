@@ -45,13 +45,13 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
             scene=variant_scene(results.study, variant).name,
             element=row.name if "element" in cube.dims else variant_scene(results.study, variant).free_element_names[0],
             standing_case_count=row.standing_case_count,
-            median_slip_cm=100.0 * row.median_and_p90_slip_m[0],
-            percentile_90_slip_cm=100.0 * row.median_and_p90_slip_m[1],
-            median_twist_deg=row.median_and_p90_twist_deg[0],
-            percentile_90_twist_deg=row.median_and_p90_twist_deg[1],
+            median_slip_cm=100.0 * row.standing_median_and_p90_slip_m[0],
+            percentile_90_slip_cm=100.0 * row.standing_median_and_p90_slip_m[1],
+            median_twist_deg=row.standing_median_and_p90_twist_deg[0],
+            percentile_90_twist_deg=row.standing_median_and_p90_twist_deg[1],
             falls=row.fallen_case_count,
-            share_of_falls_by_sliding_off=row.slide_off_count / row.fallen_case_count
-            if place and row.slide_off_count is not None and row.fallen_case_count
+            share_of_falls_by_sliding_off=row.count_of_falls_over_support_rim / row.fallen_case_count
+            if place and row.count_of_falls_over_support_rim is not None and row.fallen_case_count
             else None,
         )
         for variant, cube in results.cubes_by_variant.items()

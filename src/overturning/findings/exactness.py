@@ -153,7 +153,10 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
         np.concatenate(list(twists_by_b_over_h_and_friction_deg(results.default_element_cube).values()))
     )
     return FinalTwist(
-        stones=found.stones, median_deg=found.median, percentile_90_deg=found.upper_quantile, largest_deg=found.largest
+        stones=found.stone_count,
+        median_deg=found.median_deg,
+        percentile_90_deg=found.upper_quantile_deg,
+        largest_deg=found.largest_deg,
     )
 
 

@@ -157,9 +157,9 @@ def _observed_falls_finding(observed: ObservedOutcomesAndFallDirections) -> Obse
 def _finding_from_mean_fall_direction(mean_direction: MeanDirectionWithInterval) -> MeanFallDirectionOrAxis:
     """Return the report's numbers on a mean fall direction or axis: angle, interval, resultant and p-value."""
     return MeanFallDirectionOrAxis(
-        sample_size=mean_direction.n,
-        mean_deg=mean_direction.mean_deg,
-        interval_half_width_deg=mean_direction.half_width_deg,
-        resultant=mean_direction.resultant,
-        p_value=mean_direction.test.p_value,
+        sample_size=mean_direction.observation_count,
+        mean_deg=mean_direction.significant_mean_deg,
+        interval_half_width_deg=mean_direction.interval_half_width_deg,
+        resultant=mean_direction.mean_resultant_length,
+        p_value=mean_direction.test_of_no_common_direction.p_value,
     )

@@ -235,16 +235,14 @@ class StudyResults:
 
     @cached_property
     def agreement_counts_of_2d_and_3d_outcomes(self) -> xr.Dataset:
-        """Numbers of cases in which 2-D simulations in the planes of a body's faces give the 3-D outcome, or another.
-
-        See `statistics.space.count_agreements_of_2d_and_3d_outcomes`.
-        """
+        """Counts of 2-D simulations that give the 3-D outcome; see `count_agreements_of_2d_and_3d_outcomes`."""
         return count_agreements_of_2d_and_3d_outcomes(self.default_element_cube)
 
     @property
     def has_falls_with_known_fault_normal(self) -> bool:
         """True if at least one earthquake has both falls and a known fault normal."""
-        return any(summary.alignment.n > 0 for summary in self.fall_axis_summaries.values())
+        summaries = self.fall_axis_summaries.values()
+        return any(one.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count > 0 for one in summaries)
 
     @property
     def any_fault_normal_is_stated(self) -> bool:

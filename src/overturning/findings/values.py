@@ -67,5 +67,10 @@ def negate_estimate(estimate: Estimate) -> Estimate:
 def estimate_from_mean(mean: MeanOverEarthquakes, statistic: str, unit: str = "1") -> Estimate:
     """Convert a mean over earthquakes to an `Estimate`, named by the quantity in `statistic`."""
     return Estimate(
-        statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquake_count=mean.n, unit=unit
+        statistic=statistic,
+        value=mean.mean,
+        low=mean.interval_low,
+        high=mean.interval_high,
+        earthquake_count=mean.earthquake_count,
+        unit=unit,
     )

@@ -31,16 +31,17 @@ class FaultNormalAlignmentOfSelectedBlocks:
         Rule that selects the blocks.
     records_with_falls_and_fault_normal : int
         Records with falls of these blocks and a known fault normal.
-    alignment : MeanOverEarthquakes
-        Mean of cos 2Δ over the falls of a record, the records of an earthquake, and earthquakes; 95 % interval.
-    largest_possible_alignment : float
-        Largest possible alignment: the same mean of the resultants of the doubled fall axes of each record.
+    mean_cos_of_doubled_angle : MeanOverEarthquakes
+        Mean of cos 2Δ (Δ: angle from the fault normal to a fall) over the falls of a record, the records of an
+        earthquake, and earthquakes; 95 % interval.
+    largest_possible_mean_cos_of_doubled_angle : float
+        Largest possible mean of cos 2Δ: the same mean of the resultants of the doubled fall axes of each record.
     """
 
     rule: BlockSelectionRule
     records_with_falls_and_fault_normal: int
-    alignment: MeanOverEarthquakes
-    largest_possible_alignment: float
+    mean_cos_of_doubled_angle: MeanOverEarthquakes
+    largest_possible_mean_cos_of_doubled_angle: float
 
 
 def fault_normal_alignments_by_record_group(
@@ -81,7 +82,7 @@ def fault_normal_alignments_by_record_group(
         for place, rule in enumerate(block_rules):
             own, most = (np.where(members, values[:, place], np.nan) for values in (cosine, lengths))
             alignment = mean_over_earthquakes(own, events, draws=draws)
-            largest = mean_over_earthquakes(most, events, draws=1).value
+            largest = mean_over_earthquakes(most, events, draws=1).mean
             found[group].append(
                 FaultNormalAlignmentOfSelectedBlocks(rule, int(np.isfinite(own).sum()), alignment, largest)
             )

@@ -26,7 +26,7 @@ true mean in 75 % of samples of n = 3, 88 % of n = 4 and 94 % of n = 5; skewed v
 MIN_BOOTSTRAP_SAMPLES_PER_TAIL: Final = 10
 """Smallest number of bootstrap samples beyond each end of an interval; with fewer, the end is mostly noise."""
 
-EQUAL_VALUE_TOLERANCE: Final = 1e-12
+MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES: Final = 1e-12
 """Largest difference between values that are equal but for rounding."""
 
 
@@ -39,12 +39,12 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class MeanOverEarthquakes:
-    """Mean of a quantity over ``n`` earthquakes and limits of its confidence interval; NaN if unknown."""
+    """Mean of a quantity over earthquakes, and limits of its 95 % confidence interval; NaN if unknown."""
 
-    n: int
-    value: float
-    low: float
-    high: float
+    earthquake_count: int
+    mean: float
+    interval_low: float
+    interval_high: float
 
 
 def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
@@ -163,7 +163,7 @@ def bootstrap_interval(
     )
     if not values.size:
         return ConfidenceInterval()
-    if bounds is not None and np.ptp(values) <= EQUAL_VALUE_TOLERANCE:
+    if bounds is not None and np.ptp(values) <= MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES:
         return mean_interval_for_equal_earthquake_values(float(values[0]), n, bounds, level)
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
@@ -273,7 +273,9 @@ def exact_interval_if_all_0_or_all_1(earthquake_shares: FloatArray, level: float
         Probability of the interval.
     """
     for value in (0.0, 1.0):
-        if earthquake_shares.size and np.allclose(earthquake_shares, value, rtol=0.0, atol=EQUAL_VALUE_TOLERANCE):
+        if earthquake_shares.size and np.allclose(
+            earthquake_shares, value, rtol=0.0, atol=MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES
+        ):
             return mean_interval_for_equal_earthquake_values(value, earthquake_shares.size, (0.0, 1.0), level)
     return None
 

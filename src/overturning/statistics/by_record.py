@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
 
-CELLS_PER_READ: Final = 40_000
+TARGET_CASES_PER_READ_BATCH: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
@@ -41,9 +41,9 @@ def iterate_results_by_record(cube: xr.Dataset, variables: Sequence[str]) -> Ite
 
 
 def iterate_record_result_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield record indices and loaded results for batches of records, of about `CELLS_PER_READ` cases each."""
+    """Yield record indices and loaded results for batches of records, about `TARGET_CASES_PER_READ_BATCH` cases."""
     count = cube.sizes["record"]
-    few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
+    few = max(1, TARGET_CASES_PER_READ_BATCH * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
         yield places, load_outcomes_of_records(cube, places, variables)

@@ -27,10 +27,10 @@ MIN_RESULTANT_WITH_MEAN_DIRECTION: Final = 0.05
 ROSE_SECTOR_COUNT: Final = 24
 """Number of sectors of a rose; the first is centred on 0°."""
 
-P_VALUE_DRAWS: Final = 20_000
+SIMULATED_SECTOR_COUNTS_PER_P_VALUE: Final = 20_000
 """Number of random draws for a simulated p-value."""
 
-RANDOM_ROTATION_COUNT: Final = 4_999
+RANDOM_ROTATIONS_PER_P_VALUE: Final = 4_999
 """Number of random rotations in the `common_direction_test`."""
 
 
@@ -127,15 +127,16 @@ class StatisticalTestResult:
 
 
 @lru_cache(maxsize=4)
-def _random_rotations(vector_count: int, steps: tuple[float, ...] = ()) -> NDArray[np.complex128]:
-    """Draw uniformly distributed rotations, shape (`RANDOM_ROTATION_COUNT`, `vector_count`), as unit complex numbers.
+def _random_rotations(vector_count: int, rounding_steps_rad: tuple[float, ...] = ()) -> NDArray[np.complex128]:
+    """Draw uniformly distributed rotations, as unit complex numbers.
 
-    Each angle of rotation is rounded to the step of its vector, one of `steps` in rad, unless the step is 0.
+    The shape is (`RANDOM_ROTATIONS_PER_P_VALUE`, `vector_count`). Each angle of rotation is rounded to the step of its
+    vector, one of `rounding_steps_rad`, unless the step is 0.
     """
     angles = np.random.Generator(np.random.PCG64(1)).uniform(
-        0.0, 2 * math.pi, size=(RANDOM_ROTATION_COUNT, vector_count)
+        0.0, 2 * math.pi, size=(RANDOM_ROTATIONS_PER_P_VALUE, vector_count)
     )
-    step = np.array(steps or (0.0,))
+    step = np.array(rounding_steps_rad or (0.0,))
     rounded = np.round(angles / np.where(step > 0.0, step, 1.0)) * step
     return np.exp(1j * np.where(step > 0.0, rounded, angles))
 
@@ -174,7 +175,9 @@ def common_direction_test(
         rotated_sums = _random_rotations(n) @ np.hypot(x, y)
     drawn = np.abs(rotated_sums) / n
     extreme = int((drawn >= statistic - 1e-12).sum())
-    return StatisticalTestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + RANDOM_ROTATION_COUNT))
+    return StatisticalTestResult(
+        "randomised Rayleigh", n, statistic, (1 + extreme) / (1 + RANDOM_ROTATIONS_PER_P_VALUE)
+    )
 
 
 def _watson_u2_statistic(cumulative_probabilities: FloatArray) -> FloatArray:
@@ -185,7 +188,9 @@ def _watson_u2_statistic(cumulative_probabilities: FloatArray) -> FloatArray:
     return np.asarray(((ordered - ordered.mean(axis=-1, keepdims=True) - rank + 0.5) ** 2).sum(axis=-1) + 1 / (12 * n))
 
 
-def watson_u2_test(cumulative_probabilities: ArrayLike, simulated: FloatArray | None = None) -> StatisticalTestResult:
+def watson_u2_test(
+    cumulative_probabilities: ArrayLike, simulated_probabilities: FloatArray | None = None
+) -> StatisticalTestResult:
     """Test with Watson's U² whether angles follow a given distribution on the circle.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
@@ -197,7 +202,7 @@ def watson_u2_test(cumulative_probabilities: ArrayLike, simulated: FloatArray | 
     cumulative_probabilities : array_like, shape (n,)
         Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
         `ArgumentError` is raised if a value lies outside 0 to 1.
-    simulated : array, shape (draws, n), optional
+    simulated_probabilities : array, shape (draws, n), optional
         The same for samples drawn from the model, of angles that are not continuous because they are recorded in steps.
         The p-value is then (1 + number of draws with at least the observed U²)/(1 + draws).
     """
@@ -210,9 +215,9 @@ def watson_u2_test(cumulative_probabilities: ArrayLike, simulated: FloatArray | 
             "cumulative_probabilities: values must lie in 0 to 1; pass the model's distribution function at the angles"
         )
     statistic = float(_watson_u2_statistic(values))
-    if simulated is not None:
-        extreme = int((_watson_u2_statistic(simulated) >= statistic - 1e-12).sum())
-        return StatisticalTestResult("Watson U²", n, statistic, (1 + extreme) / (1 + len(simulated)))
+    if simulated_probabilities is not None:
+        extreme = int((_watson_u2_statistic(simulated_probabilities) >= statistic - 1e-12).sum())
+        return StatisticalTestResult("Watson U²", n, statistic, (1 + extreme) / (1 + len(simulated_probabilities)))
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
     order = np.arange(1, 51)
     p_value = 2 * float(((-1.0) ** (order - 1) * np.exp(-2 * order**2 * math.pi**2 * max(modified, 0.0))).sum())
@@ -272,14 +277,15 @@ def chi_square_test_of_sectors(sector_counts: FloatArray, sector_probabilities: 
 
 
 @lru_cache(maxsize=2)
-def _random_sector_counts(count: int, sector_probabilities: tuple[float, ...]) -> FloatArray:
-    """Draw multinomial counts in sectors of a circle, shape (`P_VALUE_DRAWS`, sectors).
+def _random_sector_counts(total_count: int, sector_probabilities: tuple[float, ...]) -> FloatArray:
+    """Draw multinomial counts in sectors of a circle, with the sum `total_count` in each draw.
 
-    The last results are cached, since a survey is tested twice against the same probabilities.
+    The shape is (`SIMULATED_SECTOR_COUNTS_PER_P_VALUE`, sectors). The last results are cached, since a survey is tested
+    twice against the same probabilities.
     """
     probabilities = np.array(sector_probabilities)
     draws = np.random.Generator(np.random.PCG64(1)).multinomial(
-        count, probabilities / probabilities.sum(), size=P_VALUE_DRAWS
+        total_count, probabilities / probabilities.sum(), size=SIMULATED_SECTOR_COUNTS_PER_P_VALUE
     )
     return draws.astype(np.float64)
 
@@ -294,7 +300,7 @@ def _test_with_simulated_p_value(
 
     Random counts are drawn from the multinomial distribution.
 
-    p = (1 + number of draws at least as extreme)/(1 + `P_VALUE_DRAWS`).
+    p = (1 + number of draws at least as extreme)/(1 + `SIMULATED_SECTOR_COUNTS_PER_P_VALUE`).
     """
     # A stone of two sectors counts in parts, whose sum may be a rounding error away from a whole number.
     n = round(float(sector_counts.sum()))
@@ -303,4 +309,4 @@ def _test_with_simulated_p_value(
     statistic = float(statistic_function(sector_counts, sector_probabilities))
     draws = _random_sector_counts(n, tuple(sector_probabilities.tolist()))
     extreme = int((statistic_function(draws, sector_probabilities) >= statistic * (1 - 1e-12)).sum())
-    return StatisticalTestResult(test_name, n, statistic, (1 + extreme) / (1 + P_VALUE_DRAWS))
+    return StatisticalTestResult(test_name, n, statistic, (1 + extreme) / (1 + SIMULATED_SECTOR_COUNTS_PER_P_VALUE))

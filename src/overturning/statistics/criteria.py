@@ -147,12 +147,12 @@ def pulse_acceleration_to_overturn_without_impact(
 class OverturningCriterion:
     """Published overturning criterion: name, rule in words, and function that computes the PGA for overturning.
 
-    The function gives the limit in m/s² from height, B/H and PGV/PGA.
+    The function gives the limit in m/s² from height (m), B/H and PGV/PGA (s).
     """
 
     name: str
-    rule: str
-    acceleration_limit_function: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
+    rule_text: str
+    pga_limit_m_s2_function: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
 
 
 def _west_limit_of_each_block_and_motion(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
@@ -182,7 +182,7 @@ CRITERIA_FROM_SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact
 """Criteria taken from secondary sources; the docstring of each function states how it was checked."""
 
 
-class FallPredictionCounts(NamedTuple):
+class WeightedFallPredictionCounts(NamedTuple):
     """Counts, weighted, of hits, misses, false alarms and correct rejections of a rule that predicts falls.
 
     Each is a number or an array; a share is NaN if its denominator is 0.
@@ -194,12 +194,12 @@ class FallPredictionCounts(NamedTuple):
     correct_rejections: Any
 
     @classmethod
-    def from_count_array(cls, prediction_counts: FloatArray) -> "FallPredictionCounts":
+    def from_count_array(cls, prediction_counts: FloatArray) -> "WeightedFallPredictionCounts":
         """Create the counts from an array with (hits, misses, false alarms, rejections) along the last axis."""
         return cls(*np.moveaxis(prediction_counts, -1, 0))
 
     @property
-    def fall_share(self) -> Any:
+    def actual_fall_share(self) -> Any:
         """Share of all cases in which the block falls, predicted or not."""
         return _divide_or_nan(self.hits + self.misses, sum(self))
 
@@ -214,7 +214,7 @@ class FallPredictionCounts(NamedTuple):
         return _divide_or_nan(self.false_alarms, self.false_alarms + self.correct_rejections)
 
     @property
-    def skill(self) -> Any:
+    def peirce_skill_score(self) -> Any:
         """Peirce skill score: hit rate minus false-alarm rate; 1 for perfect predictions, 0 for random ones."""
         return self.hit_rate - self.false_alarm_rate
 
@@ -228,7 +228,7 @@ def _divide_or_nan(numerator: Any, denominator: Any) -> Any:
 SLENDERNESS_ONLY_RULE_NAME: Final = "B/H alone"
 """Name of the rule that ignores the motion."""
 
-MAX_VALID_PULSE_FREQUENCY_RATIO: Final = 5.0
+MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO: Final = 5.0
 """Largest ω/p for which `pulse_acceleration_to_overturn_after_impact` is valid; above it the limit is far too low."""
 
 
@@ -238,23 +238,24 @@ class PredictionRuleScore:
 
     Attributes
     ----------
-    name, rule : str
-        Name and rule of the criterion, or of the rule that ignores the motion.
-    overall_counts, skill : FallPredictionCounts, MeanOverEarthquakes
+    name, rule_text : str
+        Name and rule, in words, of the criterion, or of the rule that ignores the motion.
+    counts_over_all_cases, peirce_skill_over_all_cases : WeightedFallPredictionCounts, MeanOverEarthquakes
         Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
-    mean_skill_within_block_sizes : MeanOverEarthquakes
+    weighted_mean_skill_over_block_sizes : MeanOverEarthquakes
         Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
         same kind of interval.
-    mean_skill_in_valid_range : float
-        Value of ``mean_skill_within_block_sizes`` without the planes above `MAX_VALID_PULSE_FREQUENCY_RATIO`.
+    weighted_mean_skill_in_pulse_valid_range : float
+        Value of ``weighted_mean_skill_over_block_sizes`` without the planes above
+        `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
     """
 
     name: str
-    rule: str
-    overall_counts: FallPredictionCounts
-    skill: MeanOverEarthquakes
-    mean_skill_within_block_sizes: MeanOverEarthquakes
-    mean_skill_in_valid_range: float
+    rule_text: str
+    counts_over_all_cases: WeightedFallPredictionCounts
+    peirce_skill_over_all_cases: MeanOverEarthquakes
+    weighted_mean_skill_over_block_sizes: MeanOverEarthquakes
+    weighted_mean_skill_in_pulse_valid_range: float
 
 
 @dataclass(frozen=True)
@@ -266,35 +267,34 @@ class OverturningCriteriaScores:
     rule_scores : tuple of PredictionRuleScore
         Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
         a threshold, which is chosen for the largest skill on this cube.
-    skill_leads_of_best_criterion : dict of str to MeanOverEarthquakes
+    best_minus_other_skill_by_criterion_name : dict of str to MeanOverEarthquakes
         Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
-    share_beyond_pulse_validity : float
-        Share of planes and blocks above `MAX_VALID_PULSE_FREQUENCY_RATIO`.
-    counts_by_block_size : dict of (float, float) to tuple of FallPredictionCounts
+    case_share_above_valid_pulse_frequency_ratio : float
+        Share of planes and blocks above `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
+    criterion_counts_by_height_and_b_over_h : dict of (float, float) to tuple of WeightedFallPredictionCounts
         Scores of `CRITERIA` by height, m, and B/H.
     """
 
     rule_scores: tuple[PredictionRuleScore, ...]
-    skill_leads_of_best_criterion: dict[str, MeanOverEarthquakes]
-    share_beyond_pulse_validity: float
-    counts_by_block_size: dict[tuple[float, float], tuple[FallPredictionCounts, ...]]
+    best_minus_other_skill_by_criterion_name: dict[str, MeanOverEarthquakes]
+    case_share_above_valid_pulse_frequency_ratio: float
+    criterion_counts_by_height_and_b_over_h: dict[tuple[float, float], tuple[WeightedFallPredictionCounts, ...]]
 
     @property
     def best_criterion(self) -> PredictionRuleScore:
         """Score of the published criterion whose prediction skill, averaged over block sizes, is largest."""
         return max(
             self.rule_scores[: len(CRITERIA)],
-            key=lambda one: np.nan_to_num(one.mean_skill_within_block_sizes.value, nan=-np.inf),
+            key=lambda one: np.nan_to_num(one.weighted_mean_skill_over_block_sizes.mean, nan=-np.inf),
         )
 
 
 def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> OverturningCriteriaScores | None:
     """Score how well published criteria predict the simulated falls; None if no outcome is known.
 
-    `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
-
-    The data are those of `overturning_regression_data`, with nominal outcomes instead of ensemble probabilities.
+    `intensity` has ``pga`` and ``pgv`` of each record and azimuth. The data are those of `overturning_regression_data`,
+    with nominal outcomes instead of ensemble probabilities.
     """
     predictors, falls, event, weight = overturning_regression_data(cube, intensity, ensemble=False)
     if not falls.size:
@@ -305,7 +305,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     kinds, block = np.unique(np.stack([height, slender], axis=1).round(9), axis=0, return_inverse=True)
     of_block = [(float(tall), float(shape)) for tall, shape in kinds]
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
-    valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= MAX_VALID_PULSE_FREQUENCY_RATIO
+    valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
 
     def count_predictions_by_earthquake_and_block(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
         """Count hits, misses, false alarms and rejections by earthquake and block, shape (earthquakes, blocks, 4)."""
@@ -318,31 +318,31 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
 
     def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> PredictionRuleScore:
         counts = count_predictions_by_earthquake_and_block(predicted_falls, weight)
-        overall = FallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
+        overall = WeightedFallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
         skill, within = (
             MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
             for of in (_skill_over_all_blocks, _mean_skill_over_blocks)
         )
         if name == SLENDERNESS_ONLY_RULE_NAME:  # 0 within blocks by definition, not by chance
-            within = replace(within, low=math.nan, high=math.nan)
+            within = replace(within, interval_low=math.nan, interval_high=math.nan)
         return PredictionRuleScore(
             name, rule, overall, skill, within,
             float(_mean_skill_over_blocks(count_predictions_by_earthquake_and_block(predicted_falls, weight * valid))),
         )  # fmt: skip
 
-    predictions = [pga >= one.acceleration_limit_function(height, slender, ratio) for one in CRITERIA]
-    rules = [score_rule(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, predictions, strict=True)]
+    predictions = [pga >= one.pga_limit_m_s2_function(height, slender, ratio) for one in CRITERIA]
+    rules = [score_rule(one.name, one.rule_text, mask) for one, mask in zip(CRITERIA, predictions, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [score_rule(SLENDERNESS_ONLY_RULE_NAME, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
-    rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall_counts.skill, nan=1.0))[:1]
+    rules += sorted(blind, key=lambda one: np.nan_to_num(-one.counts_over_all_cases.peirce_skill_score, nan=1.0))[:1]
     by_event = {
         one.name: count_predictions_by_earthquake_and_block(predicted, weight)
         for one, predicted in zip(CRITERIA, predictions, strict=True)
     }
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
     blocks = {
-        name: tuple(map(FallPredictionCounts.from_count_array, each))
+        name: tuple(map(WeightedFallPredictionCounts.from_count_array, each))
         for name, each in zip(of_block, counts, strict=True)
     }
     beyond = float((weight * ~valid).sum() / weight.sum())
@@ -352,9 +352,8 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
 def _skill_lead_of_best_criterion(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
     """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
-    See `OverturningCriteriaScores.skill_leads_of_best_criterion`.
-
-    The counts of each criterion have shape (earthquakes, blocks, 4).
+    See `OverturningCriteriaScores.best_minus_other_skill_by_criterion_name`. The counts of each criterion have shape
+    (earthquakes, blocks, 4).
     """
     skills = {name: float(_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion.items()}
     if not np.isfinite([*skills.values()]).all():
@@ -381,20 +380,18 @@ def _skill_lead_of_best_criterion(counts_by_criterion: dict[str, FloatArray]) ->
 
 def _skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
     """Compute the prediction skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
-    return np.asarray(FallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2))).skill)
+    counts = WeightedFallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2)))
+    return np.asarray(counts.peirce_skill_score)
 
 
 def _mean_skill_over_blocks(prediction_counts: FloatArray) -> FloatArray:
     """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
-    The weight of a block is f(1 − f).
-
-    f is the share of cells of a block that fall. The skill of a block that nearly always falls, or stands, depends on a
-    few cells. f(1 − f) is the variance of the outcome, so the mean is the slope of a regression of outcomes on
-    predictions within blocks.
+    The weight of a block is f(1 − f), where f is the share of cells of a block that fall. The skill of a block that
+    nearly always falls, or stands, depends on a few cells. f(1 − f) is the variance of the outcome, so the mean is the
+    slope of a regression of outcomes on predictions within blocks.
     """
-    score = FallPredictionCounts.from_count_array(prediction_counts.sum(axis=-3))
-    weight = np.where(np.isfinite(score.skill), score.fall_share * (1 - score.fall_share), 0.0)
-    return np.asarray(
-        _divide_or_nan((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1))
-    )
+    counts = WeightedFallPredictionCounts.from_count_array(prediction_counts.sum(axis=-3))
+    skill, fall_share = counts.peirce_skill_score, counts.actual_fall_share
+    weight = np.where(np.isfinite(skill), fall_share * (1 - fall_share), 0.0)
+    return np.asarray(_divide_or_nan((weight * np.where(weight > 0, skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))

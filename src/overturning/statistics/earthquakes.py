@@ -152,9 +152,9 @@ class FallAxisSummary:
 
     Attributes
     ----------
-    earthquakes : int
-        Number of earthquakes.
-    alignment : MeanOverEarthquakes
+    earthquake_count : int
+        Number of earthquakes, with or without falls.
+    mean_cos_of_doubled_angle_to_fault_normal : MeanOverEarthquakes
         Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
         −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
     axis_from_fault_normal_deg : float
@@ -168,21 +168,21 @@ class FallAxisSummary:
     earthquakes_with_axis, earthquakes_with_axis_within_45_deg_of_normal : int
         Number of earthquakes that have an axis (resultant at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`), and of these
         with an axis within 45° of the fault normal.
-    largest_possible_alignment : float
-        Largest possible alignment of these falls: the mean over these earthquakes of ``largest_possible_alignment`` of
+    largest_possible_mean_cos_of_doubled_angle : float
+        Largest possible mean of cos 2Δ of these falls: the mean over these earthquakes of ``largest`` of
         `fall_axes_from_fault_normal_by_earthquake`. It is reached if the axis of each record is its fault normal.
-    axis_p_value : float
+    p_value_of_no_common_axis : float
         p-value of the `common_direction_test` over earthquakes; NaN without falls.
     """
 
-    earthquakes: int
-    alignment: MeanOverEarthquakes
+    earthquake_count: int
+    mean_cos_of_doubled_angle_to_fault_normal: MeanOverEarthquakes
     axis_from_fault_normal_deg: float
     axis_interval_half_width_deg: float
     earthquakes_with_axis: int
     earthquakes_with_axis_within_45_deg_of_normal: int
-    largest_possible_alignment: float = math.nan
-    axis_p_value: float = math.nan
+    largest_possible_mean_cos_of_doubled_angle: float = math.nan
+    p_value_of_no_common_axis: float = math.nan
 
 
 def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> FallAxisSummary:
@@ -227,8 +227,8 @@ def difference_of_fall_alignments(first_fall_axes: xr.Dataset, second_fall_axes:
 
     Both sets, such as pulse records and their control, are results of `fall_axes_from_fault_normal_by_earthquake`. An
     earthquake with records in both sets is drawn once for both, so that its own orientation does not count as a
-    difference. ``n`` is the number of earthquakes with falls in the smaller set; there is no interval if it is below
-    `MIN_EARTHQUAKES_FOR_INTERVAL`.
+    difference. ``earthquake_count`` is the number of earthquakes with falls in the smaller set; there is no interval if
+    it is below `MIN_EARTHQUAKES_FOR_INTERVAL`.
     """
     names = distinct_earthquake_names([*first_fall_axes["event"].values, *second_fall_axes["event"].values])
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
@@ -303,19 +303,19 @@ class FallAlignmentWithReferences:
 
     Attributes
     ----------
-    mean_cosines_by_reference : dict
+    cosines_per_b_over_h_by_reference_and_axial : dict
         `MeanOverEarthquakes` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
         the reference, and True for its axis or False for its direction (peaks and radial direction only).
-    best_aligned_references : tuple of str
+    two_best_aligned_reference_names : tuple of str
         The two references with the largest alignment of axes in the first range of B/H, among those known for the
         largest number of records (others are means over different records). Shorter if fewer are known.
-    best_minus_second_cosines : list of MeanOverEarthquakes
+    best_minus_second_axis_cosines_per_b_over_h : list of MeanOverEarthquakes
         Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 
-    mean_cosines_by_reference: dict[tuple[str, bool], list[MeanOverEarthquakes]]
-    best_aligned_references: tuple[str, ...]
-    best_minus_second_cosines: list[MeanOverEarthquakes]
+    cosines_per_b_over_h_by_reference_and_axial: dict[tuple[str, bool], list[MeanOverEarthquakes]]
+    two_best_aligned_reference_names: tuple[str, ...]
+    best_minus_second_axis_cosines_per_b_over_h: list[MeanOverEarthquakes]
 
 
 def alignments_with_references_by_record_group(
@@ -365,7 +365,7 @@ def _mean_alignment_with_references_in_group(
     """Average cosines to reference directions over a group's earthquakes, for each reference and range of B/H.
 
     The lists of `reference_cosines` have one array of shape (records,) for each range of B/H; their keys are those of
-    `FallAlignmentWithReferences.mean_cosines_by_reference`.
+    `FallAlignmentWithReferences.cosines_per_b_over_h_by_reference_and_axial`.
     """
 
     def mean_cosine_over_earthquakes(
@@ -378,7 +378,7 @@ def _mean_alignment_with_references_in_group(
         name: int(np.isfinite(reference_cosines[name, True][0][group_mask]).sum()) for name, axial in means if axial
     }
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
-    first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
+    first, *others = sorted(known, key=lambda name: -means[name, True][0].mean) or [""]
     pairs = zip(reference_cosines[first, True], reference_cosines[others[0], True], strict=True) if others else ()
     closer = [mean_cosine_over_earthquakes(one - other, BOUNDS_OF_COSINE_DIFFERENCE) for one, other in pairs]
     return FallAlignmentWithReferences(means, tuple([first, *others][:2]) if first else (), closer)

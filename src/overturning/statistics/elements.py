@@ -17,19 +17,19 @@ from overturning.statistics.by_record import iterate_results_by_record
 
 @dataclass(frozen=True)
 class ElementFallCounts:
-    """Numbers of falls of one element of a scene, among the ``cases`` with a known outcome.
+    """Numbers of falls of one element of a scene, among the cases with a known outcome.
 
-    ``falls`` is the number of cases in which it falls to either side, ``first_falls`` the number of these in which no
-    other element of its scene falls before it, and ``lone_falls`` the number in which no other element falls at all.
-    ``fall_share`` is falls/cases, and ``median_fall_time_s`` the median time of its falls, s; both are NaN without
-    cases or falls.
+    ``fall_count`` is the number of cases in which it falls to either side, ``count_of_falls_before_other_elements`` the
+    number of these in which no other element of its scene falls before it, and ``count_of_falls_without_other_falls``
+    the number in which no other element falls at all. ``fall_share`` is the share of these cases in which it falls, and
+    ``median_fall_time_s`` the median time of its falls, s; both are NaN without cases or falls.
     """
 
     name: str
-    cases: int
-    falls: int
-    first_falls: int
-    lone_falls: int
+    known_outcome_case_count: int
+    fall_count: int
+    count_of_falls_before_other_elements: int
+    count_of_falls_without_other_falls: int
     fall_share: float
     median_fall_time_s: float
 
@@ -38,39 +38,41 @@ class ElementFallCounts:
 class ElementDisplacementSummary:
     """Final displacements of one element of a 3-D scene relative to its support: quantiles of slip and rotation.
 
-    ``standing_case_count`` is the number of cases in which it stands, and ``fallen`` that in which it has fallen.
-    ``median_and_p90_slip_m`` (m) and ``median_and_p90_twist_deg`` (absolute rotation about the vertical, degrees) are
-    the medians and 90th percentiles over the standing cases; NaN without such cases. ``slide_off_count`` is the number
-    of falls over the rim of what the element stands on; None for a model that does not distinguish them.
+    ``standing_case_count`` is the number of cases in which it stands, and ``fallen_case_count`` that in which it has
+    fallen. ``standing_median_and_p90_slip_m`` (m) and ``standing_median_and_p90_twist_deg`` (absolute rotation about
+    the vertical, degrees) are the medians and 90th percentiles over the standing cases; NaN without such cases.
+    ``count_of_falls_over_support_rim`` is the number of falls over the rim of what the element stands on; None for a
+    model that does not distinguish them.
     """
 
     name: str
     standing_case_count: int
     fallen_case_count: int
-    median_and_p90_slip_m: tuple[float, float]
-    median_and_p90_twist_deg: tuple[float, float]
-    slide_off_count: int | None
+    standing_median_and_p90_slip_m: tuple[float, float]
+    standing_median_and_p90_twist_deg: tuple[float, float]
+    count_of_falls_over_support_rim: int | None
 
 
 @dataclass(frozen=True)
 class TwoStoneFallContrast:
     """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
 
-    ``only_this_falls``, ``only_other_falls`` and ``both`` are shares of the cases known in both cubes in
-    which the stone falls in this cube only, in the other only, or in both. ``same_direction_share``, ``earlier``
-    and ``same_time`` are shares of ``both``: falls within 45° of each other, falls that are earlier in this cube, and
-    falls at the same time. ``first`` is the share, of the cases in which at least one stone falls, in which the stone
-    of this cube falls before the other or alone; a case with falls at the same time counts half, so the shares of the
-    two stones add up to 1.
+    ``share_only_this_falls``, ``share_only_other_falls`` and ``share_both_fall`` are shares of the cases known in both
+    cubes in which the stone falls in this cube only, in the other only, or in both.
+    ``same_direction_share_if_both_fall``, ``this_earlier_share_if_both_fall`` and ``same_time_share_if_both_fall`` are
+    shares of the cases in which both fall: falls within 45° of each other, falls that are earlier in this cube, and
+    falls at the same time. ``this_first_or_alone_share_if_any_falls`` is the share, of the cases in which at least one
+    stone falls, in which the stone of this cube falls before the other or alone; a case with falls at the same time
+    counts half, so the shares of the two stones add up to 1.
     """
 
-    only_this_falls: MeanOverEarthquakes
-    only_other_falls: MeanOverEarthquakes
-    both_fall: MeanOverEarthquakes
-    same_direction_share: MeanOverEarthquakes
-    this_earlier_if_both_fall: MeanOverEarthquakes
-    same_time_if_both_fall: MeanOverEarthquakes
-    this_first_if_any_falls: MeanOverEarthquakes
+    share_only_this_falls: MeanOverEarthquakes
+    share_only_other_falls: MeanOverEarthquakes
+    share_both_fall: MeanOverEarthquakes
+    same_direction_share_if_both_fall: MeanOverEarthquakes
+    this_earlier_share_if_both_fall: MeanOverEarthquakes
+    same_time_share_if_both_fall: MeanOverEarthquakes
+    this_first_or_alone_share_if_any_falls: MeanOverEarthquakes
 
 
 _FALL_AND_TIME_VARIABLES = ("overturned", "overturning_time")
@@ -196,10 +198,9 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     -------
     Dataset
         Weighted numbers of cases over ``record``: ``cases`` with a known outcome in both cubes; of these, ``both``,
-        ``only_this_falls`` and ``only_other_falls``, in which the stone falls; of ``both``,
-        ``same_direction_share`` with falls within 45° of each other, ``earlier``, in which the first stone
-        falls before the other, and ``same_time``, in which both fall at the same time. ``compared`` is the number of
-        cases without weights.
+        ``only_this`` and ``only_other``, in which the stone falls; of ``both``, ``same_way`` with falls within 45° of
+        each other, ``earlier``, in which the first stone falls before the other, and ``same_time``, in which both fall
+        at the same time. ``compared`` is the number of cases without weights.
     """
     weights = np.ones(1)
     if "azimuth" in cube.indexes:

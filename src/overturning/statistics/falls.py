@@ -26,7 +26,7 @@ from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG, nearest_simula
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, mask_of_known_outcomes
 from overturning.statistics.circular import RESULTANT_ROUNDING_ERROR
 
-MAX_UNKNOWN_OUTCOME_TO_FALL_RESULTANT_RATIO: Final = 0.5
+MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO: Final = 0.5
 """Largest length of the sum of doubled axes of unknown outcomes, as a share of that of the falls, that is ignored.
 
 It turns the mean axis by at most 15°: half of arcsin 0.5.
@@ -175,26 +175,26 @@ class BlockSelectionRule:
 
     Attributes
     ----------
-    name : str
+    description_template : str
         Description of the selected blocks; ``{}`` is replaced by the direction of the model, such as "plane".
-    max_overturning_direction_share : float
+    max_share_of_directions_with_overturning : float
         Largest share of directions in which a selected block overturns; above 1 for no limit.
     uses_all_blocks_if_none_selected : bool
         True: count all blocks of a record for which the rule selects none. False: such a record does not count.
     """
 
-    name: str
-    max_overturning_direction_share: float
+    description_template: str
+    max_share_of_directions_with_overturning: float
     uses_all_blocks_if_none_selected: bool = False
 
     def selected_block_mask(self, share_of_directions: xr.DataArray) -> xr.DataArray:
         """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
-        if self.max_overturning_direction_share > 1.0:
+        if self.max_share_of_directions_with_overturning > 1.0:
             return xr.ones_like(share_of_directions, dtype=bool)
         share = share_of_directions.variable  # a sum of weights, with rounding errors
         near = (
             (share > 0)
-            & (share <= self.max_overturning_direction_share + WEIGHT_EQUALITY_TOLERANCE)
+            & (share <= self.max_share_of_directions_with_overturning + WEIGHT_EQUALITY_TOLERANCE)
             & (share < 1.0 - WEIGHT_EQUALITY_TOLERANCE)
         )
         if self.uses_all_blocks_if_none_selected:
@@ -207,7 +207,7 @@ MARGINAL_BLOCKS_RULE: Final = BlockSelectionRule(
 )
 """Rule of planar models: marginal blocks."""
 
-EVERY_BLOCK: Final = BlockSelectionRule("all blocks", 2.0)
+ALL_BLOCKS_RULE: Final = BlockSelectionRule("all blocks", 2.0)
 """Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
 
 BLOCK_RULES: Final = (
@@ -215,14 +215,14 @@ BLOCK_RULES: Final = (
     BlockSelectionRule("in at most half of the {}s", 0.5),
     BlockSelectionRule("in at most a quarter of the {}s", 0.25),
     BlockSelectionRule("in some {}s, but not in all", 1.0),
-    EVERY_BLOCK,
+    ALL_BLOCKS_RULE,
 )
 """Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
     """Return the rule that selects blocks for direction statistics: marginal blocks in 2-D, every block in 3-D."""
-    return MARGINAL_BLOCKS_RULE if default_model_for_results_cube(cube).is_planar else EVERY_BLOCK
+    return MARGINAL_BLOCKS_RULE if default_model_for_results_cube(cube).is_planar else ALL_BLOCKS_RULE
 
 
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
@@ -247,7 +247,7 @@ def mask_of_blocks_for_direction_statistics(cube: xr.Dataset) -> xr.DataArray:
     rule = block_selection_rule_for_cube(cube)
     return (
         xr.DataArray(True)
-        if rule is EVERY_BLOCK
+        if rule is ALL_BLOCKS_RULE
         else rule.selected_block_mask(share_of_directions_with_overturning(cube))
     )
 
@@ -295,7 +295,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
     `MAX_RESULTANT_OF_UNIFORM_PLANES` times the number of known outcomes: falls in all known cases alike would show an
     axis, as those of `simulated_planes_impose_fall_axis`. It also has to be longer than
-    `MAX_UNKNOWN_OUTCOME_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
+    `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
     neither do unknown outcomes at evenly spread azimuths.
 
     Parameters
@@ -308,7 +308,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
         return xr.zeros_like(length, dtype=bool)
     added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
     uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + WEIGHT_EQUALITY_TOLERANCE
-    return uneven & (added > MAX_UNKNOWN_OUTCOME_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
+    return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
 
 
 def sum_fall_vectors(

@@ -13,13 +13,13 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval
 
-MAX_ITERATIONS: Final = 100
+MAX_NEWTON_ITERATIONS: Final = 100
 """Maximum number of Newton steps; a fit that needs more does not converge."""
 
-MAX_NEWTON_STEP: Final = 2.0
+MAX_COEFFICIENT_CHANGE_PER_NEWTON_STEP: Final = 2.0
 """Largest change of constant or slope in one Newton step, for intensities scaled to unit standard deviation."""
 
-RECORD_DEVIATION_INTEGRATION_POINTS: Final = np.linspace(-6.0, 6.0, 1201)
+STANDARDISED_RECORD_DEVIATION_POINTS: Final = np.linspace(-6.0, 6.0, 1201)
 """Integration points for the deviation of a record from its intensity, in standard deviations."""
 
 MAX_VALUES_PER_FIT_BATCH: Final = 50_000
@@ -152,7 +152,7 @@ def _fit_lognormal_medians_and_spreads(
     )
     found, moving = np.tile(first, (len(weights), 1)), np.ones(len(weights), bool)
     likelihood, trying = np.full(len(weights), -np.inf), np.zeros_like(found)
-    for iteration in range(MAX_ITERATIONS):
+    for iteration in range(MAX_NEWTON_ITERATIONS):
         at = np.flatnonzero(moving)
         if not at.size:
             break
@@ -178,7 +178,11 @@ def _fit_lognormal_medians_and_spreads(
         with np.errstate(divide="ignore", invalid="ignore"):  # no step if the data are separated
             step = np.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], axis=1)
             step /= (a * c - b * b)[:, None]
-            step *= np.minimum(1.0, MAX_NEWTON_STEP / np.maximum(np.abs(step).max(axis=1), MAX_NEWTON_STEP))[:, None]
+            step *= np.minimum(
+                1.0,
+                MAX_COEFFICIENT_CHANGE_PER_NEWTON_STEP
+                / np.maximum(np.abs(step).max(axis=1), MAX_COEFFICIENT_CHANGE_PER_NEWTON_STEP),
+            )[:, None]
         trying[better] = step
         moving[better] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
     found = np.where(moving[:, None], np.nan, found + trying)
@@ -225,12 +229,12 @@ def variance_share_between_records(
     count = np.broadcast_to(np.asarray(stone_count, dtype=np.float64), z.shape)
     by_record = (record == one for one in np.unique(record))
     records = [(z[own, None], fall_share[own, None], count[own, None]) for own in by_record]
-    density = -0.5 * RECORD_DEVIATION_INTEGRATION_POINTS**2
+    density = -0.5 * STANDARDISED_RECORD_DEVIATION_POINTS**2
 
     def negative_log_likelihood(record_variance_share: float) -> float:
         log_likelihoods = []
         for level, fell, stones in records:
-            at = (level + math.sqrt(record_variance_share) * RECORD_DEVIATION_INTEGRATION_POINTS) / math.sqrt(
+            at = (level + math.sqrt(record_variance_share) * STANDARDISED_RECORD_DEVIATION_POINTS) / math.sqrt(
                 1 - record_variance_share
             )
             each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.files import atomic_write
 from overturning.statistics.fragility import FittedFragilityCurve
 
-OPENQUAKE_LEVEL_COUNT: Final = 25
+OPENQUAKE_INTENSITY_LEVEL_COUNT: Final = 25
 """Number of intensities at which a curve is tabulated for OpenQuake."""
 
 
@@ -79,7 +79,7 @@ def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path
     for one in curves:
         if not math.isfinite(one.median):
             continue
-        levels = np.geomspace(one.min_fitted_intensity, one.max_fitted_intensity, OPENQUAKE_LEVEL_COUNT)
+        levels = np.geomspace(one.min_fitted_intensity, one.max_fitted_intensity, OPENQUAKE_INTENSITY_LEVEL_COUNT)
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [

@@ -20,7 +20,7 @@ BOTH_SIDES_CASE_TITLE: Final = "Falls, but to which side?"
 ANY_ELEMENT_FALLS_VARIABLE: Final = "any_element_falls"
 """Name of a variable that is True where at least one element of the scene falls."""
 
-MIN_VISIBLE_ROTATION_RATIO: Final = 0.1
+MIN_VISIBLE_ROTATION_OVER_ALPHA: Final = 0.1
 """Largest rotation, in parts of α, above which a standing block rocks visibly."""
 
 MIN_VISIBLE_TWIST_DEG: Final = 0.1
@@ -31,7 +31,6 @@ MAX_PLANE_ANGLE_TO_FAULT_OR_NORMAL_DEG: Final = 22.5
 
 MAX_FALL_ANGLE_FROM_CORNER_DEG: Final = 10.0
 """Largest angle between a fall over a corner and the bisector of the normals of its two faces, degrees."""
-
 
 COSINE_ROUNDING_ERROR: Final = 1e-9
 """Rounding error of the cosine of an angle between two falls."""
@@ -58,9 +57,9 @@ class BestExampleCaseOfRecord(NamedTuple):
     """
 
     score: tuple[float, ...]
-    block_indices: Sequence[int]
+    block_grid_indices: Sequence[int]
     """Positions along the dimensions of the block."""
-    direction_indices: tuple[int, ...]
+    panel_direction_indices: tuple[int, ...]
     """Position along the direction of each panel."""
 
 
@@ -74,10 +73,10 @@ class IllustrativeCaseRule(NamedTuple):
     The dimensions of these results are in the order of the model.
     """
 
-    title: str
-    text: str
+    case_title: str
+    rule_text: str
     find_best_case: Callable[[xr.Dataset], BestExampleCaseOfRecord | None]
-    needed_variables: tuple[str, ...]
+    needed_cube_variables: tuple[str, ...]
     """Variables that the rule needs; it is skipped for a cube without them."""
 
 
@@ -128,7 +127,7 @@ def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> B
     splits = np.argwhere((np.abs(flags[along]) == 1) & (flags[across] == 0))
     if splits.size == 0:
         return None
-    moves = rotation[across] > MIN_VISIBLE_ROTATION_RATIO
+    moves = rotation[across] > MIN_VISIBLE_ROTATION_OVER_ALPHA
     # Prefer a case that moves in both planes, then the broadest, the roughest and the lowest block.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(record_cube["b_over_h"].values[place[1]]), 9)
@@ -169,7 +168,9 @@ ILLUSTRATIVE_CASE_RULES: Final = (
     IllustrativeCaseRule(
         "Leans furthest of all that stand",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda record_cube: _standing_case_with_largest_value(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION_RATIO),
+        lambda record_cube: _standing_case_with_largest_value(
+            record_cube, "peak_rotation", MIN_VISIBLE_ROTATION_OVER_ALPHA
+        ),
         ("peak_rotation",),
     ),
     IllustrativeCaseRule(
@@ -206,11 +207,11 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
         default_model_for_results_cube(cube),
         default_model_for_results_cube(cube).distinct_direction_indices(cube),
     )
-    rules = [rule for rule in ILLUSTRATIVE_CASE_RULES if all(name in cube for name in rule.needed_variables)]
+    rules = [rule for rule in ILLUSTRATIVE_CASE_RULES if all(name in cube for name in rule.needed_cube_variables)]
     names = [
         "overturned",
         *model.variables_for_fall_probability,
-        *{name for rule in rules for name in rule.needed_variables},
+        *{name for rule in rules for name in rule.needed_cube_variables},
     ]
     names += [ANY_ELEMENT_FALLS_VARIABLE] * (ANY_ELEMENT_FALLS_VARIABLE in cube)
     batches = starmap(
@@ -218,9 +219,9 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     )
     best = _best_example_case_by_rule_title(chain.from_iterable(batches))
     return [
-        _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
+        _illustrative_case_from_best(cube, rule, *best[rule.case_title], direction_indices=cells)
         for rule in rules
-        if rule.title in best
+        if rule.case_title in best
     ]
 
 
@@ -243,7 +244,7 @@ def _best_example_cases_of_record_batch(
         )
     ).transpose("record", *model.dimension_names, ...)
     records = [(record, candidates.isel(record=at)) for at, record in enumerate(record_indices)]
-    return [(rule.title, rule.find_best_case(one), record) for record, one in records for rule in rules]
+    return [(rule.case_title, rule.find_best_case(one), record) for record, one in records for rule in rules]
 
 
 def _best_example_case_by_rule_title(
@@ -275,15 +276,14 @@ def _illustrative_case_from_best(
     model = default_model_for_results_cube(cube)
     block = {
         name: float(cube[name].values[at])
-        for name, at in zip(model.case_dims_without_direction, best_case.block_indices, strict=True)
+        for name, at in zip(model.case_dims_without_direction, best_case.block_grid_indices, strict=True)
     }
-    angles = tuple(
-        float(cube[model.direction_dimension_name].values[direction_indices[at]]) for at in best_case.direction_indices
-    )
-    return IllustrativeCase(rule.title, rule.text, record_index, block, angles)
+    directions = cube[model.direction_dimension_name].values[direction_indices]
+    angles = tuple(float(directions[at]) for at in best_case.panel_direction_indices)
+    return IllustrativeCase(rule.case_title, rule.rule_text, record_index, block, angles)
 
 
-FALLS_IN_ONE_SETTING_RULE: Final = IllustrativeCaseRule(
+FALLS_IN_ONE_VARIANT_ONLY_RULE: Final = IllustrativeCaseRule(
     "Falls in one setting, stands in the other",
     "a block and motion whose outcome differs between the two settings as in most of the cases that differ; among "
     "these one that rocks where it stands, then one whose neighbours in azimuth and slenderness differ likewise, then "
@@ -293,7 +293,7 @@ FALLS_IN_ONE_SETTING_RULE: Final = IllustrativeCaseRule(
 )
 """Rule for a comparison of two settings; its cells have variables of the second setting, named ``other_…``."""
 
-OPPOSITE_FALLS_RULE: Final = IllustrativeCaseRule(
+OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE: Final = IllustrativeCaseRule(
     "Falls to opposite sides in the two settings",
     "a block that falls in both settings, to azimuths more than 90° apart; first one whose neighbours in azimuth and "
     "slenderness do so, too, then the broadest",
@@ -340,11 +340,8 @@ def case_with_differing_outcomes(
     variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
-    model, cells = (
-        default_model_for_results_cube(cube),
-        default_model_for_results_cube(cube).distinct_direction_indices(cube),
-    )
-    names = ["overturned", "fall_azimuth", "peak_rotation"]
+    model = default_model_for_results_cube(cube)
+    cells, names = model.distinct_direction_indices(cube), ["overturned", "fall_azimuth", "peak_rotation"]
     found_cases: list[_RuleTitleCaseAndRecordIndex] = []
     pairs = partial(zip, strict=True)
     record_pairs = pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
@@ -356,12 +353,13 @@ def case_with_differing_outcomes(
         this, that = (each.isel({"record": 0, model.direction_dimension_name: cells}) for each in pair)
         one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
         found_cases += [
-            (rule.title, rule.find_best_case(one), record) for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE)
+            (rule.case_title, rule.find_best_case(one), record)
+            for rule in (FALLS_IN_ONE_VARIANT_ONLY_RULE, OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE)
         ]
     best = _best_example_case_by_rule_title(found_cases)
-    for rule in (FALLS_IN_ONE_SETTING_RULE, OPPOSITE_FALLS_RULE):
-        if rule.title in best:
-            case = _illustrative_case_from_best(cube, rule, *best[rule.title], direction_indices=cells)
+    for rule in (FALLS_IN_ONE_VARIANT_ONLY_RULE, OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE):
+        if rule.case_title in best:
+            case = _illustrative_case_from_best(cube, rule, *best[rule.case_title], direction_indices=cells)
             return case._replace(panel_directions_deg=2 * case.panel_directions_deg, panel_variants=variant_names)
     return None
 
@@ -396,5 +394,6 @@ def _mark_cases_with_differing_outcomes(
     marked = {"split": (model.dimension_names, split), "opposite": (model.dimension_names, opposite)}
     standing = another if is_fall_in_first else one
     if "peak_rotation" in standing:
-        marked["rocks"] = (model.dimension_names, standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION_RATIO)
+        rocks = standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION_OVER_ALPHA
+        marked["rocks"] = (model.dimension_names, rocks)
     return xr.Dataset(marked, coords={name: one[name] for name in model.dimension_names})

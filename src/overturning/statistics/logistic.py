@@ -25,20 +25,20 @@ CONFIDENCE_LEVEL = 0.95
 ROUNDING_ERROR_PGA_M_S2 = 1e-6
 """PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
-CONSTANT_PREDICTOR_TOLERANCE = 1e-6
+MAX_RELATIVE_STD_OF_CONSTANT_PREDICTOR = 1e-6
 """Largest standard deviation of a predictor that is constant but for rounding, relative to its size if that exceeds 1.
 
 Peaks of a motion in one direction have the same PGV/PGA along all azimuths but for the rounding of the samples.
 """
 
-MAX_ITERATIONS = 200
-SEPARATION_CHECK_LINEAR_PREDICTOR = 30.0
+MAX_NEWTON_ITERATIONS = 200
+MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK = 30.0
 """Linear predictor above which a fit is checked for separated data; the probability is 0 or 1 to 13 digits there."""
 
 MAX_STEP_OF_CONVERGED_FIT = 1e-10
 """Largest step of a converged fit, in standard deviations of the predictors, or relative to larger coefficients."""
 
-LIKELIHOOD_ROUNDING_ERROR = 1e-13
+RELATIVE_LOG_LIKELIHOOD_ROUNDING_ERROR = 1e-13
 """Relative rounding error of the log likelihood of many rows."""
 
 
@@ -50,35 +50,35 @@ class LogisticFit:
     ----------
     coefficient_names : tuple of str
         ``intercept`` and names of the predictors.
-    coefficient, standard_error, low, high : ndarray, shape (k,)
+    coefficient_estimates, standard_errors, coefficient_interval_lows, coefficient_interval_highs : ndarray, shape (k,)
         Estimates, standard errors and intervals from the jackknife over clusters, see `fit_logistic_model`. Without
         intervals, the maximum-likelihood estimates, and NaN for the others.
-    rows, clusters : int
-        Number of rows and of independent clusters (earthquakes).
-    predictor_minimum, predictor_maximum : ndarray, shape (k − 1,)
+    row_count, earthquake_cluster_count : int
+        Number of rows of data and of independent clusters (earthquakes).
+    predictor_minima, predictor_maxima : ndarray, shape (k − 1,)
         Range of each predictor; the fit is not valid outside.
-    note : str
+    reason_without_estimate_or_interval : str
         Reason why there is no estimate or no interval; otherwise "".
     """
 
     coefficient_names: tuple[str, ...]
-    coefficient: FloatArray
-    standard_error: FloatArray
-    low: FloatArray
-    high: FloatArray
-    rows: int
-    clusters: int
-    predictor_minimum: FloatArray
-    predictor_maximum: FloatArray
-    note: str = ""
+    coefficient_estimates: FloatArray
+    standard_errors: FloatArray
+    coefficient_interval_lows: FloatArray
+    coefficient_interval_highs: FloatArray
+    row_count: int
+    earthquake_cluster_count: int
+    predictor_minima: FloatArray
+    predictor_maxima: FloatArray
+    reason_without_estimate_or_interval: str = ""
 
     def fall_probability(self, predictors: ArrayLike) -> FloatArray:
         """Return the fitted fall probability, shape (…), for predictors of shape (…, k − 1).
 
-        Predictors are in the order of `names`, without the intercept.
+        Predictors are in the order of `coefficient_names`, without the intercept.
         """
         x = np.asarray(predictors, dtype=np.float64)
-        return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))
+        return np.asarray(1 / (1 + np.exp(-(self.coefficient_estimates[0] + x @ self.coefficient_estimates[1:]))))
 
 
 def fit_logistic_model(
@@ -113,9 +113,10 @@ def fit_logistic_model(
     Returns
     -------
     LogisticFit
-        The fit, with a ``note`` and without estimates if all outcomes are equal, or if a combination of predictors
-        separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). There are no
-        intervals with fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` clusters, or if the fit without one of them fails.
+        The fit, with a ``reason_without_estimate_or_interval`` and without estimates if all outcomes are equal, or if a
+        combination of predictors separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika
+        71). There are no intervals with fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` clusters, or if the fit without one
+        of them fails.
     """
     x, y = _checked_predictors_and_outcomes(predictors, outcome)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
@@ -129,7 +130,7 @@ def fit_logistic_model(
     if not note:
         # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
-        varies = scale > CONSTANT_PREDICTOR_TOLERANCE * np.maximum(1.0, np.abs(centre))
+        varies = scale > MAX_RELATIVE_STD_OF_CONSTANT_PREDICTOR * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
         if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"
@@ -151,15 +152,15 @@ def fit_logistic_model(
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         coefficient_names=label,
-        coefficient=coefficient,
-        standard_error=error,
-        low=coefficient - half,
-        high=coefficient + half,
-        rows=int(y.size),
-        clusters=groups,
-        predictor_minimum=x.min(axis=0) if y.size else nowhere,
-        predictor_maximum=x.max(axis=0) if y.size else nowhere,
-        note=note,
+        coefficient_estimates=coefficient,
+        standard_errors=error,
+        coefficient_interval_lows=coefficient - half,
+        coefficient_interval_highs=coefficient + half,
+        row_count=int(y.size),
+        earthquake_cluster_count=groups,
+        predictor_minima=x.min(axis=0) if y.size else nowhere,
+        predictor_maxima=x.max(axis=0) if y.size else nowhere,
+        reason_without_estimate_or_interval=note,
     )
 
 
@@ -208,26 +209,26 @@ def _fit_coefficients_by_newton_method(
     """Fit logistic coefficients by Newton's method; return them, and "" or the reason why there is no fit.
 
     The log likelihood is concave, so a step that is halved until it raises the likelihood leads to the maximum. The
-    first time that a linear predictor exceeds `SEPARATION_CHECK_LINEAR_PREDICTOR`, a linear programme decides whether a
-    finite maximum exists.
+    first time that a linear predictor exceeds `MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK`, a linear programme decides
+    whether a finite maximum exists.
     """
     negative_log_likelihood = _negative_log_likelihood_function(outcome, weight)
     beta, linear, may_be_separated = start_coefficients, design_matrix @ start_coefficients, True
     reached = negative_log_likelihood(linear)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(MAX_NEWTON_ITERATIONS):
         falls, stands = scipy.special.expit(linear), scipy.special.expit(-linear)  # 1 - falls would be rounded to 0
         information = (design_matrix * (weight * falls * stands)[:, None]).T @ design_matrix
         try:
             step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome * stands - (1 - outcome) * falls)))
         except np.linalg.LinAlgError:
             break
-        largest = reached * (1 + LIKELIHOOD_ROUNDING_ERROR)
+        largest = reached * (1 + RELATIVE_LOG_LIKELIHOOD_ROUNDING_ERROR)
         reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         while np.abs(step).max() > MAX_STEP_OF_CONVERGED_FIT and reached > largest:
             step = step / 2
             reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
-        if may_be_separated and np.abs(linear).max() > SEPARATION_CHECK_LINEAR_PREDICTOR:
+        if may_be_separated and np.abs(linear).max() > MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK:
             if _plane_separates_falls_from_standing_cases(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
@@ -391,8 +392,8 @@ def fitted_coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float,
 
     The range of the intercept is NaN.
     """
-    least, most = (
-        (math.nan, *values.tolist()) for values in (logistic_fit.predictor_minimum, logistic_fit.predictor_maximum)
-    )
-    estimates = (values.tolist() for values in (logistic_fit.coefficient, logistic_fit.low, logistic_fit.high))
-    return list(zip(logistic_fit.coefficient_names, *estimates, least, most, strict=True))
+    fit = logistic_fit
+    least, most = ((math.nan, *values.tolist()) for values in (fit.predictor_minima, fit.predictor_maxima))
+    columns = (fit.coefficient_estimates, fit.coefficient_interval_lows, fit.coefficient_interval_highs)
+    estimates = (values.tolist() for values in columns)
+    return list(zip(fit.coefficient_names, *estimates, least, most, strict=True))

@@ -28,29 +28,29 @@ MAX_OBSERVATIONS_FOR_BOOTSTRAP: Final = 1000
 
 @dataclass(frozen=True)
 class MeanDirectionWithInterval:
-    """Mean direction or axis of n independent observations.
+    """Mean direction or axis of independent observations.
 
     Attributes
     ----------
-    n : int
+    observation_count : int
         Number of observations.
-    mean_deg : float
+    significant_mean_deg : float
         Mean, 0 to below 360 for directions and 0 to below 180 for axes; NaN if the test does not reject random
         directions at the level of the interval, or the mean resultant length is below
         `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
-    half_width_deg : float
+    interval_half_width_deg : float
         Half the width of the confidence interval of the mean; NaN without mean, or for fewer than eight observations.
-    resultant : float
+    mean_resultant_length : float
         Mean resultant length, 0 to 1; for axes that of the doubled angles. NaN without observations.
-    test : StatisticalTestResult
+    test_of_no_common_direction : StatisticalTestResult
         Test of the null hypothesis that the observations have no common direction (or axis).
     """
 
-    n: int
-    mean_deg: float
-    half_width_deg: float
-    resultant: float
-    test: StatisticalTestResult
+    observation_count: int
+    significant_mean_deg: float
+    interval_half_width_deg: float
+    mean_resultant_length: float
+    test_of_no_common_direction: StatisticalTestResult
 
 
 def significant_mean_direction(

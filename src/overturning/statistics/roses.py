@@ -27,34 +27,34 @@ class FallRose:
 
     Attributes
     ----------
-    falls : int
+    fall_count : int
         Number of falls.
-    shares : ndarray
+    mean_fall_share_by_sector : ndarray
         Means over earthquakes of their shares of falls by sector.
-    low, high : ndarray
-        Ends of the intervals; NaN if there are none.
-    earthquakes : int
+    share_interval_low_by_sector, share_interval_high_by_sector : ndarray
+        Ends of the intervals of these means; NaN if there are none.
+    count_of_earthquakes_with_falls : int
         Number of earthquakes with falls.
     is_measured_from_fault_normal : bool
         True if angles count from the fault normal, False if from north.
     """
 
-    falls: int
-    shares: FloatArray
-    low: FloatArray
-    high: FloatArray
-    earthquakes: int
+    fall_count: int
+    mean_fall_share_by_sector: FloatArray
+    share_interval_low_by_sector: FloatArray
+    share_interval_high_by_sector: FloatArray
+    count_of_earthquakes_with_falls: int
     is_measured_from_fault_normal: bool = False
 
     @property
     def is_axial(self) -> bool:
         """True if opposite fall directions share a sector of the rose, so that the sectors cover half a circle."""
-        return self.shares.size < ROSE_SECTOR_COUNT
+        return self.mean_fall_share_by_sector.size < ROSE_SECTOR_COUNT
 
     @property
     def earthquake_count_text(self) -> str:
         """Title of the rose diagram: the number of earthquakes with falls."""
-        return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
+        return f"{self.count_of_earthquakes_with_falls} earthquake" + "s" * (self.count_of_earthquakes_with_falls != 1)
 
 
 _FALL_WEIGHT_VARIABLES: Final = ("probability_falls", "fall_north", "fall_east", "members")
@@ -80,7 +80,7 @@ def _fall_azimuths_and_weights_of_record(cube: xr.Dataset) -> tuple[FloatArray, 
     return azimuth, counts
 
 
-def _width_of_spreading_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> float:
+def _width_of_spread_of_2d_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> float:
     """Return the width (degrees) over which a rose diagram spreads the 2-D falls simulated at one azimuth.
 
     The width is 0 for a single plane, and if all sectors have equally many planes.
@@ -115,7 +115,7 @@ def fall_rose(
             weight = (
                 counts * case_weight_at_each_azimuth(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
             )
-            wide = _width_of_spreading_falls_in_rose_deg(azimuth) if planes else 0.0
+            wide = _width_of_spread_of_2d_falls_in_rose_deg(azimuth) if planes else 0.0
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
     if axial:

@@ -76,10 +76,10 @@ def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_di
 class TwistSummary(NamedTuple):
     """Rotation about the vertical of stones that moved without falling: number of stones, quantiles in degrees."""
 
-    stones: int
-    median: float
-    upper_quantile: float
-    largest: float
+    stone_count: int
+    median_deg: float
+    upper_quantile_deg: float
+    largest_deg: float
 
 
 def twists_by_b_over_h_and_friction_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:

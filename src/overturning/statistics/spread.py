@@ -11,10 +11,10 @@ from overturning.arrays import FloatArray
 from overturning.settings import EnsembleSettings
 from overturning.study.ensemble import MEMBERS_PER_BATCH, fall_share_intervals_are_narrow_enough
 
-MAX_RUNS_WITH_ENUMERATED_ORDERS: Final = 128
+MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
 
-_FALL_COUNT_CODE_STRIDE: Final = MAX_RUNS_WITH_ENUMERATED_ORDERS + MEMBERS_PER_BATCH + 1
+_FALL_COUNT_CODE_STRIDE: Final = MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION + MEMBERS_PER_BATCH + 1
 
 CountArray = NDArray[np.intp]
 
@@ -73,7 +73,8 @@ def estimate_statistic_of_first_run_batch(
     -------
     ndarray, of that shape
         NaN if the cell was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
-        unknown, or with more than `MAX_RUNS_WITH_ENUMERATED_ORDERS` runs, for which the difference is negligible.
+        unknown, or with more than `MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION` runs, for which the difference is
+        negligible.
     """
     runs = np.where(np.isfinite(positive_share), np.asarray(run_counts, np.float64), 0.0)
     fell, back = (
@@ -91,7 +92,7 @@ def estimate_statistic_of_first_run_batch(
     with np.errstate(invalid="ignore"):
         found /= comb(runs, first)
     sums, made = orders * says, first
-    while made <= min(runs.max(initial=0), MAX_RUNS_WITH_ENUMERATED_ORDERS):
+    while made <= min(runs.max(initial=0), MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION):
         ended = np.flatnonzero(runs == made)
         places = fell.flat[ended] * _FALL_COUNT_CODE_STRIDE + back.flat[ended]
         possible = orders[places] > 0

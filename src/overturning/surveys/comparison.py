@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import EQUAL_VALUE_TOLERANCE
+from overturning.statistics.bootstrap import MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES
 from overturning.statistics.circular import (
     StatisticalTestResult,
     chi_square_test_of_sectors,
@@ -264,7 +264,9 @@ def _predicted_fall_share_and_range(
     if not known.any():
         return math.nan, math.nan, math.nan
     share = (np.nan_to_num(falls) * weight).sum(axis=0)[known] / weight.sum(axis=0)[known]
-    low, high = (share.min(), share.max()) if np.ptp(share) > EQUAL_VALUE_TOLERANCE else (math.nan, math.nan)
+    low, high = (
+        (share.min(), share.max()) if np.ptp(share) > MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES else (math.nan, math.nan)
+    )
     return float(share.mean()), float(low), float(high)
 
 

@@ -46,7 +46,7 @@ from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.boundary import overturning_boundaries_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake, summarise_fall_axes
-from overturning.statistics.logistic import PREDICTORS, LogisticFit, fit_logistic_overturning_model
+from overturning.statistics.logistic import PREDICTOR_NAMES, LogisticFit, fit_logistic_overturning_model
 
 AZIMUTHS_DEG = np.arange(0, 360, 15)
 
@@ -290,7 +290,7 @@ def test_logistic_fit_without_intervals_is_drawn_as_half_probability_line() -> N
     """With few earthquakes a fit has no intervals, but the fitted probability along the line is still ½."""
     number = np.zeros(4)
     fit = LogisticFit(
-        ("intercept", *PREDICTORS),
+        ("intercept", *PREDICTOR_NAMES),
         np.array([1.0, 2.0, 1.5, 0.5, -0.3]),
         *[number] * 3,
         9,

@@ -38,7 +38,7 @@ from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.report.drawings import STUDY_FIGURES, draw_study_figure
 from overturning.statistics.fragility import FittedFragilityCurve
-from overturning.statistics.logistic import PREDICTORS, LogisticFit
+from overturning.statistics.logistic import PREDICTOR_NAMES, LogisticFit
 from overturning.study.cube import COMPLETE_STUDY_FILE_NAME, study_of_cube
 from overturning.study.load import load_study_from_file_or_json, study_settings_without_absolute_paths
 from overturning.study.sections import Variant
@@ -405,11 +405,11 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
 
 
 def logistic_fit_with_coefficients(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
-    """Return a fit with these coefficients (intercept, then `PREDICTORS`), all with the same interval half-width."""
+    """Return a fit with these coefficients (intercept, then `PREDICTOR_NAMES`), all with the same half-width."""
     value, four = np.array(coefficient), np.zeros(4)
     width = np.full(5, half_width)
     return LogisticFit(
-        ("intercept", *PREDICTORS), value, width / 2, value - width, value + width, 99, 9, four, four, note
+        ("intercept", *PREDICTOR_NAMES), value, width / 2, value - width, value + width, 99, 9, four, four, note
     )
 
 

@@ -25,7 +25,7 @@ from overturning.report.render import (
     translate_whole_text_by_table,
 )
 from overturning.report.terminal import plain_paragraphs, terminal_lines_of_markdown
-from overturning.statistics.criteria import CRITERIA, SLENDERNESS_ONLY_RULE_NAME
+from overturning.statistics.criteria import OVERTURNING_CRITERIA, SLENDERNESS_ONLY_RULE_NAME
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.translation.texts import translate
 from tests.report.by_hand import (
@@ -47,7 +47,7 @@ NUMBER_IN_TEXT = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
 BLOCK_SELECTION_RULE_NAMES = [
     one.description_template.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")
 ]
-CRITERION_NAMES = [*(one.name for one in CRITERIA), SLENDERNESS_ONLY_RULE_NAME]
+CRITERION_NAMES = [*(one.name for one in OVERTURNING_CRITERIA), SLENDERNESS_ONLY_RULE_NAME]
 STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]
 
 

@@ -10,12 +10,12 @@ from overturning.statistics.bootstrap import (
     MIN_EARTHQUAKES_FOR_INTERVAL,
     bootstrap_interval,
     exact_interval_if_all_0_or_all_1,
+    interval_tail_share_for_few_earthquakes,
     mean_of_each_bootstrap_sample,
     mean_over_earthquakes,
     mean_share_interval,
     mean_share_over_earthquakes,
     means_by_earthquake,
-    tail_share_corrected_for_few_earthquakes,
 )
 
 RECORD_VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
@@ -58,10 +58,10 @@ def test_mean_over_few_earthquakes_lacks_an_interval_and_over_none_is_nan() -> N
 
 def test_tail_of_the_expanded_percentile_interval_matches_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
-    assert [tail_share_corrected_for_few_earthquakes(n) for n in (5, 10, 20)] == pytest.approx(
+    assert [interval_tail_share_for_few_earthquakes(n) for n in (5, 10, 20)] == pytest.approx(
         [0.0010, 0.0086, 0.0159], abs=6e-5
     )
-    assert tail_share_corrected_for_few_earthquakes(10**6) == pytest.approx(0.025, abs=1e-5)
+    assert interval_tail_share_for_few_earthquakes(10**6) == pytest.approx(0.025, abs=1e-5)
 
 
 def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() -> None:

@@ -11,8 +11,8 @@ from scipy.special import iv
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
     FallAxisSummary,
-    difference_of_fall_alignments,
     fall_axes_from_fault_normal_by_group,
+    first_minus_second_mean_fall_alignment,
     summarise_fall_axes,
 )
 from tests.statistics.conftest import FallRule, cube_from_fall_rules
@@ -92,7 +92,7 @@ def summarise_random_data_sets(kappa: float) -> list[FallAxisSummariesOfRandomDa
                 for name, axes in groups.items()
             }
             pair = (own[name] for name in GROUP_NAMES_BY_PULSE.values())
-            difference = difference_of_fall_alignments(*pair) if replicate % 25 == 0 else None
+            difference = first_minus_second_mean_fall_alignment(*pair) if replicate % 25 == 0 else None
             found.append(
                 FallAxisSummariesOfRandomDataSet(
                     {name: summarise_fall_axes(one) for name, one in own.items()}, difference
@@ -142,7 +142,7 @@ def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group:
     given = {
         kappa: np.mean(
             [
-                np.isfinite(one.summary_by_record_group[group].axis_from_fault_normal_deg)
+                np.isfinite(one.summary_by_record_group[group].mean_axis_from_fault_normal_deg)
                 for one in summarise_random_data_sets(kappa)
             ]
         )
@@ -154,6 +154,9 @@ def test_mean_axis_is_reported_for_aligned_and_rarely_for_isotropic_falls(group:
     axes = [
         one.summary_by_record_group[group]
         for one in summarise_random_data_sets(3)
-        if np.isfinite(one.summary_by_record_group[group].axis_from_fault_normal_deg)
+        if np.isfinite(one.summary_by_record_group[group].mean_axis_from_fault_normal_deg)
     ]
-    assert np.mean([abs(one.axis_from_fault_normal_deg) <= one.axis_interval_half_width_deg for one in axes]) >= 0.9
+    assert (
+        np.mean([abs(one.mean_axis_from_fault_normal_deg) <= one.mean_axis_interval_half_width_deg for one in axes])
+        >= 0.9
+    )

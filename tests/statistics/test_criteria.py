@@ -13,8 +13,8 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.criteria import (
-    CRITERIA,
     MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO,
+    OVERTURNING_CRITERIA,
     SLENDERNESS_ONLY_RULE_NAME,
     OverturningCriteriaScores,
     WeightedFallPredictionCounts,
@@ -109,7 +109,7 @@ def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) 
 
 def test_no_criterion_predicts_a_fall_below_the_rocking_acceleration() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
-    for criterion in CRITERIA:
+    for criterion in OVERTURNING_CRITERIA:
         assert (criterion.pga_limit_m_s2_function(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
 
 
@@ -179,7 +179,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
         assert lead.interval_low == pytest.approx(0.05 ** (1 / 8) * (lead.mean + 2) - 2)
     # By hand: hits minus false alarms for each block with falls and stands, averaged with weights f(1 − f).
     skills = {}
-    for name, rule in ((one.name, one.pga_limit_m_s2_function) for one in CRITERIA):
+    for name, rule in ((one.name, one.pga_limit_m_s2_function) for one in OVERTURNING_CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
         mixed = [each for each in falls if 0 < falls[each].mean() < 1]
         skills[name] = np.average(
@@ -189,7 +189,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     assert {one.name: one.weighted_mean_skill_over_block_sizes.mean for one in found.rule_scores[:-1]} == pytest.approx(
         skills
     )
-    assert [one.name for one in found.rule_scores[:-1]] == [one.name for one in CRITERIA]
+    assert [one.name for one in found.rule_scores[:-1]] == [one.name for one in OVERTURNING_CRITERIA]
     best = max(skills.values())
     assert {name: lead.mean for name, lead in found.best_minus_other_skill_by_criterion_name.items()} == pytest.approx(
         {name: best - skill for name, skill in skills.items() if skill < best}

@@ -9,8 +9,8 @@ import xarray as xr
 from overturning.statistics.alignment_by_rule import fault_normal_alignments_by_record_group
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
-    difference_of_fall_alignments,
     fall_axes_from_fault_normal_by_earthquake,
+    first_minus_second_mean_fall_alignment,
     mean_fall_directions_by_record,
     summarise_fall_axes,
 )
@@ -65,12 +65,14 @@ def test_sample_size_excludes_records_without_falls_or_fault_normal(
     cube["overturned"][{"record": 1}] = 0
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(cube))
     assert (summary.earthquake_count, summary.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count) == (4, 2)
-    assert math.isnan(summary.axis_interval_half_width_deg)
+    assert math.isnan(summary.mean_axis_interval_half_width_deg)
     nothing = summarise_fall_axes(
         fall_axes_from_fault_normal_by_earthquake(cube.assign(overturned=0 * cube["overturned"]))
     )
     assert nothing.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count == 0
-    assert np.isnan([nothing.axis_from_fault_normal_deg, nothing.mean_cos_of_doubled_angle_to_fault_normal.mean]).all()
+    assert np.isnan(
+        [nothing.mean_axis_from_fault_normal_deg, nothing.mean_cos_of_doubled_angle_to_fault_normal.mean]
+    ).all()
 
 
 def test_fall_axes_use_only_blocks_that_fall_in_some_planes_and_are_weighted_by_resultant(
@@ -293,16 +295,16 @@ def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
 ) -> None:
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
     aligned = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets(offsets))
-    assert abs(aligned.axis_from_fault_normal_deg) < 3
-    assert aligned.axis_interval_half_width_deg < 10
+    assert abs(aligned.mean_axis_from_fault_normal_deg) < 3
+    assert aligned.mean_axis_interval_half_width_deg < 10
     assert aligned.mean_cos_of_doubled_angle_to_fault_normal.interval_low > 0.8
     assert aligned.earthquakes_with_axis_within_45_deg_of_normal == aligned.earthquakes_with_axis == 8
     # Planes within 10° of its axis, of each degree, fall under each.
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
-    assert aligned.axis_from_fault_normal_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
+    assert aligned.mean_axis_from_fault_normal_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
     assert aligned.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(doubled.real)
     scattered = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
-    assert math.isnan(scattered.axis_from_fault_normal_deg)
+    assert math.isnan(scattered.mean_axis_from_fault_normal_deg)
     assert (
         scattered.mean_cos_of_doubled_angle_to_fault_normal.interval_low
         < 0
@@ -324,7 +326,10 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
             {name: ("event", values) for name, values in parts.items()}, {"event": [str(i) for i in range(12)]}
         )
         summary = summarise_fall_axes(axes, level=0.9, draws=400)
-        held += abs((summary.axis_from_fault_normal_deg - 20 + 90) % 180 - 90) <= summary.axis_interval_half_width_deg
+        held += (
+            abs((summary.mean_axis_from_fault_normal_deg - 20 + 90) % 180 - 90)
+            <= summary.mean_axis_interval_half_width_deg
+        )
     assert 0.80 <= held / 200 <= 0.97
 
 
@@ -333,13 +338,13 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
 ) -> None:
     pulse = compute_fall_axes_from_fault_normal_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
-    difference = difference_of_fall_alignments(
+    difference = first_minus_second_mean_fall_alignment(
         pulse, compute_fall_axes_from_fault_normal_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
     assert difference.mean > 1.5
     assert difference.interval_low > 1
     assert difference.earthquake_count == 8
-    same = difference_of_fall_alignments(pulse, pulse)
+    same = first_minus_second_mean_fall_alignment(pulse, pulse)
     # The same earthquakes are drawn for both; the difference is 0 in 0.05^(1/8) of all earthquakes, else within ±2.
     assert (same.mean, same.interval_low, same.interval_high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
@@ -347,7 +352,7 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
     few = compute_fall_axes_from_fault_normal_offsets([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan(
         [
-            difference_of_fall_alignments(few, few).interval_low,
+            first_minus_second_mean_fall_alignment(few, few).interval_low,
             summarise_fall_axes(few).mean_cos_of_doubled_angle_to_fault_normal.interval_low,
         ]
     ).all()

@@ -120,7 +120,7 @@ def test_fall_axes_relative_to_fault_normals_are_averaged_by_earthquake() -> Non
     ]
     means = [np.mean(vectors[:2]), *vectors[2:]]
     assert axes["axis"].to_numpy() == pytest.approx(np.degrees(np.angle(means)) / 2, abs=1e-4)
-    assert summarise_fall_axes(axes).axis_from_fault_normal_deg == pytest.approx(20.0, abs=5.0)
+    assert summarise_fall_axes(axes).mean_axis_from_fault_normal_deg == pytest.approx(20.0, abs=5.0)
 
 
 def fall_shares_by_sector_of_record(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:

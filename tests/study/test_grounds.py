@@ -8,7 +8,7 @@ from overturning.errors import ConfigError
 from overturning.study.grounds import (
     check_survey_site_names,
     soil_cube_names_of_survey,
-    soil_layers_with_own_cube,
+    soil_layers_and_records_by_soil_cube_name,
     soil_settings_of_study,
 )
 from overturning.study.load import study_from_content
@@ -43,7 +43,7 @@ def test_surveys_with_equal_soil_layers_share_one_cube_of_their_records() -> Non
     (first, by_site), (second, at_hill), third = (soil_cube_names_of_survey(mine, one) for one in mine.surveys)
     assert by_site.keys() == {"River"}, "the church has the layers of the whole survey"
     assert (second, at_hill, third) == ("nominal", {"Hill": first}, ("nominal", {}))
-    assert {name: records for name, (_, records) in soil_layers_with_own_cube(mine).items()} == {
+    assert {name: records for name, (_, records) in soil_layers_and_records_by_soil_cube_name(mine).items()} == {
         first: ["rinaldi", "petrolia"],
         by_site["River"]: ["rinaldi"],
     }
@@ -57,10 +57,13 @@ def test_a_survey_uses_the_cube_of_a_variant_with_the_same_soil_layers() -> None
         study_with_surveys(survey, variants={"clay": one})
         for one in ({"site": soil_site_settings(10)}, {"site": soil_site_settings(11)})
     )
-    assert (soil_cube_names_of_survey(same, same.surveys[0]), soil_layers_with_own_cube(same)) == (("clay", {}), {})
-    assert len(soil_layers_with_own_cube(other)) == 1
+    assert (soil_cube_names_of_survey(same, same.surveys[0]), soil_layers_and_records_by_soil_cube_name(same)) == (
+        ("clay", {}),
+        {},
+    )
+    assert len(soil_layers_and_records_by_soil_cube_name(other)) == 1
     flat = study_with_surveys(survey, variants={"flat": {"site": soil_site_settings(10), "vertical": False}})
-    assert len(soil_layers_with_own_cube(flat)) == 1, "a variant that changes more than the soil"
+    assert len(soil_layers_and_records_by_soil_cube_name(flat)) == 1, "a variant that changes more than the soil"
 
 
 def test_soil_cube_names_do_not_depend_on_other_surveys_or_explicit_defaults() -> None:
@@ -68,10 +71,10 @@ def test_soil_cube_names_do_not_depend_on_other_surveys_or_explicit_defaults() -
     alone = study_with_surveys(own)
     second = study_with_surveys({"stones": "b.csv", "record": "rinaldi", "site": soil_site_settings(5)}, own)
     spelled = study_with_surveys(own | {"site": soil_site_settings(10) | {"motion": "outcrop"}})
-    (name,) = soil_layers_with_own_cube(alone)
-    assert name in soil_layers_with_own_cube(second)
-    assert [*soil_layers_with_own_cube(spelled)] == [name]
-    assert soil_layers_with_own_cube(study_with_surveys()) == {}
+    (name,) = soil_layers_and_records_by_soil_cube_name(alone)
+    assert name in soil_layers_and_records_by_soil_cube_name(second)
+    assert [*soil_layers_and_records_by_soil_cube_name(spelled)] == [name]
+    assert soil_layers_and_records_by_soil_cube_name(study_with_surveys()) == {}
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,7 @@ def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
     assert study_of_cube(loaded_cube) == study_settings
     assert isinstance(default_model_for_results_cube(loaded_cube), Stack)
     assert loaded_cube["vertical"].item() == 1
-    shares = {row.name: row.fall_share for row in count_falls_by_element(loaded_cube)}
+    shares = {row.element_name: row.fall_share for row in count_falls_by_element(loaded_cube)}
     assert 0.0 < shares["shaft"] <= 1.0
 
 

@@ -12,8 +12,8 @@ from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.statistics.bootstrap import (
     bootstrap_interval,
+    interval_tail_share_for_few_earthquakes,
     mean_of_each_bootstrap_sample,
-    tail_share_corrected_for_few_earthquakes,
 )
 from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import main, score_models_with_intervals, scores_by_damping_ratio
@@ -72,7 +72,7 @@ def test_score_intervals_resample_motions_and_are_wider_for_few_motions() -> Non
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])
     assert np.isnan(bootstrap_interval_over_motions(np.arange(100.0), 7)).all()
     assert len(bootstrap_samples_of_test_indices(motions, 100)) == np.ceil(
-        10 / tail_share_corrected_for_few_earthquakes(10)
+        10 / interval_tail_share_for_few_earthquakes(10)
     )
 
 

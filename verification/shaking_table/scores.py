@@ -16,8 +16,8 @@ from overturning.statistics.bootstrap import (
     MIN_EARTHQUAKES_FOR_INTERVAL,
     ConfidenceInterval,
     exact_interval_if_all_0_or_all_1,
+    interval_tail_share_for_few_earthquakes,
     means_by_earthquake,
-    tail_share_corrected_for_few_earthquakes,
 )
 
 SCORE_NAMES: Final = ("F1", "AUC", "Brier score")
@@ -60,7 +60,7 @@ def bootstrap_samples_of_test_indices(
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     if names.size >= MIN_EARTHQUAKES_FOR_INTERVAL:
         draws = max(
-            draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail_share_corrected_for_few_earthquakes(names.size))
+            draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / interval_tail_share_for_few_earthquakes(names.size))
         )
     generator = np.random.Generator(np.random.PCG64(seed))
     drawn = generator.integers(names.size, size=(draws, names.size)).tolist()
@@ -76,7 +76,7 @@ def bootstrap_interval_over_motions(bootstrap_values: FloatArray, motion_count: 
     """
     if motion_count < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
-    tail = tail_share_corrected_for_few_earthquakes(motion_count)
+    tail = interval_tail_share_for_few_earthquakes(motion_count)
     low, high = np.nanquantile(bootstrap_values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 

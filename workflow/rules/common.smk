@@ -17,7 +17,7 @@ from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name
 from overturning.surveys.stones import read_counted_stones
 from overturning.study.grounds import (
-    soil_layers_with_own_cube,
+    soil_layers_and_records_by_soil_cube_name,
     check_survey_site_names,
     soil_cube_names_of_survey,
 )
@@ -109,7 +109,7 @@ def load_study_and_records():
                 if one.site
                 for name in entries
             ]
-            for ground, (_, names) in soil_layers_with_own_cube(study).items():
+            for ground, (_, names) in soil_layers_and_records_by_soil_cube_name(study).items():
                 surface += [motion / ground / f"{name}.nc" for name in names]
             # A report of existing results does not need the packages that computed them.
             if (study.site and new) or not all(path.is_file() for path in surface):
@@ -140,10 +140,10 @@ ON_SOIL = [name for name, variant in STUDY.variants.items() if variant.site]
 # Soil below cemeteries of surveys, by name of its cube; computed like a variant, for the records of the surveys only.
 GROUNDS = {
     name: soil.model_dump(mode="json")
-    for name, (soil, _) in soil_layers_with_own_cube(STUDY).items()
+    for name, (soil, _) in soil_layers_and_records_by_soil_cube_name(STUDY).items()
 }
 RECORDS_ON_GROUND = {
-    name: use for name, (_, use) in soil_layers_with_own_cube(STUDY).items()
+    name: use for name, (_, use) in soil_layers_and_records_by_soil_cube_name(STUDY).items()
 }
 GROUND_PATTERN = "|".join(map(re.escape, GROUNDS)) or "(?!)"  # (?!): never
 RESULTS = f"results/{STUDY.name}"

@@ -10,7 +10,7 @@ from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_by_record
 from overturning.statistics.falls import overturning_indicator
-from overturning.statistics.logistic import ROUNDING_ERROR_PGA_M_S2
+from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2
 from overturning.units import GAL
 
 
@@ -102,7 +102,7 @@ def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
 
 def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:
     """Raise an ArgumentError if the peak acceleration, m/s², is at most a rounding error: the ground is at rest."""
-    if not peak_acceleration > ROUNDING_ERROR_PGA_M_S2:
+    if not peak_acceleration > MAX_PGA_FROM_ROUNDING_M_S2:
         raise ArgumentError(
             f"{figure_kind}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal); "
             "choose another motion"

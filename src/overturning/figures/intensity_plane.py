@@ -21,9 +21,9 @@ from overturning.figures.style import (
 )
 from overturning.labels import friction_label
 from overturning.model.falls import default_model_for_results_cube
-from overturning.statistics.criteria import CRITERIA, west_acceleration_limit
+from overturning.statistics.criteria import OVERTURNING_CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import mean_fall_probability_over_directions
-from overturning.statistics.logistic import ROUNDING_ERROR_PGA_M_S2, LogisticFit
+from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2, LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY
 
 CRITERION_LINE_STYLES: Final = (
@@ -33,7 +33,7 @@ CRITERION_LINE_STYLES: Final = (
     (SERIES_COLOURS[5], (0, (5, 1.2, 1, 1.2))),
     (SERIES_COLOURS[4], (0, (9, 2))),
 )
-"""Colour and line style of each of `criteria.CRITERIA`."""
+"""Colour and line style of each of `criteria.OVERTURNING_CRITERIA`."""
 
 
 def fall_probability_by_pga_and_pgv_over_pga(
@@ -41,14 +41,14 @@ def fall_probability_by_pga_and_pgv_over_pga(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
 
-    The arrays have shape (n,), without cases of unknown outcome and motions below `ROUNDING_ERROR_PGA_M_S2`.
+    The arrays have shape (n,), without cases of unknown outcome and motions below `MAX_PGA_FROM_ROUNDING_M_S2`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
-    known = np.isfinite(falls) & (pga > ROUNDING_ERROR_PGA_M_S2)
+    known = np.isfinite(falls) & (pga > MAX_PGA_FROM_ROUNDING_M_S2)
     return pga[known], (pgv / np.where(known, pga, 1))[known], falls[known]
 
 
@@ -77,7 +77,9 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
         axes.scatter(pga[chosen] / GAL, ratio[chosen], label=label, **common, **look)
     x = np.geomspace(low_x, high_x, 200)
     y = np.geomspace(low_y, high_y, 200)
-    for criterion, (color, dashes) in zip(CRITERIA, CRITERION_LINE_STYLES, strict=True) if with_criteria else ():
+    for criterion, (color, dashes) in (
+        zip(OVERTURNING_CRITERIA, CRITERION_LINE_STYLES, strict=True) if with_criteria else ()
+    ):
         limit = criterion.pga_limit_m_s2_function(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
     if logistic_fit is not None and abs(logistic_fit.coefficient_estimates[2]) > 1e-9:

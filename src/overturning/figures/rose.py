@@ -163,9 +163,11 @@ def fall_roses_by_group_figure(
         frame = "" if rose.is_measured_from_fault_normal else ", from north"
         axes.set_title(f"{name}\n{rose.earthquake_count_text}{frame}", pad=12, fontsize=9)
         if rose.is_measured_from_fault_normal and name in means:
-            mark_mean_fall_axis(axes, means[name].axis_from_fault_normal_deg, means[name].axis_interval_half_width_deg)
+            mark_mean_fall_axis(
+                axes, means[name].mean_axis_from_fault_normal_deg, means[name].mean_axis_interval_half_width_deg
+            )
     marked = any(
-        np.isfinite(means[name].axis_from_fault_normal_deg)
+        np.isfinite(means[name].mean_axis_from_fault_normal_deg)
         for name, rose in roses.items()
         if rose.is_measured_from_fault_normal and name in means
     )

@@ -11,7 +11,7 @@ from overturning.model.scene import Scene
 from overturning.model.variables import mask_of_known_outcomes
 from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
-from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference_to_90_deg
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
@@ -314,7 +314,7 @@ def _fall_outcomes_of_element(
     falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_before_other_elements
     return ElementFallOutcomes(
         variant=variant, scene=scene.name,
-        element=fall_counts.name if several_elements else scene.free_element_names[0],
+        element=fall_counts.element_name if several_elements else scene.free_element_names[0],
         cases=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,
         first_fall_count=first_falls, first_fall_share=first_falls / falls if falls else None,
         lone_fall_share=fall_counts.count_of_falls_without_other_falls / falls if falls else None,
@@ -367,7 +367,8 @@ def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset)
 
     Both arguments are results of `population_outcome_rates_by_record` at one amplitude.
     """
-    apart = np.abs(wrap_axis_difference(soil_rates["fall_axis"].to_numpy() - rock_rates["fall_axis"].to_numpy()))
+    soil_axis, rock_axis = (one["fall_axis"].to_numpy() for one in (soil_rates, rock_rates))
+    apart = np.abs(wrap_axis_difference_to_90_deg(soil_axis - rock_axis))
     for found in (soil_rates, rock_rates):
         clear = (found["fall_rate"] >= MIN_FALL_RATE_FOR_FALL_AXIS) & (
             found["fall_resultant"] >= MIN_RESULTANT_WITH_MEAN_DIRECTION

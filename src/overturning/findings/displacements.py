@@ -43,7 +43,9 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
         ElementDisplacementFindings(
             variant=variant,
             scene=variant_scene(results.study, variant).name,
-            element=row.name if "element" in cube.dims else variant_scene(results.study, variant).free_element_names[0],
+            element=row.element_name
+            if "element" in cube.dims
+            else variant_scene(results.study, variant).free_element_names[0],
             standing_case_count=row.standing_case_count,
             median_slip_cm=100.0 * row.standing_median_and_p90_slip_m[0],
             percentile_90_slip_cm=100.0 * row.standing_median_and_p90_slip_m[1],

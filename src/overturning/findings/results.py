@@ -203,7 +203,7 @@ class StudyResults:
     def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
         groups = self.fall_axes_by_group.values()
-        return earthquakes.difference_of_fall_alignments(*groups) if len(groups) == 2 else None
+        return earthquakes.first_minus_second_mean_fall_alignment(*groups) if len(groups) == 2 else None
 
     @cached_property
     def fault_normal_alignments_by_record_group(

@@ -12,7 +12,7 @@ from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.status import CaseStatus
 from overturning.model.variables import mask_of_known_outcomes
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference
+from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference_to_90_deg
 from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_off_fault_normal
 from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
@@ -254,7 +254,9 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
                 fall_direction_resultant=float(lengths["direction"][index]),
                 mean_fall_axis_deg=mean["axis"],
                 fall_axis_resultant=float(lengths["axis"][index]),
-                fall_axis_to_fault_normal_angle_deg=float(np.abs(wrap_axis_difference(mean["axis"] - normals[index]))),
+                fall_axis_to_fault_normal_angle_deg=float(
+                    np.abs(wrap_axis_difference_to_90_deg(mean["axis"] - normals[index]))
+                ),
                 processing=processing.get(name.id),
             )
         )

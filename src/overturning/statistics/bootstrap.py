@@ -74,7 +74,7 @@ def distinct_earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -
 
 
 @lru_cache(maxsize=4)
-def _random_earthquakes_of_bootstrap_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
+def _random_earthquake_indices_of_bootstrap_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
     """Draw with replacement the earthquakes of each bootstrap sample, as indices of shape (draws, earthquakes).
 
     The last results are cached, since many statistics use the same samples.
@@ -101,12 +101,14 @@ def statistic_of_bootstrap_samples(
     if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return np.zeros(0)
     # For rows of several values, take is ten times as fast as an index.
-    values = statistic(np.take(earthquake_data, _random_earthquakes_of_bootstrap_samples(n, draws, seed), axis=0))
+    values = statistic(
+        np.take(earthquake_data, _random_earthquake_indices_of_bootstrap_samples(n, draws, seed), axis=0)
+    )
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
 
-def tail_share_corrected_for_few_earthquakes(earthquake_count: int, level: float = 0.95) -> float:
+def interval_tail_share_for_few_earthquakes(earthquake_count: int, level: float = 0.95) -> float:
     """Return the share of bootstrap values to cut off at each end of an interval, corrected for few earthquakes.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
@@ -138,7 +140,7 @@ def bootstrap_interval(
 ) -> ConfidenceInterval:
     """Compute a confidence interval from bootstrap samples of earthquakes: percentiles, widened for small samples.
 
-    See `tail_share_corrected_for_few_earthquakes` for the share of bootstrap samples beyond its ends.
+    See `interval_tail_share_for_few_earthquakes` for the share of bootstrap samples beyond its ends.
 
     Parameters
     ----------
@@ -157,7 +159,7 @@ def bootstrap_interval(
     n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
     if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
-    tail = tail_share_corrected_for_few_earthquakes(n, level)
+    tail = interval_tail_share_for_few_earthquakes(n, level)
     values = statistic_of_bootstrap_samples(
         statistic, earthquake_data, max(draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail)), seed
     )

@@ -16,7 +16,7 @@ from overturning.model.planes import (
     fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
 )
-from overturning.statistics.circular import mean_angle_and_resultant
+from overturning.statistics.circular import mean_angle_deg_and_mean_resultant_length
 
 BOUNDARY_FALL_PROBABILITY = 0.5
 
@@ -107,7 +107,7 @@ def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(made, p.drop_dims("b_over_h").coords)
 
 
-def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:
+def easiest_overturning_axis_and_boundaries(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:
     """Compute the horizontal axis along which a block overturns most easily, from the largest falling B/H by azimuth.
 
     The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
@@ -144,7 +144,7 @@ def easiest_overturning_axis(azimuth_boundaries: xr.Dataset, grid_b_over_h: Arra
         if (never_falls | np.isnan(azimuth_boundary)).all():
             return np.nan
         ties = np.abs(azimuth_boundary - np.nanmax(azimuth_boundary)) < 1e-9
-        return mean_angle_and_resultant(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
+        return mean_angle_deg_and_mean_resultant_length(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
 
     stands = planes["stands_throughout"]
     easiest = xr.apply_ufunc(

@@ -18,7 +18,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.stored import StoredFloat
 
-RESULTANT_ROUNDING_ERROR = 1e-9
+MAX_RESULTANT_LENGTH_FROM_ROUNDING = 1e-9
 """Resultant length below which a mean direction is only rounding error: the vectors cancel."""
 
 MIN_RESULTANT_WITH_MEAN_DIRECTION: Final = 0.05
@@ -31,7 +31,7 @@ SIMULATED_SECTOR_COUNTS_PER_P_VALUE: Final = 20_000
 """Number of random draws for a simulated p-value."""
 
 RANDOM_ROTATIONS_PER_P_VALUE: Final = 4_999
-"""Number of random rotations in the `common_direction_test`."""
+"""Number of random rotations in the `randomised_rayleigh_test`."""
 
 
 _SECTOR_BORDER_TOLERANCE_DEG: Final = 1e-6
@@ -74,7 +74,7 @@ def fall_shares_by_sector(
     return counts / total if total > 0 else counts
 
 
-def mean_angle_and_resultant(
+def mean_angle_deg_and_mean_resultant_length(
     angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False
 ) -> tuple[float, float]:
     """Compute the mean direction (or axis) of weighted angles, and the mean resultant length (0 to 1).
@@ -97,14 +97,14 @@ def mean_angle_and_resultant(
         return math.nan, math.nan
     cosine, sine = float((weights * np.cos(angle)).sum()) / total, float((weights * np.sin(angle)).sum()) / total
     length = math.hypot(cosine, sine)
-    if length < RESULTANT_ROUNDING_ERROR:
+    if length < MAX_RESULTANT_LENGTH_FROM_ROUNDING:
         return math.nan, 0.0
     full = 180.0 if axial else 360.0
     mean = math.degrees(math.atan2(sine, cosine)) / (2 if axial else 1) % full
     return (0.0 if mean >= full else mean), min(length, 1.0)
 
 
-def wrap_axis_difference(difference_deg: ArrayLike) -> FloatArray:
+def wrap_axis_difference_to_90_deg(difference_deg: ArrayLike) -> FloatArray:
     """Wrap angles between axes, degrees, into (−90, 90], since an axis repeats after 180°."""
     return -((-np.asarray(difference_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
 
@@ -141,7 +141,7 @@ def _random_rotations(vector_count: int, rounding_steps_rad: tuple[float, ...] =
     return np.exp(1j * np.where(step > 0.0, rounded, angles))
 
 
-def common_direction_test(
+def randomised_rayleigh_test(
     vector_cosines: ArrayLike, vector_sines: ArrayLike, recorded_step_deg: ArrayLike = 0.0
 ) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.

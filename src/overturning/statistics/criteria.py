@@ -159,7 +159,7 @@ def _west_limit_of_each_block_and_motion(height: ArrayLike, b_over_h: ArrayLike,
     return west_acceleration_limit(b_over_h) * np.ones(np.broadcast_shapes(np.shape(height), np.shape(pgv_over_pga)))
 
 
-CRITERIA: Final = (
+OVERTURNING_CRITERIA: Final = (
     OverturningCriterion("West", "PGA above g B/H", _west_limit_of_each_block_and_motion),
     OverturningCriterion(
         "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration_limit
@@ -178,7 +178,7 @@ CRITERIA: Final = (
 )
 """Criteria in the order of tables and figures."""
 
-CRITERIA_FROM_SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
+NAMES_OF_CRITERIA_FROM_SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 """Criteria taken from secondary sources; the docstring of each function states how it was checked."""
 
 
@@ -265,15 +265,15 @@ class OverturningCriteriaScores:
     Attributes
     ----------
     rule_scores : tuple of PredictionRuleScore
-        Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
-        a threshold, which is chosen for the largest skill on this cube.
+        Scores of `OVERTURNING_CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H
+        is below a threshold, which is chosen for the largest skill on this cube.
     best_minus_other_skill_by_criterion_name : dict of str to MeanOverEarthquakes
         Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     case_share_above_valid_pulse_frequency_ratio : float
         Share of planes and blocks above `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
     criterion_counts_by_height_and_b_over_h : dict of (float, float) to tuple of WeightedFallPredictionCounts
-        Scores of `CRITERIA` by height, m, and B/H.
+        Scores of `OVERTURNING_CRITERIA` by height, m, and B/H.
     """
 
     rule_scores: tuple[PredictionRuleScore, ...]
@@ -285,7 +285,7 @@ class OverturningCriteriaScores:
     def best_criterion(self) -> PredictionRuleScore:
         """Score of the published criterion whose prediction skill, averaged over block sizes, is largest."""
         return max(
-            self.rule_scores[: len(CRITERIA)],
+            self.rule_scores[: len(OVERTURNING_CRITERIA)],
             key=lambda one: np.nan_to_num(one.weighted_mean_skill_over_block_sizes.mean, nan=-np.inf),
         )
 
@@ -321,24 +321,26 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
         overall = WeightedFallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
         skill, within = (
             MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
-            for of in (_skill_over_all_blocks, _mean_skill_over_blocks)
+            for of in (_peirce_skill_over_all_blocks, _weighted_mean_skill_over_blocks)
         )
+        valid_counts = count_predictions_by_earthquake_and_block(predicted_falls, weight * valid)
         if name == SLENDERNESS_ONLY_RULE_NAME:  # 0 within blocks by definition, not by chance
             within = replace(within, interval_low=math.nan, interval_high=math.nan)
         return PredictionRuleScore(
-            name, rule, overall, skill, within,
-            float(_mean_skill_over_blocks(count_predictions_by_earthquake_and_block(predicted_falls, weight * valid))),
+            name, rule, overall, skill, within, float(_weighted_mean_skill_over_blocks(valid_counts)),
         )  # fmt: skip
 
-    predictions = [pga >= one.pga_limit_m_s2_function(height, slender, ratio) for one in CRITERIA]
-    rules = [score_rule(one.name, one.rule_text, mask) for one, mask in zip(CRITERIA, predictions, strict=True)]
+    predictions = [pga >= one.pga_limit_m_s2_function(height, slender, ratio) for one in OVERTURNING_CRITERIA]
+    rules = [
+        score_rule(one.name, one.rule_text, mask) for one, mask in zip(OVERTURNING_CRITERIA, predictions, strict=True)
+    ]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [score_rule(SLENDERNESS_ONLY_RULE_NAME, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.counts_over_all_cases.peirce_skill_score, nan=1.0))[:1]
     by_event = {
         one.name: count_predictions_by_earthquake_and_block(predicted, weight)
-        for one, predicted in zip(CRITERIA, predictions, strict=True)
+        for one, predicted in zip(OVERTURNING_CRITERIA, predictions, strict=True)
     }
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
     blocks = {
@@ -346,22 +348,23 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
         for name, each in zip(of_block, counts, strict=True)
     }
     beyond = float((weight * ~valid).sum() / weight.sum())
-    return OverturningCriteriaScores(tuple(rules), _skill_lead_of_best_criterion(by_event), beyond, blocks)
+    return OverturningCriteriaScores(tuple(rules), _best_minus_other_skill_by_name(by_event), beyond, blocks)
 
 
-def _skill_lead_of_best_criterion(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
+def _best_minus_other_skill_by_name(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
     """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
     See `OverturningCriteriaScores.best_minus_other_skill_by_criterion_name`. The counts of each criterion have shape
     (earthquakes, blocks, 4).
     """
-    skills = {name: float(_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion.items()}
+    skills = {name: float(_weighted_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion.items()}
     if not np.isfinite([*skills.values()]).all():
         return {}
     best = max(skills, key=lambda name: skills[name])
 
     def first_minus_second_skill(paired_counts: FloatArray) -> FloatArray:
-        return _mean_skill_over_blocks(paired_counts[..., :4]) - _mean_skill_over_blocks(paired_counts[..., 4:])
+        first, second = map(_weighted_mean_skill_over_blocks, (paired_counts[..., :4], paired_counts[..., 4:]))
+        return first - second
 
     pairs = {
         name: np.concatenate([counts_by_criterion[best], counts], axis=-1)
@@ -378,13 +381,13 @@ def _skill_lead_of_best_criterion(counts_by_criterion: dict[str, FloatArray]) ->
     }
 
 
-def _skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
+def _peirce_skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
     """Compute the prediction skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
     counts = WeightedFallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2)))
     return np.asarray(counts.peirce_skill_score)
 
 
-def _mean_skill_over_blocks(prediction_counts: FloatArray) -> FloatArray:
+def _weighted_mean_skill_over_blocks(prediction_counts: FloatArray) -> FloatArray:
     """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
     The weight of a block is f(1 − f), where f is the share of cells of a block that fall. The skill of a block that

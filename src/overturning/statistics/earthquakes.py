@@ -21,19 +21,19 @@ from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,
     distinct_earthquake_names,
+    interval_tail_share_for_few_earthquakes,
     mean_of_each_bootstrap_sample,
     mean_over_earthquakes,
     mean_vector_of_each_bootstrap_sample,
     means_by_earthquake,
     statistic_of_bootstrap_samples,
-    tail_share_corrected_for_few_earthquakes,
 )
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.circular import (
+    MAX_RESULTANT_LENGTH_FROM_ROUNDING,
     MIN_RESULTANT_WITH_MEAN_DIRECTION,
-    RESULTANT_ROUNDING_ERROR,
-    common_direction_test,
-    wrap_axis_difference,
+    randomised_rayleigh_test,
+    wrap_axis_difference_to_90_deg,
 )
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
@@ -117,7 +117,7 @@ def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str)
     length, any_falls = np.hypot(cosine, sine), sums["all_falls"].where(cube["fault_normal"].notnull())
     axis = np.where(
         length >= MIN_RESULTANT_WITH_MEAN_DIRECTION,
-        wrap_axis_difference(np.degrees(np.arctan2(sine, cosine)) / 2),
+        wrap_axis_difference_to_90_deg(np.degrees(np.arctan2(sine, cosine)) / 2),
         np.nan,
     )
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
@@ -157,14 +157,14 @@ class FallAxisSummary:
     mean_cos_of_doubled_angle_to_fault_normal : MeanOverEarthquakes
         Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
         −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
-    axis_from_fault_normal_deg : float
+    mean_axis_from_fault_normal_deg : float
         Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
-        resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `common_direction_test` does not reject "no
+        resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `randomised_rayleigh_test` does not reject "no
         common axis".
-    axis_interval_half_width_deg : float
+    mean_axis_interval_half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
-        `tail_share_corrected_for_few_earthquakes`; NaN below `MIN_EARTHQUAKES_FOR_INTERVAL` and without an axis.
+        `interval_tail_share_for_few_earthquakes`; NaN below `MIN_EARTHQUAKES_FOR_INTERVAL` and without an axis.
     earthquakes_with_axis, earthquakes_with_axis_within_45_deg_of_normal : int
         Number of earthquakes that have an axis (resultant at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`), and of these
         with an axis within 45° of the fault normal.
@@ -172,13 +172,13 @@ class FallAxisSummary:
         Largest possible mean of cos 2Δ of these falls: the mean over these earthquakes of ``largest`` of
         `fall_axes_from_fault_normal_by_earthquake`. It is reached if the axis of each record is its fault normal.
     p_value_of_no_common_axis : float
-        p-value of the `common_direction_test` over earthquakes; NaN without falls.
+        p-value of the `randomised_rayleigh_test` over earthquakes; NaN without falls.
     """
 
     earthquake_count: int
     mean_cos_of_doubled_angle_to_fault_normal: MeanOverEarthquakes
-    axis_from_fault_normal_deg: float
-    axis_interval_half_width_deg: float
+    mean_axis_from_fault_normal_deg: float
+    mean_axis_interval_half_width_deg: float
     earthquakes_with_axis: int
     earthquakes_with_axis_within_45_deg_of_normal: int
     largest_possible_mean_cos_of_doubled_angle: float = math.nan
@@ -193,15 +193,15 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     vectors = np.column_stack([fall_axes["cosine"].values, fall_axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
-    test = common_direction_test(*vectors.T)
+    test = randomised_rayleigh_test(*vectors.T)
     has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= MIN_RESULTANT_WITH_MEAN_DIRECTION
-    mean = float(wrap_axis_difference(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
+    mean = float(wrap_axis_difference_to_90_deg(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
     def axis_distances_from_mean_deg(bootstrap_samples: FloatArray) -> FloatArray:
         """Return angles, degrees, between the mean axis of each bootstrap sample of vectors and that of all vectors."""
         drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(bootstrap_samples).T
-        away = np.abs(wrap_axis_difference(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
-        return np.where(np.hypot(drawn_cosine, drawn_sine) < RESULTANT_ROUNDING_ERROR, 90.0, away)
+        away = np.abs(wrap_axis_difference_to_90_deg(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
+        return np.where(np.hypot(drawn_cosine, drawn_sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 90.0, away)
 
     distances = (
         statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, draws) if has_axis else np.zeros(0)
@@ -211,9 +211,7 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     )
     half_width = math.nan
     if distances.size:
-        half_width = float(
-            np.quantile(distances, 1 - 2 * tail_share_corrected_for_few_earthquakes(len(vectors), level))
-        )
+        half_width = float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(len(vectors), level)))
     known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
     alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes["largest"].values
@@ -222,7 +220,9 @@ def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: in
     return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
-def difference_of_fall_alignments(first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset) -> MeanOverEarthquakes:
+def first_minus_second_mean_fall_alignment(
+    first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset
+) -> MeanOverEarthquakes:
     """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
 
     Both sets, such as pulse records and their control, are results of `fall_axes_from_fault_normal_by_earthquake`. An

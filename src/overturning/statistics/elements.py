@@ -25,7 +25,7 @@ class ElementFallCounts:
     ``median_fall_time_s`` the median time of its falls, s; both are NaN without cases or falls.
     """
 
-    name: str
+    element_name: str
     known_outcome_case_count: int
     fall_count: int
     count_of_falls_before_other_elements: int
@@ -45,7 +45,7 @@ class ElementDisplacementSummary:
     model that does not distinguish them.
     """
 
-    name: str
+    element_name: str
     standing_case_count: int
     fallen_case_count: int
     standing_median_and_p90_slip_m: tuple[float, float]

@@ -24,7 +24,7 @@ from overturning.model.planes import (
 )
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG, nearest_simulated_planes
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, mask_of_known_outcomes
-from overturning.statistics.circular import RESULTANT_ROUNDING_ERROR
+from overturning.statistics.circular import MAX_RESULTANT_LENGTH_FROM_ROUNDING
 
 MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO: Final = 0.5
 """Largest length of the sum of doubled axes of unknown outcomes, as a share of that of the falls, that is ignored.
@@ -362,7 +362,7 @@ def mean_directions_from_vector_sums(sums: xr.Dataset) -> xr.Dataset:
         cosine, sine = sums[f"{kind}_cosine"].variable, sums[f"{kind}_sine"].variable
         length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total).clip(0, 1)
         turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
-        angle = (turned * (full / (2 * np.pi)) % full).where(length > RESULTANT_ROUNDING_ERROR)
+        angle = (turned * (full / (2 * np.pi)) % full).where(length > MAX_RESULTANT_LENGTH_FROM_ROUNDING)
         angle.attrs = {"long_name": f"mean fall {kind}", "units": "degree"}
         length.attrs = {"long_name": f"mean resultant length of {of}", "units": "1"}
         means |= {f"mean_{kind}": angle, f"{kind}_resultant": length}

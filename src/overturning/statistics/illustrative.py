@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import Model
 from overturning.statistics.by_record import iterate_record_result_batches, iterate_results_by_record
-from overturning.statistics.circular import wrap_axis_difference
+from overturning.statistics.circular import wrap_axis_difference_to_90_deg
 
 BOTH_SIDES_CASE_TITLE: Final = "Falls, but to which side?"
 """Title of the case with falls to both sides."""
@@ -115,7 +115,7 @@ def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestExampleCase
 def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(
-        wrap_axis_difference(azimuth - float(record_cube["fault_normal"]))
+        wrap_axis_difference_to_90_deg(azimuth - float(record_cube["fault_normal"]))
     )  # NaN without a fault normal: no case
     if not (
         distance.min() <= MAX_PLANE_ANGLE_TO_FAULT_OR_NORMAL_DEG

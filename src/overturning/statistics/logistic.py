@@ -16,13 +16,13 @@ from overturning.statistics.bootstrap import MIN_EARTHQUAKES_FOR_INTERVAL
 from overturning.statistics.by_record import iterate_record_result_batches
 from overturning.units import STANDARD_GRAVITY
 
-PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
+PREDICTOR_NAMES = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 """Predictors of `fit_logistic_overturning_model`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
 
 CONFIDENCE_LEVEL = 0.95
 """Probability of the intervals."""
 
-ROUNDING_ERROR_PGA_M_S2 = 1e-6
+MAX_PGA_FROM_ROUNDING_M_S2 = 1e-6
 """PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
 MAX_RELATIVE_STD_OF_CONSTANT_PREDICTOR = 1e-6
@@ -35,7 +35,7 @@ MAX_NEWTON_ITERATIONS = 200
 MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK = 30.0
 """Linear predictor above which a fit is checked for separated data; the probability is 0 or 1 to 13 digits there."""
 
-MAX_STEP_OF_CONVERGED_FIT = 1e-10
+MAX_COEFFICIENT_STEP_OF_CONVERGED_FIT = 1e-10
 """Largest step of a converged fit, in standard deviations of the predictors, or relative to larger coefficients."""
 
 RELATIVE_LOG_LIKELIHOOD_ROUNDING_ERROR = 1e-13
@@ -224,7 +224,7 @@ def _fit_coefficients_by_newton_method(
             break
         largest = reached * (1 + RELATIVE_LOG_LIKELIHOOD_ROUNDING_ERROR)
         reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
-        while np.abs(step).max() > MAX_STEP_OF_CONVERGED_FIT and reached > largest:
+        while np.abs(step).max() > MAX_COEFFICIENT_STEP_OF_CONVERGED_FIT and reached > largest:
             step = step / 2
             reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
@@ -232,7 +232,7 @@ def _fit_coefficients_by_newton_method(
             if _plane_separates_falls_from_standing_cases(design_matrix, outcome):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
-        if np.abs(step).max() < MAX_STEP_OF_CONVERGED_FIT * max(1.0, np.abs(beta).max()):
+        if np.abs(step).max() < MAX_COEFFICIENT_STEP_OF_CONVERGED_FIT * max(1.0, np.abs(beta).max()):
             return beta, ""
     return beta, "no fit: the iteration does not converge"
 
@@ -343,7 +343,7 @@ def overturning_regression_data(
     Returns
     -------
     predictors : ndarray, shape (n, 4)
-        Values of `PREDICTORS`.
+        Values of `PREDICTOR_NAMES`.
     outcome, event, weight : ndarray, shape (n,)
         The outcome is averaged over friction and weighted by the share of known values; no predictor depends on
         friction, so this does not change the fit. Events are numbers in the order of their names; the mean weight is 1.
@@ -360,7 +360,7 @@ def overturning_regression_data(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
         pga, pgv = (along[name].transpose("record", ...).to_numpy()[..., None, None] for name in ("pga", "pgv"))
-        moves = pga > ROUNDING_ERROR_PGA_M_S2
+        moves = pga > MAX_PGA_FROM_ROUNDING_M_S2
         pga = np.where(moves, pga, np.nan)
         height, slender = (falls[name].to_numpy().astype(float) for name in ("height", "b_over_h"))
         height = height[:, None]
@@ -379,15 +379,17 @@ def overturning_regression_data(
 
 
 def fit_logistic_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
-    """Fit a logistic model of the fall probability, with the predictors `PREDICTORS`, to a study's results.
+    """Fit a logistic model of the fall probability, with the predictors `PREDICTOR_NAMES`, to a study's results.
 
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
     """
     predictors, outcome, event, weight = overturning_regression_data(cube, intensity)
-    return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTORS)
+    return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTOR_NAMES)
 
 
-def fitted_coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+def coefficient_name_estimate_interval_range_rows(
+    logistic_fit: LogisticFit,
+) -> list[tuple[str, float, float, float, float, float]]:
     """Return, for each coefficient of a logistic model: name, estimate, interval limits, and range of its predictor.
 
     The range of the intercept is NaN.
@@ -395,5 +397,4 @@ def fitted_coefficient_rows(logistic_fit: LogisticFit) -> list[tuple[str, float,
     fit = logistic_fit
     least, most = ((math.nan, *values.tolist()) for values in (fit.predictor_minima, fit.predictor_maxima))
     columns = (fit.coefficient_estimates, fit.coefficient_interval_lows, fit.coefficient_interval_highs)
-    estimates = (values.tolist() for values in columns)
-    return list(zip(fit.coefficient_names, *estimates, least, most, strict=True))
+    return list(zip(fit.coefficient_names, *(values.tolist() for values in columns), least, most, strict=True))

@@ -26,7 +26,7 @@ class RecordChosenForReportMap(NamedTuple):
     """Record whose map a report shows: index of the record, and the reason why it was chosen."""
 
     record_index: int
-    reason: str
+    reason_for_choice: str
 
 
 def choose_records_for_report_maps(
@@ -83,7 +83,7 @@ def choose_records_for_report_maps(
         if place is not None:
             chosen.append(RecordChosenForReportMap(place, reason))
     reasons = (MOST, MEDIAN, LEAST, CLEAREST_AXIS_REASON, FIRST_WITH_FALLS_REASON)
-    return sorted(chosen, key=lambda one: reasons.index(one.reason))
+    return sorted(chosen, key=lambda one: reasons.index(one.reason_for_choice))
 
 
 def _record_indices_by_descending_value(

@@ -10,16 +10,16 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
+    interval_tail_share_for_few_earthquakes,
     mean_vector_of_each_bootstrap_sample,
     statistic_of_bootstrap_samples,
-    tail_share_corrected_for_few_earthquakes,
 )
 from overturning.statistics.circular import (
+    MAX_RESULTANT_LENGTH_FROM_ROUNDING,
     MIN_RESULTANT_WITH_MEAN_DIRECTION,
-    RESULTANT_ROUNDING_ERROR,
     StatisticalTestResult,
-    common_direction_test,
-    mean_angle_and_resultant,
+    mean_angle_deg_and_mean_resultant_length,
+    randomised_rayleigh_test,
 )
 
 MAX_OBSERVATIONS_FOR_BOOTSTRAP: Final = 1000
@@ -53,7 +53,7 @@ class MeanDirectionWithInterval:
     test_of_no_common_direction: StatisticalTestResult
 
 
-def significant_mean_direction(
+def significant_mean_direction_resultant_and_test(
     angle_deg: ArrayLike, recorded_step_deg: ArrayLike = 0.0, *, axial: bool = False, level: float = 0.95
 ) -> tuple[float, float, StatisticalTestResult]:
     """Return the mean direction (or axis), degrees, if significant, the resultant length, and the test result.
@@ -64,13 +64,13 @@ def significant_mean_direction(
     """
     angle = np.asarray(angle_deg, dtype=np.float64)
     fold = 2 if axial else 1
-    mean, resultant = mean_angle_and_resultant(angle, axial=axial)
+    mean, resultant = mean_angle_deg_and_mean_resultant_length(angle, axial=axial)
     if angle.size > MAX_OBSERVATIONS_FOR_BOOTSTRAP:
         p_value = math.exp(-angle.size * resultant**2)
         test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
     else:
         vectors = np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))
-        test = common_direction_test(*vectors, fold * np.asarray(recorded_step_deg))
+        test = randomised_rayleigh_test(*vectors, fold * np.asarray(recorded_step_deg))
     clear = test.p_value <= 1 - level and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     return mean if clear else math.nan, resultant, test
 
@@ -92,7 +92,7 @@ def mean_direction_with_interval(
 
     Directions that are recorded in steps, such as eight compass points, may all have the same error. The interval is
     wider by a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
-    (`common_direction_test`).
+    (`randomised_rayleigh_test`).
 
     The interval contains the true mean less often than `level` says if the test hardly rejects random directions: means
     are given only for those samples whose falls happen to agree.
@@ -113,7 +113,9 @@ def mean_direction_with_interval(
     angle = np.asarray(angle_deg, dtype=np.float64)
     fold = 2 if axial else 1
     vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
-    mean, resultant, test = significant_mean_direction(angle, recorded_step_deg, axial=axial, level=level)
+    mean, resultant, test = significant_mean_direction_resultant_and_test(
+        angle, recorded_step_deg, axial=axial, level=level
+    )
     if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws)
@@ -175,9 +177,9 @@ def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: flo
     def distances_from_mean_deg(samples: FloatArray) -> FloatArray:
         cosine, sine = mean_vector_of_each_bootstrap_sample(samples).T
         away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
-        return np.where(np.hypot(cosine, sine) < RESULTANT_ROUNDING_ERROR, 180.0, np.abs(away))
+        return np.where(np.hypot(cosine, sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 180.0, np.abs(away))
 
     distances = statistic_of_bootstrap_samples(distances_from_mean_deg, vectors, draws)
     if not distances.size:
         return math.nan
-    return float(np.quantile(distances, 1 - 2 * tail_share_corrected_for_few_earthquakes(n, level)))
+    return float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(n, level)))

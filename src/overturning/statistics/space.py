@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.by_record import apply_to_record_batches, iterate_results_by_record
-from overturning.statistics.circular import wrap_axis_difference
+from overturning.statistics.circular import wrap_axis_difference_to_90_deg
 
 _NUMERATOR_AND_DENOMINATOR_BY_SHARE: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
@@ -45,7 +45,7 @@ def _count_2d_and_3d_agreements_of_batch(cube: xr.Dataset) -> xr.Dataset:
         "only_plane": (space == 0) & (plane == 1),
         "both": both,
         "over_edge": angle_between_azimuths(apart, 0.0) <= 45.0,
-        "axes_apart": np.abs(xr.apply_ufunc(wrap_axis_difference, apart)),
+        "axes_apart": np.abs(xr.apply_ufunc(wrap_axis_difference_to_90_deg, apart)),
     })  # fmt: skip
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
 

@@ -40,7 +40,7 @@ def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> 
     return entry
 
 
-def _key_table_rows(
+def _key_schema_entry_and_is_required_rows(
     schema: dict[str, Any], section_schema: dict[str, Any], key_prefix: str
 ) -> list[tuple[str, dict[str, Any], bool]]:
     """Return, for each key of a study section: the key, its entry in the JSON schema, and True if it is required."""
@@ -53,13 +53,17 @@ def _key_table_rows(
             entry, required = entry | {"default": said[name], "description": section_schema["description"]}, False
         below, items = entry.get("additionalProperties"), entry.get("items", {})
         if entry.get("properties"):
-            entries += _key_table_rows(schema, entry, f"{key}.")
+            entries += _key_schema_entry_and_is_required_rows(schema, entry, f"{key}.")
             continue
         entries.append((key, entry, required))
         if isinstance(below, dict):
-            entries += _key_table_rows(schema, _resolve_schema_reference(schema, below), f"{key}.NAME.")
+            entries += _key_schema_entry_and_is_required_rows(
+                schema, _resolve_schema_reference(schema, below), f"{key}.NAME."
+            )
         elif "$ref" in items:  # a list of settings
-            entries += _key_table_rows(schema, _resolve_schema_reference(schema, items), f"{key}[].")
+            entries += _key_schema_entry_and_is_required_rows(
+                schema, _resolve_schema_reference(schema, items), f"{key}[]."
+            )
     return entries
 
 
@@ -67,7 +71,7 @@ def study_key_and_record_column_tables() -> dict[str, str]:
     """Return Markdown tables of the keys of a study file (``keys``) and of the record table (``columns``)."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
-    for key, entry, required in _key_table_rows(schema, schema, ""):
+    for key, entry, required in _key_schema_entry_and_is_required_rows(schema, schema, ""):
         default = "required" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
     for column, entry in RecordTableRow.model_json_schema()["properties"].items():

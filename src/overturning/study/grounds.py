@@ -35,7 +35,7 @@ def soil_cube_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str
     return default, {site: name for site, name in named.items() if name != default}
 
 
-def soil_layers_with_own_cube(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
+def soil_layers_and_records_by_soil_cube_name(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
     """Return, by name of the cube, soil layers that need their own results cube, and the records to simulate on them.
 
     The soil layers of a study's variants are left out, since each variant has a cube. Records are in the order of the

@@ -17,7 +17,7 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files
 from overturning.study.ensemble import MAX_MEMBER_CASES_PER_RUN, MEMBERS_PER_BATCH
-from overturning.study.grounds import soil_layers_with_own_cube, soil_settings_of_study
+from overturning.study.grounds import soil_layers_and_records_by_soil_cube_name, soil_settings_of_study
 from overturning.study.load import read_record_table_rows_of_study
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
@@ -114,7 +114,7 @@ def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEs
     elements, scales = len(variant_model(study).free_element_names), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
     # At one amplitude: an upper bound.
-    sweeps = sum(len(named) for _, named in soil_layers_with_own_cube(study).values())
+    sweeps = sum(len(named) for _, named in soil_layers_and_records_by_soil_cube_name(study).values())
     jobs["sweep"] += sweeps * chunks_per_record
     work = sum(
         jobs.get(rule, 1) * seconds

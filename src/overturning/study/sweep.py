@@ -35,7 +35,7 @@ from overturning.study.scenes import (
 )
 from overturning.study.schema import Study
 
-NOMINAL_RUN_SHARE_OF_SWEEP_WORK = 0.15
+ASSUMED_NOMINAL_RUN_SHARE_OF_PROGRESS = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
 _AMPLITUDE_FACTOR_OF_WARM_UP_CASE = 3.0
@@ -139,8 +139,8 @@ def simulate_and_write_cases_of_record(
     numerics = numerics or numerical_options_of_study(study)
     factors = grid.amplitude_factors or (1.0,)
     work = [
-        *(NOMINAL_RUN_SHARE_OF_SWEEP_WORK for _ in factors),
-        *([1.0 - NOMINAL_RUN_SHARE_OF_SWEEP_WORK] if study.ensemble.members else []),
+        *(ASSUMED_NOMINAL_RUN_SHARE_OF_PROGRESS for _ in factors),
+        *([1.0 - ASSUMED_NOMINAL_RUN_SHARE_OF_PROGRESS] if study.ensemble.members else []),
     ]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
     reports = [subtask_progress_callback(numerics.progress, *between) for between in pairwise(ends)]

@@ -17,7 +17,7 @@ from overturning.statistics.bootstrap import MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VA
 from overturning.statistics.circular import (
     StatisticalTestResult,
     chi_square_test_of_sectors,
-    mean_angle_and_resultant,
+    mean_angle_deg_and_mean_resultant_length,
     watson_u2_test_of_sectors,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_json_result
@@ -207,7 +207,7 @@ def compare_survey_with_prediction(
     origin = directions["predicted_mean_direction_deg"]
     if not directions["predicted_resultant_length"] > MIN_RESULTANT_FOR_MEAN:
         exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_uncertainty_half_width_deg == 0]
-        origin = mean_angle_and_resultant(exactly)[0]
+        origin = mean_angle_deg_and_mean_resultant_length(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
     share_mean, share_low, share_high = _predicted_fall_share_and_range(predictions, of_share or stones)

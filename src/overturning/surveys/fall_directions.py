@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import (
     StatisticalTestResult,
-    mean_angle_and_resultant,
+    mean_angle_deg_and_mean_resultant_length,
     sector_index,
     watson_u2_test,
 )
-from overturning.statistics.mean_direction import significant_mean_direction
+from overturning.statistics.mean_direction import significant_mean_direction_resultant_and_test
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import Stone
 
@@ -184,12 +184,12 @@ def compare_observed_and_predicted_directions(
     The names are attributes that comparisons with 2-D and with 3-D studies have in common; see
     `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
-    mean, length, _ = significant_mean_direction(
+    mean, length, _ = significant_mean_direction_resultant_and_test(
         [stone.azimuth_deg for stone, *_ in fallen_stones],
         [stone.direction_recording_step_deg for stone, *_ in fallen_stones],
     )
     density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))
-    predicted_mean, predicted_length = mean_angle_and_resultant(sectors.azimuth, density)
+    predicted_mean, predicted_length = mean_angle_deg_and_mean_resultant_length(sectors.azimuth, density)
     ratio, p_value = log_likelihood_ratio_and_p_value(sectors, fallen_stones, random_survey_count, seed)
     return {
         "observed_mean_direction_deg": mean,

@@ -13,7 +13,7 @@ from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
 from overturning.statistics.by_record import load_outcomes_of_records
-from overturning.statistics.circular import mean_angle_and_resultant, sector_index
+from overturning.statistics.circular import mean_angle_deg_and_mean_resultant_length, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 from overturning.study.ensemble import wilson_interval
 from overturning.surveys.stones import OCTANTS
@@ -189,7 +189,7 @@ def outcome_rates_by_amplitude(
     )
     towards = free * np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
     axes = [
-        mean_angle_and_resultant(azimuth[fell], axial=True)
+        mean_angle_deg_and_mean_resultant_length(azimuth[fell], axial=True)
         for azimuth, fell in zip(
             stone_outcomes_by_amplitude.fall_azimuth_deg, stone_outcomes_by_amplitude.fell, strict=True
         )

@@ -26,7 +26,7 @@ from overturning.report.render import (
 )
 from overturning.report.terminal import plain_paragraphs, terminal_lines_of_markdown
 from overturning.statistics.criteria import OVERTURNING_CRITERIA, SLENDERNESS_ONLY_RULE_NAME
-from overturning.statistics.falls import BLOCK_RULES
+from overturning.statistics.falls import BLOCK_SELECTION_RULES_IN_REPORT
 from overturning.translation.texts import translate
 from tests.report.by_hand import (
     INFERRED_MOTION,
@@ -45,7 +45,9 @@ NUMBER_IN_TEXT = re.compile(r"(?<![\w.-])[−-]?\d+(?:[.,]\d+)*", re.ASCII)
 """Number of a text; letters of other scripts may stand next to it."""
 
 BLOCK_SELECTION_RULE_NAMES = [
-    one.description_template.format(word) for one in BLOCK_RULES for word in ("plane", "orientation")
+    one.description_template.format(word)
+    for one in BLOCK_SELECTION_RULES_IN_REPORT
+    for word in ("plane", "orientation")
 ]
 CRITERION_NAMES = [*(one.name for one in OVERTURNING_CRITERIA), SLENDERNESS_ONLY_RULE_NAME]
 STATUS_NAMES = [one.name.lower().replace("_", " ") for one in CaseStatus]

@@ -14,7 +14,11 @@ from overturning.statistics.earthquakes import (
     mean_fall_directions_by_record,
     summarise_fall_axes,
 )
-from overturning.statistics.falls import ALL_BLOCKS_RULE, BLOCK_RULES, MARGINAL_BLOCKS_RULE
+from overturning.statistics.falls import (
+    ALL_BLOCKS_RULE,
+    BLOCK_SELECTION_RULES_IN_REPORT,
+    BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE,
+)
 from overturning.statistics.roses import fall_rose
 
 
@@ -203,7 +207,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     every, some, half = [0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0.3, 0.4]
     chosen = [(half, every[:2]), (half, None), ([0.4], None), (some, [0.2]), (every, every[:2])]
     ((group, found),) = fault_normal_alignments_by_record_group(cube).items()
-    assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
+    assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_SELECTION_RULES_IN_REPORT))
     for one, shapes in zip(found, chosen, strict=True):
         means = [mean_vector_of_doubled_axes(record, own) for record, own in enumerate(shapes) if own]
         assert (one.records_with_falls_and_fault_normal, one.mean_cos_of_doubled_angle.earthquake_count) == (
@@ -216,7 +220,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
     many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
-    own = fault_normal_alignments_by_record_group(many, [MARGINAL_BLOCKS_RULE])["all records"][0]
+    own = fault_normal_alignments_by_record_group(many, [BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE])["all records"][0]
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(many))
     assert own.mean_cos_of_doubled_angle == summary.mean_cos_of_doubled_angle_to_fault_normal
     assert own.largest_possible_mean_cos_of_doubled_angle == pytest.approx(

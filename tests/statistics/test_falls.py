@@ -21,7 +21,7 @@ from overturning.model.stack import Stack
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.elements import count_falls_by_element, summarise_element_displacements
 from overturning.statistics.falls import (
-    BLOCK_RULES,
+    BLOCK_SELECTION_RULES_IN_REPORT,
     add_opposite_azimuths,
     count_changed_and_all_neighbour_pairs,
     fall_counts_towards_azimuths,
@@ -82,7 +82,7 @@ def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
     assert float(overturned_share(cube)) == pytest.approx((share + 1) / 2)
     assert overturned_share(cube, "b_over_h").values == pytest.approx([share, 1.0])
     assert mask_of_blocks_for_direction_statistics(cube).values.tolist() == [True, False]
-    of_some = BLOCK_RULES[3].selected_block_mask(share_of_directions_with_overturning(cube))
+    of_some = BLOCK_SELECTION_RULES_IN_REPORT[3].selected_block_mask(share_of_directions_with_overturning(cube))
     assert of_some.values.tolist() == [True, False], "in some planes, but not in all"
 
 

@@ -17,7 +17,7 @@ from overturning.errors import ArgumentError
 from overturning.statistics.fragility import (
     FittedFragilityCurve,
     fit_fragility_curve,
-    fit_lognormal_median_and_spread,
+    fit_lognormal_median_and_log_std,
     variance_share_between_records,
 )
 from overturning.statistics.fragility_files import (
@@ -32,7 +32,7 @@ NRML_NAMESPACE = "{http://openquake.org/xmlns/nrml/0.5}"
 
 def test_fit_recovers_a_known_lognormal_curve() -> None:
     x = np.geomspace(0.1, 2, 40)
-    median, spread = fit_lognormal_median_and_spread(x, norm.cdf(np.log(x / 0.6) / 0.4))
+    median, spread = fit_lognormal_median_and_log_std(x, norm.cdf(np.log(x / 0.6) / 0.4))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=1e-4)
 
 
@@ -40,7 +40,7 @@ def test_fit_recovers_the_curve_from_single_falls_and_stands() -> None:
     generator = np.random.default_rng(3)
     x = np.repeat(np.geomspace(0.1, 2, 30), 200)
     fell = generator.random(x.size) < norm.cdf(np.log(x / 0.6) / 0.4)
-    median, spread = fit_lognormal_median_and_spread(x, fell.astype(float))
+    median, spread = fit_lognormal_median_and_log_std(x, fell.astype(float))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
 
 
@@ -58,22 +58,22 @@ def test_fragility_fit_converges_if_strong_records_overturn_nothing() -> None:
         return -float(np.sum(share * norm.logcdf(z) + (1 - share) * norm.logsf(z)))
 
     constant, slope = minimize(negative_log_likelihood, [0.0, 1.0]).x
-    assert fit_lognormal_median_and_spread(pga, share) == pytest.approx(
+    assert fit_lognormal_median_and_log_std(pga, share) == pytest.approx(
         (math.exp(-constant / slope), 1 / slope), rel=1e-4
     )
 
 
 @pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0], [0, 0, 1], [0, 0.5, 1]])
 def test_no_curve_is_fitted_to_shares_that_determine_none(share: list[float]) -> None:
-    assert math.isnan(fit_lognormal_median_and_spread([1.0, 2.0, 4.0], share)[0])
+    assert math.isnan(fit_lognormal_median_and_log_std([1.0, 2.0, 4.0], share)[0])
     # Shares without weight, which alone would allow a curve, change nothing.
-    more = fit_lognormal_median_and_spread([1.0, 2.0, 4.0, 1.1, 3.9], [*share, 0.4, 0.6], [1, 1, 1, 0, 0])
+    more = fit_lognormal_median_and_log_std([1.0, 2.0, 4.0, 1.1, 3.9], [*share, 0.4, 0.6], [1, 1, 1, 0, 0])
     assert math.isnan(more[0])
 
 
 def test_fall_shares_outside_0_to_1_are_refused() -> None:
     with pytest.raises(ArgumentError, match="0 to 1"):
-        fit_lognormal_median_and_spread([1.0, 2.0], [0.0, 1.2])
+        fit_lognormal_median_and_log_std([1.0, 2.0], [0.0, 1.2])
 
 
 def test_interval_of_the_fragility_median_resamples_whole_earthquakes() -> None:
@@ -87,7 +87,7 @@ def test_interval_of_the_fragility_median_resamples_whole_earthquakes() -> None:
     """
     x, median = np.geomspace(0.1, 3, 15), np.repeat([0.5, 1.0], 4)
     share = norm.cdf(np.log(x / median[:, None]) / 0.3).ravel()
-    ends = [fit_lognormal_median_and_spread(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
+    ends = [fit_lognormal_median_and_log_std(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
     curve = fit_fragility_curve("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
@@ -144,7 +144,7 @@ def test_variance_between_records_is_separated_from_that_between_stones(between:
     own = math.log(0.6) + between * norm.ppf((np.arange(60) + 0.5) / 60)[:, None]
     share = generator.binomial(200, norm.cdf((np.log(x) - own) / within)) / 200
     record = np.repeat(np.arange(60), 6)
-    median, spread = fit_lognormal_median_and_spread(x.ravel(), share.ravel())
+    median, spread = fit_lognormal_median_and_log_std(x.ravel(), share.ravel())
     assert spread == pytest.approx(math.hypot(between, within), rel=0.06)
     found = variance_share_between_records((median, spread), x.ravel(), share.ravel(), record, 200)
     assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
@@ -153,7 +153,7 @@ def test_variance_between_records_is_separated_from_that_between_stones(between:
 def test_equal_outcomes_of_all_stones_count_as_record_to_record_variance() -> None:
     x = np.geomspace(0.2, 2, 40)
     share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
-    fit = fit_lognormal_median_and_spread(x, share)
+    fit = fit_lognormal_median_and_log_std(x, share)
     assert variance_share_between_records(fit, x, share, np.arange(40), 100) > 0.9
 
 

@@ -7,11 +7,11 @@ import xarray as xr
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.map_choice import (
     CLEAREST_AXIS_REASON,
-    EVERY,
+    EVERY_RECORD_REASON,
     FIRST_WITH_FALLS_REASON,
-    LEAST,
-    MEDIAN,
-    MOST,
+    LEAST_ALIGNED_REASON,
+    MEDIAN_ALIGNED_REASON,
+    MOST_ALIGNED_REASON,
     choose_records_for_report_maps,
 )
 
@@ -25,7 +25,7 @@ def test_maps_of_all_records_of_a_small_study_are_shown() -> None:
     chosen = choose_records_for_report_maps(
         cube_of_earthquakes_and_pulse_flags("AAB", [np.nan] * 3), np.full(3, np.nan), np.full(3, 0.5), np.ones(3)
     )
-    assert chosen == [(0, EVERY), (1, EVERY), (2, EVERY)]
+    assert chosen == [(0, EVERY_RECORD_REASON), (1, EVERY_RECORD_REASON), (2, EVERY_RECORD_REASON)]
 
 
 def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> None:
@@ -38,7 +38,12 @@ def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> Non
     cube = cube_of_earthquakes_and_pulse_flags("ABCDEFGHI", [1.0] * 7 + [0.0] * 2)
     chosen = {reason: place for place, reason in choose_records_for_report_maps(cube, alignment, resultant, np.ones(9))}
     # Sorted: B 0.9, E 0.5, D 0.3, A 0.1, F −0.2, C −0.7: the middle one is A.
-    assert chosen == {MOST: 1, LEAST: 2, MEDIAN: 0, CLEAREST_AXIS_REASON: 6}
+    assert chosen == {
+        MOST_ALIGNED_REASON: 1,
+        LEAST_ALIGNED_REASON: 2,
+        MEDIAN_ALIGNED_REASON: 0,
+        CLEAREST_AXIS_REASON: 6,
+    }
 
 
 def test_each_map_shows_a_record_of_another_earthquake() -> None:

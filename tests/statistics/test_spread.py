@@ -7,8 +7,8 @@ from scipy.stats import multinomial
 from overturning.settings import EnsembleSettings
 from overturning.statistics.spread import (
     estimate_statistic_of_first_run_batch,
-    most_runs_fall_and_to_both_sides,
-    runs_disagree_on_fall,
+    indicator_that_most_runs_fall_to_both_sides,
+    indicator_that_runs_disagree_on_fall,
 )
 from overturning.study.ensemble import fall_probabilities_converged
 
@@ -37,23 +37,23 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
     both = (np.minimum(outcomes[:, 0], outcomes[:, 1]) > 0) & (outcomes[:, 2] < 4)
     fall = towards + away
     for statistic, expected in (
-        (runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
-        (most_runs_fall_and_to_both_sides, chance[both].sum()),
+        (indicator_that_runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
+        (indicator_that_most_runs_fall_to_both_sides, chance[both].sum()),
     ):
         found = estimate_statistic_of_first_run_batch(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
     assert np.isnan(
-        estimate_statistic_of_first_run_batch(runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)
+        estimate_statistic_of_first_run_batch(indicator_that_runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)
     ).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
     assert estimate_statistic_of_first_run_batch(
-        runs_disagree_on_fall, [1 / 16], [0.0], [16], EnsembleSettings(members=16, half_width=0.0)
+        indicator_that_runs_disagree_on_fall, [1 / 16], [0.0], [16], EnsembleSettings(members=16, half_width=0.0)
     ) == pytest.approx(0.5)
     assert estimate_statistic_of_first_run_batch(
-        runs_disagree_on_fall, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
+        indicator_that_runs_disagree_on_fall, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
     ) == pytest.approx(8 / 15)
     many = estimate_statistic_of_first_run_batch(
-        runs_disagree_on_fall, [1 / 400], [0.0], [400], EnsembleSettings(members=400, half_width=0.0)
+        indicator_that_runs_disagree_on_fall, [1 / 400], [0.0], [400], EnsembleSettings(members=400, half_width=0.0)
     )
     assert many == pytest.approx(8 / 400)
 
@@ -64,5 +64,5 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
 )
 def test_members_that_disagree_or_fall_both_ways_are_recognised(towards: int, away: int, parts: int, both: int) -> None:
     """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
-    assert runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
-    assert most_runs_fall_and_to_both_sides(np.array(towards), np.array(away), 8) == both
+    assert indicator_that_runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
+    assert indicator_that_most_runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both

@@ -23,8 +23,8 @@ from overturning.statistics.space import summarise_twists, twists_by_b_over_h_an
 from overturning.statistics.spread import (
     RunCountStatistic,
     estimate_statistic_of_first_run_batch,
-    most_runs_fall_and_to_both_sides,
-    runs_disagree_on_fall,
+    indicator_that_most_runs_fall_to_both_sides,
+    indicator_that_runs_disagree_on_fall,
 )
 from overturning.study.convergence import ConvergenceCheckResult, FinerStepChangesOfRecord
 from overturning.study.ensemble import MEMBERS_PER_BATCH
@@ -210,7 +210,7 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
         )
 
     over = [name for name in run.dims if name != "record"]
-    divided = estimate_statistic_of_each_case(runs_disagree_on_fall)
+    divided = estimate_statistic_of_each_case(indicator_that_runs_disagree_on_fall)
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
@@ -218,7 +218,8 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
         "divided": divided,
         "agree": found.get("agree", divided.notnull()),
         "apart": (
-            found["apart"] if "apart" in found else estimate_statistic_of_each_case(most_runs_fall_and_to_both_sides)
+            found["apart"] if "apart" in found else
+            estimate_statistic_of_each_case(indicator_that_most_runs_fall_to_both_sides)
         ),
         "members": members,
         "with_members": members.notnull(),

@@ -12,7 +12,7 @@ from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
 from overturning.statistics.falls import (
-    BLOCK_RULES,
+    BLOCK_SELECTION_RULES_IN_REPORT,
     BlockSelectionRule,
     mean_cosine_and_sine_to_reference,
     share_of_directions_with_overturning,
@@ -45,7 +45,10 @@ class FaultNormalAlignmentOfSelectedBlocks:
 
 
 def fault_normal_alignments_by_record_group(
-    cube: xr.Dataset, block_rules: Sequence[BlockSelectionRule] = BLOCK_RULES, *, draws: int = 10_000
+    cube: xr.Dataset,
+    block_rules: Sequence[BlockSelectionRule] = BLOCK_SELECTION_RULES_IN_REPORT,
+    *,
+    draws: int = 10_000,
 ) -> dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]:
     """Compute the alignment of falls with the fault normal, for each group of records and each block selection rule.
 

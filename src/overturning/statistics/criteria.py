@@ -296,7 +296,7 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     `intensity` has ``pga`` and ``pgv`` of each record and azimuth. The data are those of `overturning_regression_data`,
     with nominal outcomes instead of ensemble probabilities.
     """
-    predictors, falls, event, weight = overturning_regression_data(cube, intensity, ensemble=False)
+    predictors, falls, event, weight = overturning_regression_data(cube, intensity, use_ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T

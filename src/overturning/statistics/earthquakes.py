@@ -37,7 +37,7 @@ from overturning.statistics.circular import (
 )
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
-    mean_directions_from_vector_sums,
+    mean_directions_and_axes_from_vector_sums,
     sum_fall_vectors,
     unknown_outcomes_may_bias_fall_axis,
 )
@@ -73,7 +73,9 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, informative_only=True)
     sums = apply_to_record_batches(of_batch, cube, model.variables_for_fall_probability)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
-    means = mean_directions_from_vector_sums(sums).where(~imposed & (not azimuths_in_results_bias_mean_fall_axis(cube)))
+    means = mean_directions_and_axes_from_vector_sums(sums).where(
+        ~imposed & (not azimuths_in_results_bias_mean_fall_axis(cube))
+    )
     return means.assign(is_imposed=imposed)
 
 

@@ -67,7 +67,7 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     return turned.assign(changed)
 
 
-def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
+def fall_counts_towards_azimuths(cube: xr.Dataset, *, use_ensemble: bool = False) -> xr.DataArray:
     """Return, by azimuth and block, the number (or probability) of falls towards the azimuth; NaN if unknown.
 
     Computed lazily if the cube is lazy.
@@ -80,7 +80,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
     ----------
     cube : Dataset
         With ``overturned`` and ``azimuth``.
-    ensemble : bool
+    use_ensemble : bool
         Use probabilities instead of flags (see `fall_probabilities_towards_and_away`).
 
     Returns
@@ -89,9 +89,11 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, ensemble: bool = False) ->
         Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
     used = [
-        name for name in (FALL_PROBABILITY_VARIABLES if ensemble else FALL_PROBABILITY_VARIABLES[:1]) if name in cube
+        name
+        for name in (FALL_PROBABILITY_VARIABLES if use_ensemble else FALL_PROBABILITY_VARIABLES[:1])
+        if name in cube
     ]
-    p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=ensemble)
+    p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=use_ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
@@ -202,7 +204,7 @@ class BlockSelectionRule:
         return xr.DataArray(near, share_of_directions.coords, name=share_of_directions.name)
 
 
-MARGINAL_BLOCKS_RULE: Final = BlockSelectionRule(
+BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE: Final = BlockSelectionRule(
     "in at most half of the {}s, or all blocks of a record without such", 0.5, True
 )
 """Rule of planar models: marginal blocks."""
@@ -210,8 +212,8 @@ MARGINAL_BLOCKS_RULE: Final = BlockSelectionRule(
 ALL_BLOCKS_RULE: Final = BlockSelectionRule("all blocks", 2.0)
 """Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
 
-BLOCK_RULES: Final = (
-    MARGINAL_BLOCKS_RULE,
+BLOCK_SELECTION_RULES_IN_REPORT: Final = (
+    BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE,
     BlockSelectionRule("in at most half of the {}s", 0.5),
     BlockSelectionRule("in at most a quarter of the {}s", 0.25),
     BlockSelectionRule("in some {}s, but not in all", 1.0),
@@ -222,7 +224,8 @@ BLOCK_RULES: Final = (
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
     """Return the rule that selects blocks for direction statistics: marginal blocks in 2-D, every block in 3-D."""
-    return MARGINAL_BLOCKS_RULE if default_model_for_results_cube(cube).is_planar else ALL_BLOCKS_RULE
+    is_planar = default_model_for_results_cube(cube).is_planar
+    return BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE if is_planar else ALL_BLOCKS_RULE
 
 
 def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
@@ -237,12 +240,10 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 def mask_of_blocks_for_direction_statistics(cube: xr.Dataset) -> xr.DataArray:
     """Return a mask of the blocks used in direction statistics: in 2-D those that few azimuths overturn, in 3-D all.
 
-    The result has the dimensions of ``overturned`` without the direction.
-
-    In planar models the marginal blocks under a record count: they overturn in some of its planes, but in at most
-    half of them. More slender blocks fall in nearly every plane, to both sides, and hide the direction. If a record has
-    no marginal block, all blocks count. Each plane counts once; planes with a missing outcome do not count. In the 3-D
-    model all blocks are informative.
+    The result has the dimensions of ``overturned`` without the direction. In planar models the marginal blocks under a
+    record count: they overturn in some of its planes, but in at most half of them. More slender blocks fall in nearly
+    every plane, to both sides, and hide the direction. If a record has no marginal block, all blocks count. Each plane
+    counts once; planes with a missing outcome do not count. In the 3-D model all blocks are informative.
     """
     rule = block_selection_rule_for_cube(cube)
     return (
@@ -348,12 +349,12 @@ def mean_fall_directions(
         missing without falls, or if all planes overturn equally), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
-    return mean_directions_from_vector_sums(
+    return mean_directions_and_axes_from_vector_sums(
         sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only)
     )
 
 
-def mean_directions_from_vector_sums(sums: xr.Dataset) -> xr.Dataset:
+def mean_directions_and_axes_from_vector_sums(sums: xr.Dataset) -> xr.Dataset:
     """Compute mean direction and mean axis of falls from summed fall vectors (see `sum_fall_vectors`)."""
     means = dict[str, xr.Variable]()
     falls = sums["falls"].variable

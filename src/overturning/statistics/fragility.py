@@ -44,7 +44,7 @@ class FittedFragilityCurve:
         Range of the fitted intensities; the curve is not valid outside.
     record_variance_share : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
-    median_and_spread_if_within_data : float, ConfidenceInterval, float
+    median_interval_and_spread_within_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `max_fitted_intensity` are
         infinite, values below `min_fitted_intensity` are 0; the spread is NaN if the median lies outside.
     """
@@ -60,9 +60,9 @@ class FittedFragilityCurve:
     record_variance_share: float = math.nan
 
     @property
-    def spread_between_records_and_between_stones(self) -> tuple[float, float]:
+    def log_std_between_records_and_between_stones(self) -> tuple[float, float]:
         """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
-        spread = self.median_and_spread_if_within_data[2]
+        spread = self.median_interval_and_spread_within_data[2]
         return spread * math.sqrt(self.record_variance_share), spread * math.sqrt(1 - self.record_variance_share)
 
     @property
@@ -71,7 +71,7 @@ class FittedFragilityCurve:
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.stone_class.replace("/", "").replace(".", "p"))
 
     @property
-    def median_and_spread_if_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
+    def median_interval_and_spread_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.max_fitted_intensity else 0.0 if one < self.min_fitted_intensity else one
             for one in (self.median, *self.median_interval)
@@ -88,7 +88,7 @@ class FittedFragilityCurve:
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
 
-def fit_lognormal_median_and_spread(
+def fit_lognormal_median_and_log_std(
     intensity: ArrayLike, fall_share: ArrayLike, weight: ArrayLike | None = None
 ) -> tuple[float, float]:
     """Fit the median and spread of a lognormal fragility curve to shares of fallen stones, by maximum likelihood.
@@ -122,11 +122,11 @@ def fit_lognormal_median_and_spread(
     x, y, w = x[w > 0], y[w > 0], w[w > 0]
     if x.size < 2 or y.min() == y.max() or x[y > 0].min() >= x[y < 1].max():
         return math.nan, math.nan
-    (median,), (spread,) = _fit_lognormal_medians_and_spreads(np.log(x), y, w[None])
+    (median,), (spread,) = _fit_lognormal_medians_and_log_stds(np.log(x), y, w[None])
     return float(median), float(spread)
 
 
-def _fit_lognormal_medians_and_spreads(
+def _fit_lognormal_medians_and_log_stds(
     log_intensity: FloatArray,
     fall_share: FloatArray,
     weights: FloatArray,
@@ -212,7 +212,7 @@ def variance_share_between_records(
     Parameters
     ----------
     median_and_spread : (float, float)
-        Median and spread from `fit_lognormal_median_and_spread`.
+        Median and spread from `fit_lognormal_median_and_log_std`.
     intensity, fall_share, record : ndarray, shape (n,)
         Intensities, share of stones that fell, and the record of each share.
     stone_count : array_like, shape (n,) or ()
@@ -266,7 +266,7 @@ def fit_fragility_curve(
     """
     known = np.isfinite(fall_share) & (intensity > 0)
     intensity, fall_share, event = intensity[known], fall_share[known], event[known]
-    median, spread = fit_lognormal_median_and_spread(intensity, fall_share)
+    median, spread = fit_lognormal_median_and_log_std(intensity, fall_share)
     between = math.nan
     if record is not None:
         stones = np.broadcast_to(stone_count, known.shape)[known]
@@ -278,7 +278,7 @@ def fit_fragility_curve(
         parts = np.array_split(count, math.ceil(len(drawn_earthquakes) * fall_share.size / MAX_VALUES_PER_FIT_BATCH))
         return np.concatenate(
             [
-                _fit_lognormal_medians_and_spreads(np.log(intensity), fall_share, part[:, member], (median, spread))[0]
+                _fit_lognormal_medians_and_log_stds(np.log(intensity), fall_share, part[:, member], (median, spread))[0]
                 for part in parts
             ]
         )

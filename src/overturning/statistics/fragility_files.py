@@ -27,14 +27,14 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
-        median, ends, spread = one.median_and_spread_if_within_data
+        median, ends, spread = one.median_interval_and_spread_within_data
         values = (
             median,
             *ends,
             spread,
             one.min_fitted_intensity,
             one.max_fitted_intensity,
-            *one.spread_between_records_and_between_stones,
+            *one.log_std_between_records_and_between_stones,
         )
         numbers = ",".join(f"{value:.6g}" for value in values)
         lines.append(f'"{one.stone_class}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')

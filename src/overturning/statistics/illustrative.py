@@ -56,7 +56,7 @@ class BestExampleCaseOfRecord(NamedTuple):
     A larger score is better.
     """
 
-    score: tuple[float, ...]
+    score_larger_is_better: tuple[float, ...]
     block_grid_indices: Sequence[int]
     """Positions along the dimensions of the block."""
     panel_direction_indices: tuple[int, ...]
@@ -255,9 +255,9 @@ def _best_example_case_by_rule_title(
     The first case is returned if several have the same score. Rules that found no case are left out.
     """
     best: dict[str, tuple[BestExampleCaseOfRecord, int]] = {}
-    for title, found, record in found_cases:
-        if found is not None and (title not in best or found.score > best[title][0].score):
-            best[title] = found, record
+    for title, case, record in found_cases:
+        if case and (title not in best or case.score_larger_is_better > best[title][0].score_larger_is_better):
+            best[title] = case, record
     return best
 
 

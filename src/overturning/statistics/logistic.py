@@ -321,7 +321,7 @@ def _jackknife_estimate_and_error(
 
 
 def overturning_regression_data(
-    cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
+    cube: xr.Dataset, intensity: xr.Dataset, *, use_ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
     """Return the data of the logistic fit: predictors, outcome, earthquake index and weight of each row.
 
@@ -337,7 +337,7 @@ def overturning_regression_data(
     intensity : Dataset
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` is raised if an azimuth of
         the cube is missing.
-    ensemble : bool
+    use_ensemble : bool
         Use probabilities instead of flags (see `Model.fall_probability_and_direction_by_case`).
 
     Returns
@@ -351,7 +351,7 @@ def overturning_regression_data(
     model, parts = default_model_for_results_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for places, some in iterate_record_result_batches(cube, model.variables_for_fall_probability):
-        planes = model.fall_probability_and_direction_by_case(some, use_ensemble=ensemble)
+        planes = model.fall_probability_and_direction_by_case(some, use_ensemble=use_ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:
             along = intensity[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)

@@ -12,7 +12,12 @@ from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 MAX_REPORT_MAPS = 4
 """Largest number of maps."""
 
-EVERY, MOST, MEDIAN, LEAST = "every record", "most aligned", "median", "least aligned"
+EVERY_RECORD_REASON, MOST_ALIGNED_REASON, MEDIAN_ALIGNED_REASON, LEAST_ALIGNED_REASON = (
+    "every record",
+    "most aligned",
+    "median",
+    "least aligned",
+)
 """Reasons for a choice: all records of a small study, or the place in the order of the alignment."""
 
 CLEAREST_AXIS_REASON = "clearest axis"
@@ -54,7 +59,7 @@ def choose_records_for_report_maps(
         with falls.
     """
     if record_alignment.size <= MAX_REPORT_MAPS:
-        return [RecordChosenForReportMap(place, EVERY) for place in range(record_alignment.size)]
+        return [RecordChosenForReportMap(place, EVERY_RECORD_REASON) for place in range(record_alignment.size)]
     members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
     by_alignment = _record_indices_by_descending_value(record_alignment, members)
@@ -66,9 +71,9 @@ def choose_records_for_report_maps(
         middle = len(by_alignment) // 2
         nearest = sorted(range(len(by_alignment)), key=lambda rank: (abs(rank - middle), rank))
         wanted += [
-            (MOST, by_alignment),
-            (LEAST, by_alignment[::-1]),
-            (MEDIAN, [by_alignment[rank] for rank in nearest]),
+            (MOST_ALIGNED_REASON, by_alignment),
+            (LEAST_ALIGNED_REASON, by_alignment[::-1]),
+            (MEDIAN_ALIGNED_REASON, [by_alignment[rank] for rank in nearest]),
         ]
     last = (
         (CLEAREST_AXIS_REASON, clear)
@@ -82,7 +87,13 @@ def choose_records_for_report_maps(
         place = next((place for place in order if events[place] not in used), None)
         if place is not None:
             chosen.append(RecordChosenForReportMap(place, reason))
-    reasons = (MOST, MEDIAN, LEAST, CLEAREST_AXIS_REASON, FIRST_WITH_FALLS_REASON)
+    reasons = (
+        MOST_ALIGNED_REASON,
+        MEDIAN_ALIGNED_REASON,
+        LEAST_ALIGNED_REASON,
+        CLEAREST_AXIS_REASON,
+        FIRST_WITH_FALLS_REASON,
+    )
     return sorted(chosen, key=lambda one: reasons.index(one.reason_for_choice))
 
 

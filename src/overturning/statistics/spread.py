@@ -14,16 +14,16 @@ from overturning.study.ensemble import MEMBERS_PER_BATCH, fall_share_intervals_a
 MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
 
-_FALL_COUNT_CODE_STRIDE: Final = MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION + MEMBERS_PER_BATCH + 1
+_CODE_FACTOR_OF_POSITIVE_FALL_COUNT: Final = MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION + MEMBERS_PER_BATCH + 1
 
-CountArray = NDArray[np.intp]
+RunCountArray = NDArray[np.intp]
 
-RunCountStatistic = Callable[[CountArray, CountArray, Any], FloatArray]
+RunCountStatistic = Callable[[RunCountArray, RunCountArray, Any], FloatArray]
 """Function of the number of runs that fall to +1, the number that fall to −1, and the number of runs."""
 
 
-def runs_disagree_on_fall(
-    positive_fall_counts: CountArray, negative_fall_counts: CountArray, run_counts: Any
+def indicator_that_runs_disagree_on_fall(
+    positive_fall_counts: RunCountArray, negative_fall_counts: RunCountArray, run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
 
@@ -33,8 +33,8 @@ def runs_disagree_on_fall(
     return np.asarray((fall_counts > 0) & (fall_counts < run_counts), np.float64)
 
 
-def most_runs_fall_and_to_both_sides(
-    positive_fall_counts: CountArray, negative_fall_counts: CountArray, run_counts: Any
+def indicator_that_most_runs_fall_to_both_sides(
+    positive_fall_counts: RunCountArray, negative_fall_counts: RunCountArray, run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.
 
@@ -63,7 +63,7 @@ def estimate_statistic_of_first_run_batch(
     Parameters
     ----------
     batch_statistic : callable
-        Statistic of a batch, such as `runs_disagree_on_fall`.
+        Statistic of a batch, such as `indicator_that_runs_disagree_on_fall`.
     positive_share, negative_share, run_counts : array_like, of one shape
         Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
     ensemble_settings : EnsembleSettings
@@ -94,7 +94,7 @@ def estimate_statistic_of_first_run_batch(
     sums, made = orders * says, first
     while made <= min(runs.max(initial=0), MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION):
         ended = np.flatnonzero(runs == made)
-        places = fell.flat[ended] * _FALL_COUNT_CODE_STRIDE + back.flat[ended]
+        places = fell.flat[ended] * _CODE_FACTOR_OF_POSITIVE_FALL_COUNT + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
         i, j = _fall_counts_of_each_code(made)
@@ -107,13 +107,15 @@ def estimate_statistic_of_first_run_batch(
     return found
 
 
-def _fall_counts_of_each_code(run_count: int) -> tuple[CountArray, CountArray]:
+def _fall_counts_of_each_code(run_count: int) -> tuple[RunCountArray, RunCountArray]:
     """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
-    A code is the first number times `_FALL_COUNT_CODE_STRIDE`, plus the second; codes are 0 to `run_count` ×
-    `_FALL_COUNT_CODE_STRIDE`.
+    A code is the first number times `_CODE_FACTOR_OF_POSITIVE_FALL_COUNT`, plus the second; codes are 0 to `run_count`
+    × `_CODE_FACTOR_OF_POSITIVE_FALL_COUNT`.
     """
-    towards, away = np.divmod(np.arange(run_count * _FALL_COUNT_CODE_STRIDE + 1), _FALL_COUNT_CODE_STRIDE)
+    towards, away = np.divmod(
+        np.arange(run_count * _CODE_FACTOR_OF_POSITIVE_FALL_COUNT + 1), _CODE_FACTOR_OF_POSITIVE_FALL_COUNT
+    )
     return towards, away
 
 

@@ -18,7 +18,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import angle_between_azimuths
-from overturning.study.answers import MIN_FALL_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
+from overturning.study.answers import MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
 from verification.measures import MIN_PEAK_ROTATION_OVER_ALPHA, percentage
 from verification.tables import markdown_table
@@ -28,9 +28,9 @@ MIN_SLIP_M = 1e-3
 
 
 def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
-    """True where two fall azimuths, degrees, differ by at least `MIN_FALL_AZIMUTH_DIFFERENCE_DEG`; False for NaN."""
+    """True where two azimuths, degrees, differ by `MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG` or more; False for NaN."""
     first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths, second_azimuths))
-    return np.asarray(angle_between_azimuths(first, second) >= MIN_FALL_AZIMUTH_DIFFERENCE_DEG)
+    return np.asarray(angle_between_azimuths(first, second) >= MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG)
 
 
 def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from overturning.findings.collect import Findings
 from overturning.records.record import Record
 from overturning.report.page import render_report_html_page
 from overturning.report.render import parse_markdown, render_template_as_markdown
-from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
+from overturning.study.cube import open_cube, record_sources, record_sources_and_processing_by_id, study_of_cube
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.sweep import simulate_and_write_cases_of_record
@@ -76,7 +76,7 @@ def make_and_check_explorer_page_of_cube(path: Path) -> None:
             "script",
         ], "a script in the page"
     with suppress(RuntimeError), open_cube(path) as opened:
-        study_of_cube(opened), record_sources(opened), record_provenance(opened)
+        study_of_cube(opened), record_sources(opened), record_sources_and_processing_by_id(opened)
 
 
 def error_of_reading_in_child_process(read: Callable[[], Any]) -> str:

@@ -28,7 +28,7 @@ from overturning.records.store import round_to_stored_precision
 from overturning.settings import EnsembleSettings
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, empty_outcome_array
 from overturning.study.convergence import read_convergence_result
-from overturning.study.convergence_check import check_convergence, rerun_functions_by_step_and_stiffness
+from overturning.study.convergence_check import check_convergence, rerun_functions_by_rerun_kind
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_interval
 from overturning.study.load import study_from_content
@@ -241,7 +241,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
         return fake_rerun_results
 
     fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
-    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_step_and_stiffness", lambda _: fakes)
+    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: fakes)
     found = check_convergence(settings, done.records, replace(done.sample, study_block_time_step_count=1000))
     assert found.tests_of_finer_step_changes.model_dump() == {
         "changed_cases": 4,
@@ -422,13 +422,13 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
     own = simulate_cases(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
-        for name, again in rerun_functions_by_step_and_stiffness(settings).items()
+        for name, again in rerun_functions_by_rerun_kind(settings).items()
     }
     finer, nominal = (
         plan_simulation(PlanarModel(settings.scene), motion, cases, NumericalOptions(refinement=refinement))
         for refinement in (8, 1)
     )
-    assert rerun_functions_by_step_and_stiffness(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
+    assert rerun_functions_by_rerun_kind(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
     np.testing.assert_array_equal(finer.case_table["shortest_step"], nominal.case_table["shortest_step"])
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
@@ -449,8 +449,8 @@ def test_gravestone_scene_is_rechecked_with_the_kernel_for_single_blocks() -> No
     scene = small_study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = small_study(ensemble={"members": 0}, b_over_h=[0.2])
     motion, cases = Motion.of(near_field_strong_part(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
-    for kind, again in rerun_functions_by_step_and_stiffness(scene).items():
-        found, expected = again(motion, cases), rerun_functions_by_step_and_stiffness(block)[kind](motion, cases)
+    for kind, again in rerun_functions_by_rerun_kind(scene).items():
+        found, expected = again(motion, cases), rerun_functions_by_rerun_kind(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
@@ -559,8 +559,8 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
             block_steps=np.full(row.size, 10),
         )
 
-    kinds = rerun_functions_by_step_and_stiffness(settings) | {"nominal": fake_results_at_scaled_amplitude}
-    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_step_and_stiffness", lambda _: kinds)
+    kinds = rerun_functions_by_rerun_kind(settings) | {"nominal": fake_results_at_scaled_amplitude}
+    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
     found = check_convergence(
         settings, done.records, replace(sample, fall_direction_agreement_weight=weight)

@@ -356,10 +356,10 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
         cube["peak_penetration"][:] = 99.0
     found = recompute_and_compare_random_cases(tmp_path / "cube.nc", cell_count=18)
-    assert found.recomputed_cell_count == found.recomputed_ensemble_cell_count == 18
+    assert found.recomputed_cell_count == found.recomputed_cell_count_with_ensemble == 18
     # What was changed is found in every cell, each of them looked at once, and nothing else.
-    assert len(set(found.differences)) == len(found.differences) == 18
-    assert all("peak_penetration is 99.0 in the cube" in line for line in found.differences)
+    assert len(set(found.difference_messages)) == len(found.difference_messages) == 18
+    assert all("peak_penetration is 99.0 in the cube" in line for line in found.difference_messages)
 
 
 @cache

@@ -17,7 +17,7 @@ from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, PLANAR_OUTCOME_VARIABLES
 from overturning.records.record import Record
-from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
+from overturning.study.cube import open_cube, record_sources, record_sources_and_processing_by_id, study_of_cube
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import write_sweep_part
@@ -140,7 +140,7 @@ def test_record_metadata_are_copied_to_the_cube(tmp_path: Path) -> None:
         assert found[name].values[0] == value
         assert found[name].values[1] == "" if isinstance(value, str) else np.isnan(found[name].values[1])
     assert found["rupture_distance"].attrs["units"] == "km"
-    accounts = record_provenance(found)
+    accounts = record_sources_and_processing_by_id(found)
     assert set(accounts) == set(RECORD_NAMES)
     assert accounts["first"]["data"] == "raw"
     assert accounts["first"]["duration_s"] == 0.09

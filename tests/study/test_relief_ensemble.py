@@ -37,7 +37,7 @@ def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: 
     assert (varied.relief_m <= 0.005).all()
     assert varied.relief_m.mean() == pytest.approx(0.003, abs=2e-4)
     assert np.abs(varied.orientation_change_deg).max() == pytest.approx(5.0, abs=0.5)
-    assert varied.high_relief_mask.sum() == 32
+    assert varied.above_median_relief_mask.sum() == 32
     for members, columns in ((plain, 7), (varied, 9)):
         members.write_csv(tmp_path / "members.csv")
         assert len((tmp_path / "members.csv").read_text().splitlines()[0].split(",")) == columns

@@ -192,7 +192,7 @@ def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
 def test_a_recheck_reproduces_every_bit_of_a_3d_cube(cube_file: Path) -> None:
     found = recompute_and_compare_random_cases(cube_file, cell_count=12)
     assert found.is_identical
-    assert found.recomputed_ensemble_cell_count == 12
+    assert found.recomputed_cell_count_with_ensemble == 12
 
 
 def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(

@@ -148,19 +148,23 @@ def recheck_random_cases_of_cube(
     result = compute_again(cube, motions, cell_count=cells, seed=seed)
     if not result.content_hash_matches:
         print(f"{cube}: its numbers do not match its content hash; the file was changed after it was written")
-    for line in result.differences[:10]:
+    for line in result.difference_messages[:10]:
         print(line)
-    if len(result.differences) > 10:
-        print(f"… and {len(result.differences) - 10} more")
+    if len(result.difference_messages) > 10:
+        print(f"… and {len(result.difference_messages) - 10} more")
     with_ensemble = (
-        f", {result.recomputed_ensemble_cell_count} of them with their ensemble"
-        if result.recomputed_ensemble_cell_count
+        f", {result.recomputed_cell_count_with_ensemble} of them with their ensemble"
+        if result.recomputed_cell_count_with_ensemble
         else ""
     )
-    different = "1 value differs" if len(result.differences) == 1 else f"{len(result.differences)} values differ"
+    different = (
+        "1 value differs"
+        if len(result.difference_messages) == 1
+        else f"{len(result.difference_messages)} values differ"
+    )
     print(
         f"{result.recomputed_cell_count} of {result.cube_cell_count} cell{'' if result.cube_cell_count == 1 else 's'} "
-        f"computed again{with_ensemble}: " + (different if result.differences else "all identical, bit for bit")
+        f"computed again{with_ensemble}: " + (different if result.difference_messages else "all identical, bit for bit")
     )
     if not result.is_identical:
         raise typer.Exit(1)

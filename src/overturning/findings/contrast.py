@@ -14,7 +14,7 @@ from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_o
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference_to_90_deg
 from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import overturned_shares_by_record
-from overturning.study.cube import record_provenance
+from overturning.study.cube import record_sources_and_processing_by_id
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     compared_element_names_of_study_and_variant,
@@ -334,7 +334,7 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
         for name, site in sites.items():
             rates = [rates_by_variant[each].sel(amplitude=factor) for each in (name, NOMINAL_VARIANT)]
             rate = rates[0]["fall_rate"]
-            accounts = record_provenance(results.cubes_by_variant[name]).values()
+            accounts = record_sources_and_processing_by_id(results.cubes_by_variant[name]).values()
             has_two_axes = site is not None and not results.plane_choice_imposes_fall_axis
             angles = angles_between_fall_axes_deg(*rates) if has_two_axes else np.empty(0)
             layers = site.layers if site is not None else ()
@@ -393,7 +393,7 @@ def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:
             continue
-        for record, account in record_provenance(results.cubes_by_variant[variant]).items():
+        for record, account in record_sources_and_processing_by_id(results.cubes_by_variant[variant]).items():
             text = (account["steps"] or [{}])[-1].get("chosen", "")
             parts = [part for part in text.split("; ") if note in part]
             found += [f"{variant}, {record}: {'; '.join(parts)}"] if parts else []

@@ -7,7 +7,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.records.doubts import NOTE_PHRASE_BY_DATA_PROBLEM, data_problem_kinds_in_notes
 from overturning.records.record import processing_entry_text
-from overturning.study.cube import record_provenance
+from overturning.study.cube import record_sources_and_processing_by_id
 
 DRIFT_DOUBT_KIND: Final = "a velocity or displacement that drifts"
 """Kind of doubt about a record whose velocity does not end near 0, or whose displacement is largest at its end."""
@@ -115,7 +115,7 @@ def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
     """Return source, processing and notes of each record, by record id, as far as the results state them."""
     return {
         name: processing_finding_of_record(provenance)
-        for name, provenance in record_provenance(results.default_element_cube).items()
+        for name, provenance in record_sources_and_processing_by_id(results.default_element_cube).items()
     }
 
 

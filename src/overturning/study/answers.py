@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import angle_between_azimuths
 
-MIN_FALL_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
+MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
 
 CaseOutcomes = NDArray[np.void]
@@ -32,7 +32,7 @@ class OutcomeDifferenceCounts(BaseModel):
     cases: int  # with an outcome in both
     flags: int  # of these, fall in one computation and stand in the other
     fallen: int  # with a fall in both
-    sides: int  # of these, to the other side, or azimuths differ by `MIN_FALL_AZIMUTH_DIFFERENCE_DEG` or more (3-D)
+    sides: int  # of these, to the other side (3-D: azimuths differ by `MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG`)
     unanswered: int  # without an outcome in one or both
 
     def __add__(self, other: "OutcomeDifferenceCounts") -> "OutcomeDifferenceCounts":
@@ -66,7 +66,7 @@ def count_outcome_differences(
 def fall_azimuths_differ(
     first_outcomes: CaseOutcomes,
     second_outcomes: CaseOutcomes,
-    min_difference_deg: float = MIN_FALL_AZIMUTH_DIFFERENCE_DEG,
+    min_difference_deg: float = MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG,
 ) -> NDArray[np.bool_]:
     """True where an element falls in both of two 3-D computations, but to azimuths `min_difference_deg` or more apart.
 

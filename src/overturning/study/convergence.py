@@ -14,7 +14,7 @@ RELATIVE_AMPLITUDE_PERTURBATION: Final = 1e-9
 MAX_RELATIVE_AMPLITUDE_CHANGE: Final = 0.01
 """Largest relative change of amplitude for which the azimuth of a fall is compared."""
 
-MIN_FALL_AZIMUTH_SHIFT_DEG: Final = 30.0
+MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG: Final = 30.0
 """Smallest change of azimuth of a fall that counts as moved, degrees."""
 
 MAX_CHANGED_SHARE_WITHOUT_WARNING: Final = 0.01
@@ -72,7 +72,7 @@ class FallChangesWithAmplitude(BaseModel):
 
     rerun_falls: int  # falls of the study that were run again
     falls_with_shifted_azimuth: (
-        int  # falls whose azimuth moves by `MIN_FALL_AZIMUTH_SHIFT_DEG` under one of the motions
+        int  # falls whose azimuth moves by `MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG` under one of the motions
     )
     falls_standing_in_a_rerun: int  # falls whose stone stands under one of the motions
     weight_of_rerun_falls: float  # sum of the weights of these falls (`model.body.case_weight_in_direction_statistics`)

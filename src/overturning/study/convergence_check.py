@@ -27,7 +27,7 @@ from overturning.records.record import Record
 from overturning.study.answers import CaseOutcomes, count_outcome_differences, fall_azimuths_differ, outcomes_differ
 from overturning.study.convergence import (
     MAX_RELATIVE_AMPLITUDE_CHANGE,
-    MIN_FALL_AZIMUTH_SHIFT_DEG,
+    MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG,
     RELATIVE_AMPLITUDE_PERTURBATION,
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
@@ -42,10 +42,10 @@ from overturning.study.scenes import ground_motion_for_variant, numerical_option
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
-TIME_STEP_REFINEMENT: Final = 8
+TIME_STEP_DIVISOR_OF_FINER_RERUN: Final = 8
 """Refinement factor of the time step."""
 
-CONTACT_STIFFNESS_FACTOR: Final = 4.0
+CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN: Final = 4.0
 """Factor on the contact stiffness; the finest steps are halved with it, the whole step is not."""
 
 PILOT_CASE_COUNT: Final = 16
@@ -78,13 +78,13 @@ def check_convergence(
     runs = _CaseReruns(study, records, case_sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed):
-        spent = runs.answers["stiffer"]["block_steps"]
+        spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
         affordable = np.cumsum(MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER * spent)
         runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
         runs.try_rerunning_cases_within_step_budget("finer", 1.0, allowed)
-    count = len(runs.answers["finer"])
-    done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
+    count = len(runs.rerun_outcomes_by_kind["finer"])
+    done = sum(int(one["block_steps"].sum()) for one in runs.rerun_outcomes_by_kind.values())
     return ConvergenceCheckResult(
         seed=settings.seed,
         wanted_case_count=len(case_sample.record_indices),
@@ -94,8 +94,8 @@ def check_convergence(
         simulated_study_cell_count=case_sample.simulated_case_count_of_study,
         study_block_steps=case_sample.study_block_time_step_count,
         max_cost_relative_to_study=settings.cost,
-        time_step_refinement=TIME_STEP_REFINEMENT,
-        contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR,
+        time_step_refinement=TIME_STEP_DIVISOR_OF_FINER_RERUN,
+        contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN,
         finer_step_rerun=runs.count_changed_outcomes("finer", count),
         stiffer_contact_rerun=runs.count_changed_outcomes("stiffer", count),
         tests_of_finer_step_changes=(settling := runs.classify_outcomes_changed_by_finer_steps(count, allowed - done)),
@@ -122,37 +122,39 @@ class _CaseReruns:
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
-        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {
-            **rerun_functions_by_step_and_stiffness(study),
+        self.rerun_function_by_kind: dict[str, Callable[[Motion, Cases], Any]] = {
+            **rerun_functions_by_rerun_kind(study),
             "rigid": simulate_rigid_block,
         }
         self.is_planar = variant_model(study).is_planar
-        self.answers = dict.fromkeys(("finer", "stiffer"), sample.study_outcomes[:0])
-        self.refused: dict[str, str] = {}
+        self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), sample.study_outcomes[:0])
+        self.refusal_reason_by_kind: dict[str, str] = {}
 
-    def try_rerunning_cases_within_step_budget(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
-        """Rerun as many cases as `allowed_steps` time steps permit; return False if cases cannot be computed."""
+    def try_rerunning_cases_within_step_budget(
+        self, rerun_kind: str, relative_step_count: float, allowed_block_steps: int
+    ) -> bool:
+        """Rerun as many cases as `allowed_block_steps` time steps permit; return False if cases cannot be computed."""
         most = len(self.sample.record_indices)
         size = min(PILOT_CASE_COUNT, most, max(self.sample.simulated_case_count_of_study // 12, 1))
         while size > 0:
-            done = len(self.answers[rerun_kind]) + size
+            done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
             if not self.rerun_first_cases(rerun_kind, done):
                 return False
-            mean = step_factor * float(self.answers[rerun_kind]["block_steps"].mean())
-            affordable = most if mean == 0 else min(most, int(0.95 * allowed_steps / mean))
+            mean = relative_step_count * float(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean())
+            affordable = most if mean == 0 else min(most, int(0.95 * allowed_block_steps / mean))
             size = min(affordable - done, 3 * done)
         return True
 
     def rerun_first_cases(self, rerun_kind: str, case_count: int) -> bool:
         """Compute the first `case_count` cases of the sample again; return False if they cannot be computed."""
         try:
-            more = self._rerun_cases(rerun_kind, np.arange(len(self.answers[rerun_kind]), case_count))
+            more = self._rerun_cases(rerun_kind, np.arange(len(self.rerun_outcomes_by_kind[rerun_kind]), case_count))
         except ArgumentError as error:
-            self.refused[rerun_kind] = str(error)
+            self.refusal_reason_by_kind[rerun_kind] = str(error)
             return False
-        self.answers[rerun_kind] = np.concatenate([self.answers[rerun_kind], more])
+        self.rerun_outcomes_by_kind[rerun_kind] = np.concatenate([self.rerun_outcomes_by_kind[rerun_kind], more])
         if self.progress:
-            self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record_indices))
+            self.progress(sum(map(len, self.rerun_outcomes_by_kind.values())), 2 * len(self.sample.record_indices))
         return True
 
     def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
@@ -164,7 +166,7 @@ class _CaseReruns:
             mine = self.sample.record_indices[case_numbers] == record_number
             chosen = self.sample.grid_indices[case_numbers[mine]]
             cases = self.grid.cases_at_grid_indices(list(chosen.T), amplitude=amplitude)
-            results = self.computations[rerun_kind](self.motions[record_number], cases)
+            results = self.rerun_function_by_kind[rerun_kind](self.motions[record_number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = np.nan
             if not self.is_planar:
@@ -177,10 +179,14 @@ class _CaseReruns:
 
     def count_changed_outcomes(self, rerun_kind: str, case_count: int) -> RerunResult:
         """Count the outcomes that one kind of rerun (such as finer steps) changes in the first `case_count` cases."""
-        if rerun_kind in self.refused:
-            return RerunResult(block_steps=0, changes_by_element=[], refusal_reason=self.refused[rerun_kind])
-        outcomes = self._count_changes_by_element(self.answers[rerun_kind][:case_count])
-        return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), changes_by_element=outcomes)
+        if rerun_kind in self.refusal_reason_by_kind:
+            return RerunResult(
+                block_steps=0, changes_by_element=[], refusal_reason=self.refusal_reason_by_kind[rerun_kind]
+            )
+        outcomes = self._count_changes_by_element(self.rerun_outcomes_by_kind[rerun_kind][:case_count])
+        return RerunResult(
+            block_steps=int(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].sum()), changes_by_element=outcomes
+        )
 
     def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
         """Count, for each scene element, the cases whose outcome differs between the study and a second computation."""
@@ -226,16 +232,18 @@ class _CaseReruns:
 
     def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return two masks of the first cases: outcome known with both time steps, and changed by the finer one."""
-        own, finer = self.sample.study_outcomes[:case_count], self.answers["finer"][:case_count]
+        own, finer = self.sample.study_outcomes[:case_count], self.rerun_outcomes_by_kind["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
-    def classify_outcomes_changed_by_finer_steps(self, case_count: int, allowed_steps: int) -> ChangesWithFinerSteps:
+    def classify_outcomes_changed_by_finer_steps(
+        self, case_count: int, allowed_block_steps: int
+    ) -> ChangesWithFinerSteps:
         """Test outcomes changed by finer time steps: rerun them with the finest steps, and with a perturbed motion."""
-        finer = self.answers["finer"][:case_count]
+        finer = self.rerun_outcomes_by_kind["finer"][:case_count]
         changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(case_count)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
-        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_steps]
+        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_block_steps]
         finest, nudged = (
             self._rerun_cases("finest", rows),
             self._rerun_cases("finer", rows, 1.0 + RELATIVE_AMPLITUDE_PERTURBATION),
@@ -249,19 +257,24 @@ class _CaseReruns:
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
-    def count_falls_changed_by_amplitude(self, case_count: int, allowed_steps: int) -> FallChangesWithAmplitude | None:
+    def count_falls_changed_by_amplitude(
+        self, case_count: int, allowed_block_steps: int
+    ) -> FallChangesWithAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
-        own, finer = self.sample.study_outcomes[:case_count], self.answers["finer"][:case_count]
+        own, finer = self.sample.study_outcomes[:case_count], self.rerun_outcomes_by_kind["finer"][:case_count]
         if self.is_planar:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).any(axis=1))
         factors = 1.0 + MAX_RELATIVE_AMPLITUDE_CHANGE * np.array([-1.0, -0.5, 0.5, 1.0])
         # Estimate the cost from the finer steps.
-        rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / TIME_STEP_REFINEMENT) <= allowed_steps]
+        rows = falls[
+            np.cumsum(finer["block_steps"][falls]) * (factors.size / TIME_STEP_DIVISOR_OF_FINER_RERUN)
+            <= allowed_block_steps
+        ]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
             again = self._rerun_cases("nominal", rows, float(factor))
-            moved |= fall_azimuths_differ(own[rows], again, MIN_FALL_AZIMUTH_SHIFT_DEG).any(axis=1)
+            moved |= fall_azimuths_differ(own[rows], again, MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG).any(axis=1)
             stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
         weight = self.sample.fall_direction_agreement_weight[rows]
@@ -284,7 +297,7 @@ def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 
 
-def rerun_functions_by_step_and_stiffness(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
+def rerun_functions_by_rerun_kind(study: Study) -> dict[str, Callable[[Motion, Cases], CaseResults]]:
     """Return functions that compute cases again: unchanged, with finer or finest time steps, or stiffer springs.
 
     With stiffer springs, a time step given in seconds is shortened like the period of the contact; an automatic time
@@ -292,11 +305,15 @@ def rerun_functions_by_step_and_stiffness(study: Study) -> dict[str, Callable[[M
     """
     numerics, model = numerical_options_of_study(study), variant_model(study)
     step = numerics.time_step
-    finer, finest = (replace(numerics, refinement=times * TIME_STEP_REFINEMENT) for times in (1, 2))
-    shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(CONTACT_STIFFNESS_FACTOR))
+    finer, finest = (replace(numerics, refinement=times * TIME_STEP_DIVISOR_OF_FINER_RERUN) for times in (1, 2))
+    shorter = replace(
+        numerics, time_step=step if isinstance(step, str) else step / np.sqrt(CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN)
+    )
     return {
         "nominal": partial(simulate_cases, model, numerics=numerics),
         "finer": partial(simulate_cases, model, numerics=finer),
         "finest": partial(simulate_cases, model, numerics=finest),
-        "stiffer": partial(simulate_cases, model.with_stiffness_factor(CONTACT_STIFFNESS_FACTOR), numerics=shorter),
+        "stiffer": partial(
+            simulate_cases, model.with_stiffness_factor(CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN), numerics=shorter
+        ),
     }

@@ -347,6 +347,6 @@ def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
     return list(parse_json_attribute(cube, "record_sources", list))
 
 
-def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
+def record_sources_and_processing_by_id(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
     """Return source and processing of each record in a results cube, by record id."""
     return dict(parse_json_attribute(cube, "record_processing", dict))

@@ -41,7 +41,7 @@ MAX_PLAUSIBLE_REST_PENETRATION_OVER_WIDTH: Final = 0.1
 PLAUSIBLE_DENSITY_RANGE_KG_M3: Final = (1000.0, 8000.0)
 """Range of plausible densities, kg/m³: water to above steel."""
 
-MAX_POPULATION_SHARE_OUTSIDE_GRID: Final = 0.2
+MAX_PLAUSIBLE_POPULATION_SHARE_OUTSIDE_GRID: Final = 0.2
 """Largest plausible share of a population outside the grid of the study."""
 
 
@@ -241,7 +241,7 @@ def _population_outside_grid_warnings(study: Study, population: StonePopulation)
     for key, of, drawn, grid in sizes:
         low, high = (1 - RELATIVE_TOLERANCE_OUTSIDE_GRID) * min(grid), (1 + RELATIVE_TOLERANCE_OUTSIDE_GRID) * max(grid)
         outside = float(np.mean((drawn < low) | (drawn > high)))
-        if outside > MAX_POPULATION_SHARE_OUTSIDE_GRID:
+        if outside > MAX_PLAUSIBLE_POPULATION_SHARE_OUTSIDE_GRID:
             ends = f"{min(grid):g}" if min(grid) == max(grid) else f"{min(grid):g} to {max(grid):g}"
             yield (
                 f"{of}: {drawn.min():.3g} to {drawn.max():.3g}, of which {100 * outside:.0f} % outside the study's "

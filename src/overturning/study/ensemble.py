@@ -92,7 +92,7 @@ class EnsembleMembers:
         return bool(np.isfinite(self.relief_m).all() and self.relief_m.size)
 
     @property
-    def high_relief_mask(self) -> NDArray[np.bool_]:
+    def above_median_relief_mask(self) -> NDArray[np.bool_]:
         """True for runs whose relief (height up to which base points bear) is above the median, shape (n,)."""
         return np.asarray(self.relief_m > np.median(self.relief_m))
 
@@ -332,7 +332,7 @@ class EnsembleRunner:
             sensor = members.azimuth_change_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.sobol_sequence_number)
             if members.varies_relief:
-                found |= fall_shares_by_relief(flags, members.high_relief_mask)
+                found |= fall_shares_by_relief(flags, members.above_median_relief_mask)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)

@@ -23,7 +23,12 @@ from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, source_and_processing_of_record
 from overturning.study.load import study_settings_without_absolute_paths
-from overturning.study.netcdf import add_coordinate, add_grid_dimensions, add_variable, outcome_content_hash
+from overturning.study.netcdf import (
+    create_coordinate_variable,
+    create_grid_dimensions_and_coordinates,
+    create_outcome_variable,
+    outcome_content_hash,
+)
 from overturning.study.parts import open_sweep_part, read_record_and_variant_of_outcome_file
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
@@ -91,7 +96,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube.setncatts(_global_cube_attributes(study, records, variant))
     cube.createDimension("record", len(records))
     _add_record_coordinate_variables(cube, records, variant_uses_vertical_motion(study, variant))
-    add_grid_dimensions(cube, grid)
+    create_grid_dimensions_and_coordinates(cube, grid)
     cube[model.direction_dimension_name].setncatts(model.direction_coordinate_attributes)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
@@ -105,7 +110,9 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
         angles[:] = values
     for variable in cube_variables_of_study(study):
         names = ("element_name",) if "element" in grid.cube_dimensions_of_variable(variable) else ()
-        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATE_VARIABLE_NAMES, *names))
+        create_outcome_variable(cube, variable, grid, "record").coordinates = " ".join(
+            (*RECORD_COORDINATE_VARIABLE_NAMES, *names)
+        )
 
 
 def _copy_outcomes_of_record_into_cube(
@@ -130,7 +137,7 @@ def _copy_outcomes_of_record_into_cube(
 
 def _add_record_coordinate_variables(cube: Any, records: Sequence[Record], uses_vertical_motion: bool) -> None:
     """Add coordinates of records, such as station and fault strike, to a results cube; unknown values are missing."""
-    add = partial(add_coordinate, cube, "record")
+    add = partial(create_coordinate_variable, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
     for name, long_name, texts in (
         ("record_id", "identifier of the record", [record.record_id for record in records]),

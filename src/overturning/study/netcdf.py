@@ -14,7 +14,9 @@ from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION, CaseGrid
 from overturning.model.variables import OutcomeVariable
 
 
-def open_netcdf_unscaled(path: Path, action_for_error: str, remedy: str, require_checksum: bool = False) -> Any:
+def open_netcdf_without_masking_and_scaling(
+    path: Path, action_for_error: str, remedy: str, require_checksum: bool = False
+) -> Any:
     """Open a netCDF4 file for reading stored values without masking and scaling; the ResultError states a remedy.
 
     A file whose checksum does not match is refused; with `require_checksum`, also a file without a checksum.
@@ -32,7 +34,7 @@ def open_netcdf_unscaled(path: Path, action_for_error: str, remedy: str, require
     return file
 
 
-def add_coordinate(
+def create_coordinate_variable(
     file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill_value: Any = None, **attributes: Any
 ) -> None:
     """Create a coordinate variable in an open netCDF4 file; None among the values is stored as the fill value."""
@@ -47,21 +49,23 @@ def add_coordinate(
         variable[index] = text
 
 
-def add_grid_dimensions(file: Any, grid: CaseGrid) -> None:
+def create_grid_dimensions_and_coordinates(file: Any, grid: CaseGrid) -> None:
     """Create the dimensions and coordinates of a parameter grid in an open netCDF4 file."""
     for name, values in grid.values_by_dimension.items():
         file.createDimension(name, values.size)
-        add_coordinate(file, name, name, values.dtype, values, **CF_ATTRIBUTES_BY_DIMENSION[name])
+        create_coordinate_variable(file, name, name, values.dtype, values, **CF_ATTRIBUTES_BY_DIMENSION[name])
     if grid.amplitude_factors:
         file.createDimension("amplitude", len(grid.amplitude_factors))
-        add_coordinate(
+        create_coordinate_variable(
             file, "amplitude", "amplitude", "f8", grid.amplitude_factors, long_name="factor on the motion", units="1"
         )
     if count := len(grid.element_names):
         file.createDimension("element", count)
         about = "of the free element of the scene"
-        add_coordinate(file, "element", "element", "i4", range(count), long_name=f"number {about}", units="1")
-        add_coordinate(file, "element", "element_name", str, grid.element_names, long_name=f"name {about}")
+        create_coordinate_variable(
+            file, "element", "element", "i4", range(count), long_name=f"number {about}", units="1"
+        )
+        create_coordinate_variable(file, "element", "element_name", str, grid.element_names, long_name=f"name {about}")
 
 
 MAX_VALUES_PER_HDF5_CHUNK: Final = 1 << 20
@@ -73,7 +77,7 @@ def hdf5_chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     return (min(shape[0], max(1, MAX_VALUES_PER_HDF5_CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
-def add_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
+def create_outcome_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
     """Create an outcome variable over a grid in an open netCDF4 file, with all values missing."""
     dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
     own = hdf5_chunk_shape(grid.cube_shape_of_variable(variable)[1 if grid.amplitude_factors else 0 :])

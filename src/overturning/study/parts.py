@@ -14,7 +14,11 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import CaseGrid
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, OutcomeVariable
-from overturning.study.netcdf import add_grid_dimensions, add_variable, open_netcdf_unscaled
+from overturning.study.netcdf import (
+    create_grid_dimensions_and_coordinates,
+    create_outcome_variable,
+    open_netcdf_without_masking_and_scaling,
+)
 from overturning.study.scenes import NOMINAL_VARIANT, variant_model
 from overturning.study.schema import Study
 
@@ -89,9 +93,9 @@ def write_sweep_part(
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
         if grid.case_count:
-            add_grid_dimensions(file, grid)
+            create_grid_dimensions_and_coordinates(file, grid)
             for variable in variables:
-                add_variable(file, variable, grid)[:] = variable.encode(outcome_arrays[variable.name])
+                create_outcome_variable(file, variable, grid)[:] = variable.encode(outcome_arrays[variable.name])
         file.setncatts(attributes)
 
 
@@ -112,14 +116,14 @@ class OpenedSweepPartFile(NamedTuple):
 
 def read_record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
     """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
-    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
+    with open_netcdf_without_masking_and_scaling(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
     """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""
-    with open_netcdf_unscaled(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
+    with open_netcdf_without_masking_and_scaling(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return

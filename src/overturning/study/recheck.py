@@ -15,7 +15,7 @@ from overturning.model.results import CASE_COUNTER_NAMES
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
-from overturning.study.netcdf import open_netcdf_unscaled, outcome_content_hash
+from overturning.study.netcdf import open_netcdf_without_masking_and_scaling, outcome_content_hash
 from overturning.study.scenes import (
     cube_covers_study_grid,
     ground_motion_for_variant,
@@ -40,13 +40,13 @@ class RecheckResult:
     cube_cell_count: int  # number of cells of the cube
     content_hash_matches: bool  # True if the values match the hash in the file
     recomputed_cell_count: int = 0  # number of cells that were run again
-    recomputed_ensemble_cell_count: int = 0  # of these, with their ensemble
-    differences: list[str] = field(default_factory=list)  # a line per value that differs
+    recomputed_cell_count_with_ensemble: int = 0  # of these, with their ensemble
+    difference_messages: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
     def is_identical(self) -> bool:
         """True if all recomputed values are identical, and if the hash stored in the results cube is correct."""
-        return not self.differences and self.content_hash_matches
+        return not self.difference_messages and self.content_hash_matches
 
 
 def hash_of_outcomes_in_cube(cube_path: Path) -> str:
@@ -59,7 +59,7 @@ def hash_of_outcomes_in_cube(cube_path: Path) -> str:
         variables, stated = cube_variables_of_study(study_of_cube(cube)), str(cube.attrs["content_sha256"])
     if checksum_at_end_matches(cube_path):
         return stated
-    with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
+    with open_netcdf_without_masking_and_scaling(cube_path, "opened", "run the study again") as file:
         return outcome_content_hash(file, [one for one in variables if one.name in file.variables])
 
 
@@ -91,7 +91,7 @@ def recompute_and_compare_random_cases(
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
         return ground_motion_for_variant(study, read_record_from_motion_file(of_record), variant)
 
-    with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
+    with open_netcdf_without_masking_and_scaling(cube_path, "opened", "run the study again") as file:
         result = RecheckResult(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
         chosen = np.sort(
@@ -102,7 +102,7 @@ def recompute_and_compare_random_cases(
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
             motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
             again = _recompute_case_of_grid(motion, grid, place, study, variant, with_ensemble)
-            result.recomputed_ensemble_cell_count += with_ensemble
+            result.recomputed_cell_count_with_ensemble += with_ensemble
             result.recomputed_cell_count += 1
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.dimension_names, place, strict=True))
             where += f", amplitude {scales[scale]:g}" if grid.amplitude_factors else ""
@@ -110,7 +110,7 @@ def recompute_and_compare_random_cases(
                 kept, new = file[variable.name][cell], variable.encode(again[variable.name])
                 if new.tobytes() != kept.tobytes():
                     text = f"{names[index]}, {where}: {variable.name} is {kept} in the cube, {new} here"
-                    result.differences.append(text)
+                    result.difference_messages.append(text)
     return result
 
 

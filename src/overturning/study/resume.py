@@ -21,7 +21,7 @@ from overturning.files import checksum_at_end_matches
 from overturning.study.convergence import read_convergence_result
 from overturning.study.ensemble import EnsembleMembers
 from overturning.study.evaluation import FIGURE_FILE_FORMATS
-from overturning.study.netcdf import open_netcdf_unscaled
+from overturning.study.netcdf import open_netcdf_without_masking_and_scaling
 
 DAMAGED_FILE_LOG_PREFIX: Final = "damaged or gone, is made again if another result needs it: "
 """Log prefix of a damaged file, which was removed, or of a missing one."""
@@ -226,7 +226,7 @@ def _motion_and_outcome_files_of_records(results_folder: Path) -> Iterator[tuple
 def _is_undamaged_file_of_record(path: Path, record_id: str) -> bool:
     """True if a NetCDF file is undamaged (its checksum is correct) and belongs to the given record."""
     try:
-        with open_netcdf_unscaled(path, "read", "remove it", require_checksum=True) as file:
+        with open_netcdf_without_masking_and_scaling(path, "read", "remove it", require_checksum=True) as file:
             return bool(getattr(file, "record_id", "") == record_id)
     except ResultError:
         return False

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.model.planes import PlanarModel
 from overturning.model.space import MIN_RESULTANT_OF_AGREEING_FALLS, case_weight_in_direction_statistics
 from overturning.study.answers import CaseOutcomes, empty_outcome_array
-from overturning.study.netcdf import open_netcdf_unscaled
+from overturning.study.netcdf import open_netcdf_without_masking_and_scaling
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
@@ -81,7 +81,7 @@ def read_random_case_sample(
     A case can be chosen if it was computed (not copied by symmetry) and, if given, is True in `candidate_cells`, shaped
     like the grid. A ResultError is raised if the cube cannot be read.
     """
-    with open_netcdf_unscaled(cube, "opened", "run the study again") as file:
+    with open_netcdf_without_masking_and_scaling(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
         # With several amplitudes, use the outcomes for the motions as recorded.
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
-from overturning.study.cube import index_of_record, record_provenance, study_of_cube
+from overturning.study.cube import index_of_record, record_sources_and_processing_by_id, study_of_cube
 from overturning.study.scenes import variant_settings
 
 
@@ -50,7 +50,11 @@ def soil_below_survey_site_of_cube(cube: xr.Dataset, record_id: str | None) -> S
     if soil is None:
         return None
     name = str(np.atleast_1d(cube["record_id"].to_numpy())[index_of_record(cube, record_id)])
-    step = next(one for one in reversed(record_provenance(cube)[name]["steps"]) if one["step"] == SoilSite.step)
+    step = next(
+        one
+        for one in reversed(record_sources_and_processing_by_id(cube)[name]["steps"])
+        if one["step"] == SoilSite.step
+    )
     before, after = step["effect"]["pga"]
     thickness = sum(layer.thickness_m for layer in soil.layers)
     return SoilBelowSurveySite(

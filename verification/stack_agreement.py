@@ -15,7 +15,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.direction import angle_between_azimuths
-from overturning.study.ensemble import wilson_interval
+from overturning.study.ensemble import wilson_95_percent_interval
 from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases, scene_of_stack
 from verification.stack_engines import STACK_ENGINES, critical_angle
 from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
@@ -162,7 +162,7 @@ def share_text(count: int, total: int) -> str:
     """Return a share as text: percent, counts, and the 95 % interval of Wilson."""
     if total == 0:
         return "–"
-    low, high = map(float, wilson_interval(count, total))
+    low, high = map(float, wilson_95_percent_interval(count, total))
     return f"{100.0 * count / total:.1f} % ({count} of {total}; {100.0 * low:.1f} to {100.0 * high:.1f})"
 
 

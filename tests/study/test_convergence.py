@@ -30,7 +30,7 @@ from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_dif
 from overturning.study.convergence import read_convergence_result
 from overturning.study.convergence_check import check_convergence, rerun_functions_by_rerun_kind
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import wilson_interval
+from overturning.study.ensemble import wilson_95_percent_interval
 from overturning.study.load import study_from_content
 from overturning.study.sample import (
     RandomCaseSample,
@@ -66,12 +66,12 @@ CONVERGENCE_RESULT_FIELDS = {
 def test_wilson_intervals_equal_those_of_scipy() -> None:
     count, total = np.array([0, 3, 200, 17, 1]), np.array([200, 200, 200, 40, 1])
     expected = [binomtest(n, of).proportion_ci(method="wilson") for n, of in zip(count, total, strict=True)]
-    low, high = wilson_interval(count, total)
+    low, high = wilson_95_percent_interval(count, total)
     np.testing.assert_allclose(np.stack([low, high], axis=1), expected, rtol=0, atol=1e-12)
 
 
 def test_the_wilson_interval_without_cases_is_0_to_1() -> None:
-    assert wilson_interval(0, 0) == (0.0, 1.0)
+    assert wilson_95_percent_interval(0, 0) == (0.0, 1.0)
 
 
 def test_comparison_of_outcomes_counts_each_kind_of_change_once() -> None:

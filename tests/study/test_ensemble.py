@@ -32,8 +32,8 @@ from overturning.study.ensemble import (
     EnsembleRunner,
     draw_parameter_changes_of_members,
     fall_probabilities_converged,
-    select_cases_for_ensemble_runs,
-    wilson_interval,
+    mask_of_cases_for_ensemble_runs,
+    wilson_95_percent_interval,
 )
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recompute_and_compare_random_cases
@@ -114,12 +114,12 @@ def test_a_damaged_table_of_ensemble_members_is_refused_by_name(tmp_path: Path) 
 
 def test_ensembles_are_run_near_a_change_of_the_overturning_flag() -> None:
     flags = np.array([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], np.int8)[None, None, :, None]
-    assert select_cases_for_ensemble_runs(flags, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
-    assert select_cases_for_ensemble_runs(flags, run_all_cells=True).all()
-    assert not select_cases_for_ensemble_runs(np.zeros_like(flags), run_all_cells=False).any()
+    assert mask_of_cases_for_ensemble_runs(flags, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
+    assert mask_of_cases_for_ensemble_runs(flags, run_all_cells=True).all()
+    assert not mask_of_cases_for_ensemble_runs(np.zeros_like(flags), run_all_cells=False).any()
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
-    assert select_cases_for_ensemble_runs(side, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
-    assert select_cases_for_ensemble_runs(np.zeros((3, 1, 1, 2), np.int8), run_all_cells=False).all()
+    assert mask_of_cases_for_ensemble_runs(side, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
+    assert mask_of_cases_for_ensemble_runs(np.zeros((3, 1, 1, 2), np.int8), run_all_cells=False).all()
     assert [EnsembleSettings().has_ensemble_runs_for_all_cases(count) for count in (1, 2)] == [True, False]
     assert EnsembleSettings(where="everywhere").has_ensemble_runs_for_all_cases(2)
 
@@ -131,11 +131,11 @@ def test_ensembles_are_also_run_near_a_change_of_the_fall_azimuth() -> None:
     """
     flags = np.ones((1, 1, 8, 1), np.int8)
     azimuth = np.array([350.0, 10.0, 12.0, 14.0, 164.0, 166.0, 168.0, 170.0]).reshape(flags.shape)
-    assert not select_cases_for_ensemble_runs(flags, run_all_cells=False).any()
-    chosen = select_cases_for_ensemble_runs(flags, run_all_cells=False, fall_azimuth_deg=azimuth)
+    assert not mask_of_cases_for_ensemble_runs(flags, run_all_cells=False).any()
+    chosen = mask_of_cases_for_ensemble_runs(flags, run_all_cells=False, fall_azimuth_deg=azimuth)
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5]
     stands = np.array([1, 1, 1, 1, 1, 1, 1, 0], np.int8).reshape(flags.shape)
-    chosen = select_cases_for_ensemble_runs(
+    chosen = mask_of_cases_for_ensemble_runs(
         stands, run_all_cells=False, fall_azimuth_deg=np.where(stands == 1, azimuth, np.nan)
     )
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
@@ -394,7 +394,7 @@ def test_intervals_with_early_stopping_cover_as_well_as_those_of_16_members() ->
 
     With early stopping no half-width exceeds the stated limit of 0.19.
     """
-    coverage, error, widest, interval = {}, {}, {}, cache(wilson_interval)
+    coverage, error, widest, interval = {}, {}, {}, cache(wilson_95_percent_interval)
     for batches in ([16], [8, 8, 8]):
         covered, square, widths = [], [], [0.0]
         for probability in np.linspace(0, 1, 101):
@@ -420,7 +420,7 @@ def test_ensemble_probabilities_are_missing_where_no_members_were_run(
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4))
     found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, run_all_cells=False)
-    chosen = select_cases_for_ensemble_runs(nominal_outcomes["overturned"], run_all_cells=False)
+    chosen = mask_of_cases_for_ensemble_runs(nominal_outcomes["overturned"], run_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
     assert np.array_equal(found["members"] > 0, chosen)

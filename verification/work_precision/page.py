@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
-from overturning.study.ensemble import wilson_interval
+from overturning.study.ensemble import wilson_95_percent_interval
 from verification.measures import convergence_order
 from verification.tables import MeasuredNumber, iterate_rows, markdown_table
 from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
@@ -92,7 +92,7 @@ def work_precision_numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping
 
 def _share_with_interval(count: float, total: float) -> str:
     """Return a share in percent, its counts and its 95 % interval (Wilson) as text."""
-    low, high = map(float, wilson_interval(count, total))
+    low, high = map(float, wilson_95_percent_interval(count, total))
     return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
 
 

@@ -4,7 +4,7 @@ import math
 
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.study.convergence import ConvergenceCheckResult, OutcomeChangesOfElement
-from overturning.study.ensemble import wilson_interval
+from overturning.study.ensemble import wilson_95_percent_interval
 
 
 class ChangedCases(FindingBaseClass):
@@ -48,7 +48,7 @@ class ComparisonWithSecondComputation(FindingBaseClass):
 def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sample: bool) -> ChangedCases:
     """Return the share of cases whose outcome changed in a second computation, with an interval for a random sample."""
     low, high = (
-        map(float, wilson_interval(changed_count, compared_count))
+        map(float, wilson_95_percent_interval(changed_count, compared_count))
         if is_random_sample and compared_count
         else (math.nan, math.nan)
     )

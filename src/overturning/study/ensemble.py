@@ -187,7 +187,7 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
     return EnsembleMembers(sequence_numbers, *np.column_stack([np.round(changes, 9), turns, reliefs]).T)
 
 
-def select_cases_for_ensemble_runs(
+def mask_of_cases_for_ensemble_runs(
     nominal_flags: NDArray[np.int8],
     run_all_cells: bool,
     dimension_count: int = 4,
@@ -215,7 +215,7 @@ def select_cases_for_ensemble_runs(
     return np.asarray(sliding_window_view(padded, 2 * reach, axis=2).any(axis=-1))
 
 
-def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def wilson_95_percent_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Compute the 95 % Wilson interval (low, high) of a share of cases; (0, 1) if `total_count` is 0.
 
     Wilson (1927), Journal of the American Statistical Association 22. Implemented here because the function of SciPy
@@ -233,9 +233,9 @@ def wilson_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[Floa
 def fall_probabilities_converged(member_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
     """True for cases whose fall probabilities are accurate enough without further ensemble runs, shape (cells,).
 
-    For every element the intervals (`wilson_interval`) of both probabilities (fall to +1 and to −1) are within
-    ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the member has no
-    outcome or was not run yet. The result depends on the flags of the cell only.
+    For every element the intervals (`wilson_95_percent_interval`) of both probabilities (fall to +1 and to −1) are
+    within ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the member has
+    no outcome or was not run yet. The result depends on the flags of the cell only.
     """
     known = (member_flags != INT8_MISSING).sum(axis=1)
     known_well = fall_share_intervals_are_narrow_enough(
@@ -248,11 +248,11 @@ def fall_share_intervals_are_narrow_enough(
     towards_count: NDArray[Any], away_count: NDArray[Any], known_count: ArrayLike, max_half_width: float
 ) -> NDArray[np.bool_]:
     """True if the 95 % intervals of both shares of falls (to either side) are within ±`max_half_width`."""
-    ends = [wilson_interval(count, known_count) for count in (towards_count, away_count)]
+    ends = [wilson_95_percent_interval(count, known_count) for count in (towards_count, away_count)]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 
-def fall_shares_by_relief(
+def fall_shares_with_low_and_high_relief(
     member_flags: NDArray[np.int8], has_high_relief: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
     """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
@@ -309,7 +309,7 @@ class EnsembleRunner:
         overturned, members = nominal_outcomes["overturned"], self.members
         computed = nominal_outcomes[self.model.copy_flag_variable_name] == 0
         azimuths = nominal_outcomes.get("fall_azimuth")
-        chosen = computed & select_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
+        chosen = computed & mask_of_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
         arrays: ArraysByVariableName = {}
         for variable in self.ensemble_result_variables:
             shape = overturned.shape if variable.per_element else grid.shape
@@ -332,7 +332,7 @@ class EnsembleRunner:
             sensor = members.azimuth_change_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.sobol_sequence_number)
             if members.varies_relief:
-                found |= fall_shares_by_relief(flags, members.above_median_relief_mask)
+                found |= fall_shares_with_low_and_high_relief(flags, members.above_median_relief_mask)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)

@@ -50,9 +50,9 @@ from overturning.study.values import AzimuthRange, ValueListOrRange
 from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
-Slenderness = Annotated[float, Field(gt=0, le=10)]
-Height = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST_STONE_M, le=HIGHEST_STONE_M)]
-Friction = Annotated[float, Field(ge=0, le=100)]
+SlendernessBOverH = Annotated[float, Field(gt=0, le=10)]
+StoneHeightMetres = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST_STONE_M, le=HIGHEST_STONE_M)]
+FrictionCoefficient = Annotated[float, Field(ge=0, le=100)]
 AmplitudeFactor = Annotated[float, Field(gt=0, le=100)]
 
 
@@ -106,13 +106,13 @@ class Study(StrictModel):
         default=AzimuthRange(),
         description="azimuths of the motion, degrees clockwise from north; a 3-D body has `orientation` instead",
     )
-    b_over_h: ValueListOrRange[Slenderness] = Field(
+    b_over_h: ValueListOrRange[SlendernessBOverH] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
     )
-    height: ValueListOrRange[Height] = Field(
+    height: ValueListOrRange[StoneHeightMetres] = Field(
         default=(0.6,), description="heights of the block, m: a list, or start, stop, step"
     )
-    friction: ValueListOrRange[Friction] = Field(
+    friction: ValueListOrRange[FrictionCoefficient] = Field(
         default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
     )
     amplitude: ValueListOrRange[AmplitudeFactor] = Field(

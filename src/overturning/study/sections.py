@@ -147,7 +147,7 @@ class ConvergenceCheckSettings(StrictModel):
 _SCAN_KEYS: Final = ("mesh_unit", "relief", "scan")
 """Keys of a scanned body, stored only if they are given, so that other studies keep their text and hash."""
 
-Aspect = Annotated[float, Field(gt=0, le=10)]
+AspectRatioDOverB = Annotated[float, Field(gt=0, le=10)]
 PolygonSideCount = Annotated[int, Field(ge=3, le=96)]
 
 
@@ -185,7 +185,7 @@ class BodySettings(StrictModel):
             "prism that slides takes far more time than a `circle`"
         ),
     )
-    aspect: ValueListOrRange[Aspect] = Field(
+    aspect: ValueListOrRange[AspectRatioDOverB] = Field(
         default=(1.0,),
         description="D/B of a rectangle, width across the orientation over width along it: a list, or a range",
     )

@@ -15,7 +15,7 @@ from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulatio
 from overturning.statistics.by_record import load_outcomes_of_records
 from overturning.statistics.circular import mean_angle_deg_and_mean_resultant_length, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
-from overturning.study.ensemble import wilson_interval
+from overturning.study.ensemble import wilson_95_percent_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 
@@ -175,7 +175,7 @@ def outcome_rates_by_amplitude(
     for name, members in which.items():
         counted = free * members.sum(axis=1)
         made[f"{name}_rate"] = counted / share_of
-        made[f"{name}_interval"] = np.stack(wilson_interval(counted, answered), axis=-1)
+        made[f"{name}_interval"] = np.stack(wilson_95_percent_interval(counted, answered), axis=-1)
     for name, values in (
         ("shift", stone_outcomes_by_amplitude.residual_slip_m),
         ("rotation", stone_outcomes_by_amplitude.residual_twist_deg),
@@ -198,7 +198,7 @@ def outcome_rates_by_amplitude(
         "free_fall_rate": stone_outcomes_by_amplitude.fell.sum(axis=1) / share_of,
         "unknown": 1.0 - stone_outcomes_by_amplitude.has_outcome.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
-        "octant_interval": np.stack(wilson_interval(towards, answered[:, None]), axis=-1),
+        "octant_interval": np.stack(wilson_95_percent_interval(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
     }
 

@@ -1,8 +1,8 @@
 """Logger plugin of Snakemake: a progress line, the error messages of failed steps, and the results.
 
 Snakemake finds the plugin by the name of this package; the default profile selects it. With ``--verbose`` and for
-requests that compute nothing (`QUERY_OPTIONS`) the messages of Snakemake are shown instead. All messages of Snakemake
-are in ``.snakemake/log`` in any case.
+requests that compute nothing (`SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION`) the messages of Snakemake are shown instead.
+All messages of Snakemake are in ``.snakemake/log`` in any case.
 """
 
 import re
@@ -22,7 +22,7 @@ from typing_extensions import override
 
 from snakemake_logger_plugin_overturning.expected import RunProgressEstimate
 
-QUERY_OPTIONS: Final = frozenset({
+SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION: Final = frozenset({
     "--lint", "--report", "--unlock", "--summary", "-D", "--detailed-summary", "--list", "-l", "--list-rules", "--dag",
     "--rulegraph", "--filegraph", "--list-changes", "-h", "--help",
 })  # fmt: skip
@@ -50,7 +50,7 @@ class LogHandler(LogHandlerBase):
     def __post_init__(self) -> None:
         about = self.common_settings
         self._snakemake: ColorizingTextHandler | None = None
-        if about.verbose or about.dryrun or QUERY_OPTIONS & set(sys.argv):
+        if about.verbose or about.dryrun or SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION & set(sys.argv):
             out = sys.stdout if about.stdout else sys.stderr
             self._snakemake = ColorizingTextHandler(
                 about.nocolor, out, DefaultFormatter(about.quiet, about.show_failed_logs)
@@ -100,7 +100,7 @@ class LogHandler(LogHandlerBase):
             self._drawing.join()
             self._clear_progress_line()
         # Repeat the failures at the end, where a user sees them.
-        if self._expected.step_count and self._failures and not self._stopped:
+        if self._expected.total_step_count and self._failures and not self._stopped:
             self._print_message(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUME_HINT}.")
             for text in self._failures:
                 self._print_message(text)
@@ -110,7 +110,7 @@ class LogHandler(LogHandlerBase):
     def _update_progress(self, event: Any, about: dict[str, Any]) -> None:
         """Update the data of the progress line from an event."""
         if "expected_s" in about:
-            self._expected.expected_seconds_by_rule = about["expected_s"]
+            self._expected.expected_job_seconds_by_rule = about["expected_s"]
             figure = Path(about["first_figure"])
             self._first_figure = None if figure.is_file() else figure
         elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-DEFAULT_JOB_SECONDS: Final = 2.0
+EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE: Final = 2.0
 """Expected time of a job whose rule has no estimate, s."""
 
-_MIN_SHARE_FOR_MEASURED_PACE: Final = 0.05
+_MIN_COMPLETED_SHARE_TO_USE_MEASURED_PACE: Final = 0.05
 """Share of the work up to which the remaining time comes from the expected pace, not from the measured one."""
 
 _MAX_COMPLETED_SHARE_OF_RUNNING_JOB: Final = 0.95
 """Largest share of a running job that counts as completed."""
 
-_LOG_TAIL_BYTES: Final = 400
+_LOG_TAIL_BYTES_SEARCHED_FOR_PERCENTAGE: Final = 400
 """Bytes at the end of a log that are searched for a percentage."""
 
 
@@ -26,15 +26,15 @@ class RunningJob:
 
     Attributes
     ----------
-    name : str
-        Rule and wildcards.
+    rule_and_wildcards : str
+        Rule and wildcards of the job, as one text.
     expected_seconds : float
         Expected time, s.
     logs : list of Path
         Log files; a step that knows its progress writes percentages there.
     """
 
-    name: str
+    rule_and_wildcards: str
     expected_seconds: float
     logs: list[Path]
 
@@ -42,7 +42,7 @@ class RunningJob:
         """Return the completed share of the job, from the last percentage in its log; 0 if there is none."""
         for log in self.logs:
             with suppress(OSError), log.open("rb") as file:
-                file.seek(max(log.stat().st_size - _LOG_TAIL_BYTES, 0))
+                file.seek(max(log.stat().st_size - _LOG_TAIL_BYTES_SEARCHED_FOR_PERCENTAGE, 0))
                 if shares := re.findall(rb"(\d+)%", file.read()):
                     return min(int(shares[-1]) / 100, _MAX_COMPLETED_SHARE_OF_RUNNING_JOB)
         return 0.0
@@ -54,15 +54,15 @@ class RunProgressEstimate:
 
     Attributes
     ----------
-    expected_seconds_by_rule : dict of float
-        Expected time of a job of each rule, s; `DEFAULT_JOB_SECONDS` for others.
+    expected_job_seconds_by_rule : dict of float
+        Expected time of a job of each rule, s; `EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE` for others.
     parallel_job_count : int
         Number of jobs that run at the same time.
     """
 
-    expected_seconds_by_rule: dict[str, float] = field(default_factory=dict)
+    expected_job_seconds_by_rule: dict[str, float] = field(default_factory=dict)
     parallel_job_count: int = 1
-    step_count: int = 0
+    total_step_count: int = 0
     finished_step_count: int = 0
     _start_time_s: float = 0.0
     _expected_seconds_of_all_jobs: float = 0.0  # expected seconds of all jobs
@@ -71,9 +71,10 @@ class RunProgressEstimate:
 
     def store_run_start_and_job_counts(self, counts: dict[str, int], now: float | None = None) -> None:
         """Begin a run: store its start time and the number of jobs of each rule."""
-        self.step_count = sum(counts.values())
+        self.total_step_count = sum(counts.values())
         self._expected_seconds_of_all_jobs = sum(
-            count * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS) for rule, count in counts.items()
+            count * self.expected_job_seconds_by_rule.get(rule, EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE)
+            for rule, count in counts.items()
         )
         self._start_time_s = time.time() if now is None else now
 
@@ -82,7 +83,9 @@ class RunProgressEstimate:
     ) -> None:
         """Store a job that begins; `relative_input_size` is relative to the mean of the jobs of its rule."""
         self._running_jobs[job] = RunningJob(
-            name, relative_input_size * self.expected_seconds_by_rule.get(rule, DEFAULT_JOB_SECONDS), logs
+            name,
+            relative_input_size * self.expected_job_seconds_by_rule.get(rule, EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE),
+            logs,
         )
 
     def store_job_end(self, job: int, succeeded: bool) -> None:
@@ -100,7 +103,7 @@ class RunProgressEstimate:
         )
         pace = (
             self._expected_seconds_of_all_jobs / self.parallel_job_count
-            if done < _MIN_SHARE_FOR_MEASURED_PACE
+            if done < _MIN_COMPLETED_SHARE_TO_USE_MEASURED_PACE
             else (now - self._start_time_s) / done
         )
         return done, max(pace * (1.0 - done), 0.0)
@@ -108,8 +111,8 @@ class RunProgressEstimate:
     def progress_line(self, now: float | None = None) -> str:
         """Return the progress as one line: steps, share of the work, remaining time, and the running jobs."""
         share, seconds = self.completed_share_and_remaining_time(time.time() if now is None else now)
-        names = ", ".join(job.name for job in list(self._running_jobs.values()))
-        steps = f"{self.finished_step_count} of {self.step_count} steps"
+        names = ", ".join(job.rule_and_wildcards for job in list(self._running_jobs.values()))
+        steps = f"{self.finished_step_count} of {self.total_step_count} steps"
         return f"{steps}, {share:.0%}, {format_minutes_and_seconds(seconds)} to go: {names}".removesuffix(": ")
 
 

@@ -42,7 +42,7 @@ from overturning.study.resume import (
     remove_results_no_longer_made,
 )
 from overturning.study.sources import package_source_hash
-from snakemake_logger_plugin_overturning import QUERY_OPTIONS
+from snakemake_logger_plugin_overturning import SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
 # Largest size of settings passed on the command line, bytes; Linux limits an argument to 128 KiB.
@@ -84,7 +84,7 @@ def load_study_and_records():
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.
-            if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
+            if not (workflow.output_settings.dryrun or SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION & set(sys.argv)):
                 check_results_folder_is_writable(results)
                 lock_results_folder_or_refuse(Path(".snakemake", "run.lock"))
                 restore_cubes(results)  # kept by an interrupted run

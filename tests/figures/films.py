@@ -56,4 +56,4 @@ def film_of_falling_and_rocking_block(duration: float = 4.0, title: str = "Test 
             ("N330°E", rocks, "stands", math.nan),
         )
     )
-    return Film(title, 0.0, 0.02, tuple(panels), note="The frame moves with the base.")
+    return Film(title, 0.0, 0.02, tuple(panels), note_below_film="The frame moves with the base.")

@@ -10,9 +10,9 @@ from overturning.figures.answer import (
     RECORD_GROUP_COLOURS,
     PlottedEstimate,
     fall_alignment_with_references_figure,
+    fault_normal_alignment_by_earthquake_figure,
     format_estimate,
     overturned_share_difference_figure,
-    sorted_fall_alignment_figure,
 )
 from overturning.figures.style import PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 
@@ -40,7 +40,7 @@ def figure_of_sorted_fall_alignments() -> Figure:
         "with a pulse": {"A": -0.4, "B": 0.7, "C": NAN, "D": 0.004},
         "without": {"B": -0.003, "E": 0.2},
     }
-    return sorted_fall_alignment_figure(
+    return fault_normal_alignment_by_earthquake_figure(
         values, {"with a pulse": PlottedEstimate(0.1, -0.2, 0.4, 3), "without": PlottedEstimate(0.1, NAN, NAN, 2)}
     )
 

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from overturning.figures.fall_rate import overturned_fraction_figure
+from overturning.figures.fall_rate import overturned_fraction_by_intensity_figure
 from overturning.figures.style import set_logarithmic_ticks
 from overturning.statistics.fragility import FittedFragilityCurve
 
@@ -34,7 +34,7 @@ def test_a_logarithmic_axis_has_at_least_two_labels(low: float, high: float) -> 
 def test_every_visible_degree_of_seismic_intensity_has_its_name(least: float, most: float, names: list[str]) -> None:
     curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
     level = np.geomspace(10, 100, 10)[None]
-    figure = overturned_fraction_figure(level / 100, level, curve, np.linspace(least, most, 10)[None])
+    figure = overturned_fraction_by_intensity_figure(level / 100, level, curve, np.linspace(least, most, 10)[None])
     panel = figure.axes[1]
     assert [text.get_text() for text in panel.texts] == names
     assert all(panel.get_xlim()[0] <= text.get_position()[0] <= panel.get_xlim()[1] for text in panel.texts)

@@ -32,9 +32,9 @@ def test_positions_and_rotations_survive_packing_into_the_page() -> None:
     for panel, data in zip(film.panels, film.player_data()["panels"], strict=True):
         body, packed = panel.bodies[1], data["bodies"][1]
         assert unpack_film_numbers(packed["position"]).reshape(-1, 2) == pytest.approx(
-            body.positions_by_frame, abs=2e-5
+            body.reference_point_positions_by_frame, abs=2e-5
         )
-        assert unpack_film_numbers(packed["rotation"]) == pytest.approx(body.rotations_by_frame, abs=1e-4)
+        assert unpack_film_numbers(packed["rotation"]) == pytest.approx(body.angles_or_quaternions_by_frame, abs=1e-4)
     assert "NaN" not in json.dumps(film.player_data())
 
 
@@ -105,7 +105,7 @@ LONG_OUTCOME = "2 of 3 fall: shaft falls towards N32°E at 2.22 s; upper-base fa
 def film_with_long_outcome(duration: float) -> Film:
     """Return two panels; the outcome of the second is longer than a panel is wide."""
     film = film_of_falling_and_rocking_block(duration=duration)
-    return replace(film, panels=(film.panels[0], replace(film.panels[1], outcome=LONG_OUTCOME)))
+    return replace(film, panels=(film.panels[0], replace(film.panels[1], outcome_sentence=LONG_OUTCOME)))
 
 
 def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,7 +133,7 @@ def test_a_movie_shows_the_vertical_motion(tmp_path: Path, monkeypatch: pytest.M
     panel = film_of_falling_and_rocking_block(duration=0.0).panels[0]
     up = np.array([0.0, 3.0, -3.0, 3.0, 0.0])
     shaken = replace(
-        panel, horizontal_base_acceleration=0.0 * up, vertical_base_acceleration=up, sampling_interval=2e-4
+        panel, horizontal_base_acceleration=0.0 * up, vertical_base_acceleration=up, acceleration_sampling_interval=2e-4
     )
     write_film_as_gif_or_mp4(Film("f", 0.0, 0.02, (shaken,)), tmp_path / "a.gif")
     with Image.open(tmp_path / "a.gif") as picture:

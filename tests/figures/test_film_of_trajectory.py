@@ -61,11 +61,11 @@ def test_film_of_a_fall_ends_with_the_block_on_its_side(sine_motion_after_rest: 
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     assert film.first_frame_time == pytest.approx(1.6, abs=0.2)  # the quiet time before is not shown
     body = film.panels[0].bodies[1]
-    assert body.rotations_by_frame[-1] == pytest.approx(side * np.pi / 2)
+    assert body.angles_or_quaternions_by_frame[-1] == pytest.approx(side * np.pi / 2)
     assert sorted(polygon_vertices_by_frame(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
     turned = np.abs(trajectory_of_element_named_stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
-    assert np.abs(np.diff(body.positions_by_frame[:, 0])).max() < 0.06, "and does not jump"
+    assert np.abs(np.diff(body.reference_point_positions_by_frame[:, 0])).max() < 0.06, "and does not jump"
     assert polygon_vertices_by_frame(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
@@ -102,8 +102,8 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     assert film.frame_times[frame] == pytest.approx(film.first_frame_time + 0.8)
     for name, column in (("x", 0), ("z", 1)):
         there = np.interp(film.frame_times[frame], path["time"], one[name])
-        assert panel.bodies[1].positions_by_frame[frame, column] == pytest.approx(there, abs=1e-12)
-    assert panel.bodies[1].rotations_by_frame[frame] == pytest.approx(
+        assert panel.bodies[1].reference_point_positions_by_frame[frame, column] == pytest.approx(there, abs=1e-12)
+    assert panel.bodies[1].angles_or_quaternions_by_frame[frame] == pytest.approx(
         np.interp(film.frame_times[frame], path["time"], one["rotation"])
     )
     along, level = panel.ground_displacement_by_frame.T
@@ -164,11 +164,11 @@ def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
         [trajectory(motion, scene, azimuth_deg=0.0, aftermath=SIMULATED_TIME_AFTER_OUTCOME_S)], motion, "two"
     )
     panel = film.panels[0]
-    times = [float(time) for time in re.findall(r"at ([\d.]+) s", panel.outcome)]
-    assert panel.outcome.startswith("2 of 2 fall: slim falls")
+    times = [float(time) for time in re.findall(r"at ([\d.]+) s", panel.outcome_sentence)]
+    assert panel.outcome_sentence.startswith("2 of 2 fall: slim falls")
     assert times[0] + 0.1 < times[1]
-    assert [panel.fall_time_for_printed_strip, panel.last_fall_time] == pytest.approx(times, abs=0.006)
-    assert film_strip_frame_times_and_captions(film)[0][2] == panel.fall_time_for_printed_strip
+    assert [panel.first_fall_time_for_printed_strip, panel.last_fall_time] == pytest.approx(times, abs=0.006)
+    assert film_strip_frame_times_and_captions(film)[0][2] == panel.first_fall_time_for_printed_strip
 
 
 def test_films_of_two_settings_share_their_frames() -> None:
@@ -184,7 +184,7 @@ def test_films_of_two_settings_share_their_frames() -> None:
     for panel, path in zip(film.panels, paths, strict=True):
         there = np.interp(film.frame_times, path["time"], trajectory_of_element_named_stone(path)["x"])
         moving = film.frame_times <= float(path["time"][-1])
-        assert panel.bodies[1].positions_by_frame[moving, 0] == pytest.approx(there[moving], abs=1e-12)
+        assert panel.bodies[1].reference_point_positions_by_frame[moving, 0] == pytest.approx(there[moving], abs=1e-12)
     assert [len(panel["traces"]) for panel in data["panels"]] == [2, 2]
     peaks = [
         [np.abs(unpack_film_numbers(trace["rows"][0])).max() for trace in panel["traces"]] for panel in data["panels"]
@@ -354,18 +354,19 @@ def test_corners_of_a_3d_body_start_on_the_base_and_end_at_the_fall(
     rest = body.vertices_from_reference_point
 
     def corner_positions_at_film_frame(frame: int) -> np.ndarray:
-        w, *u = body.rotations_by_frame[frame] / np.linalg.norm(body.rotations_by_frame[frame])
-        return body.positions_by_frame[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
+        w, *u = body.angles_or_quaternions_by_frame[frame] / np.linalg.norm(body.angles_or_quaternions_by_frame[frame])
+        return body.reference_point_positions_by_frame[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
 
     lowest = [corner_positions_at_film_frame(frame)[:, 2].min() for frame in range(film.frame_count)]
     assert np.abs(lowest).max() < 0.02, "between samples it may hover, but does not sink"
     moved = (
-        corner_positions_at_film_frame(film.frame_count - 1)[rest[:, 2] > 0].mean(axis=0) - body.positions_by_frame[0]
+        corner_positions_at_film_frame(film.frame_count - 1)[rest[:, 2] > 0].mean(axis=0)
+        - body.reference_point_positions_by_frame[0]
     )
     azimuth = np.degrees(np.arctan2(moved[0], moved[1])) % 360
     assert azimuth == pytest.approx(float(trajectories_of_falling_and_standing_body[0]["fall_azimuth"]), abs=15)
-    assert panel.outcome.startswith("falls towards ")
-    assert "slipped" in film.panels[1].outcome
+    assert panel.outcome_sentence.startswith("falls towards ")
+    assert "slipped" in film.panels[1].outcome_sentence
     assert "stands" in outcome_sentence(trajectories_of_falling_and_standing_body[1])
     assert len(film.player_data()["panels"][0]["traces"][0]["rows"]) == 2
 

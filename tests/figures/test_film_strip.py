@@ -91,7 +91,7 @@ def test_film_titles_state_size_friction_and_direction() -> None:
         (Body(shape_from_name_or_sides("circle")), "A round stone 18 cm across and 60 cm high"),
         (PlanarModel(gravestone()), "A stone 18 cm wide and 60 cm high"),
     ):
-        title = film_title_text(film_title_facts(model, block, "Rinaldi", direction_deg=30.0))
+        title = film_title_text(film_title_facts(model, block, "Rinaldi", motion_azimuth_or_orientation_deg=30.0))
         assert title.startswith(f"{size}, friction 0.7, ")
         assert "N30°E" in title
         assert title.endswith("Rinaldi" if isinstance(model, Body) else "N30°E")

@@ -17,7 +17,7 @@ from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
-from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_figure
+from overturning.figures.answer import PlottedEstimate, fault_normal_alignment_by_earthquake_figure
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.figures.ground import (
@@ -448,7 +448,7 @@ def test_smaller_pdf_has_the_given_width_and_keeps_letters_as_text(tmp_path: Pat
     figure = Figure(figsize=(4, 3))
     figure.add_axes((0.1, 0.1, 0.8, 0.8)).set_title("µ, φ")
     with use_package_matplotlib_settings():
-        save_figure_files(figure, tmp_path / "small.pdf", width=2.0)
+        save_figure_files(figure, tmp_path / "small.pdf", width_inches=2.0)
     page = (tmp_path / "small.pdf").read_bytes()
     assert re.search(rb"MediaBox ?\[ ?0 0 144 108\]", page), "2 by 1.5 inches of 72 points"
     assert b"DejaVuSans" in page, "letters are text in Matplotlib's font, no outlines"
@@ -477,7 +477,9 @@ def draw_overturning_boundary_with_title(name: str) -> Figure:
 
 def draw_fall_alignments_with_earthquake_name(name: str) -> Figure:
     values = {f"{name} {number}": 0.5 - 0.2 * number for number in range(3)}
-    return sorted_fall_alignment_figure({"all records": values}, {"all records": PlottedEstimate(0.3, 0.1, 0.5, 3)})
+    return fault_normal_alignment_by_earthquake_figure(
+        {"all records": values}, {"all records": PlottedEstimate(0.3, 0.1, 0.5, 3)}
+    )
 
 
 @pytest.mark.parametrize("name", ["A", LONG_NAME, LONG_JAPANESE_NAME], ids=["short", "long", "Japanese"])

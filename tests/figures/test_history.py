@@ -10,13 +10,13 @@ import pytest
 from matplotlib.figure import Figure
 
 from overturning.figures.history import (
-    TIME_BIN_COUNT,
+    TIME_BIN_COUNT_OF_DRAWN_ENVELOPE,
     min_max_envelope,
     record_before_and_after_processing_figure,
-    start_shift_from_unprocessed,
+    start_time_after_unprocessed_start,
 )
 from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, use_package_matplotlib_settings
-from overturning.figures.write import save_figure_files, save_figure_with_checks
+from overturning.figures.write import save_figure_and_return_warning, save_figure_files
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
@@ -116,7 +116,9 @@ def test_time_history_page_in_any_file_format_gives_no_overlap_warning(
 ) -> None:
     """A file has another resolution than the figure: the places of labels in pixels differ."""
     assert (
-        save_figure_with_checks(time_history_figure_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width=None)
+        save_figure_and_return_warning(
+            time_history_figure_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width_inches=None
+        )
         == ""
     )
     if kind == "svg":
@@ -188,12 +190,12 @@ def test_envelope_of_a_long_curve_keeps_peaks_and_order_of_time():
     assert drawn.max() == values.max()
     assert drawn.min() == values.min()
     assert (np.diff(time) >= 0).all()
-    assert time.size <= 2 * TIME_BIN_COUNT
+    assert time.size <= 2 * TIME_BIN_COUNT_OF_DRAWN_ENVELOPE
 
 
 def test_the_start_shift_of_a_processed_record_includes_padding_and_cut():
     done = process_record(random_record(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
-    assert start_shift_from_unprocessed(done) == pytest.approx(-15 + 20)
+    assert start_time_after_unprocessed_start(done) == pytest.approx(-15 + 20)
     whole = process_record(random_record(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])
 

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from overturning.figures.backwards import inferred_motion_posterior_figure
-from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
+from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_by_intensity_figure
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.history import record_before_and_after_processing_figure
@@ -74,7 +74,7 @@ def draw_motion_posterior() -> Figure:
 def draw_overturned_fraction() -> Figure:
     curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
     level = np.geomspace(10, 100, 12).reshape(4, 3)
-    return overturned_fraction_figure(level / 100, level, curve, 4.6 + level / 50)
+    return overturned_fraction_by_intensity_figure(level / 100, level, curve, 4.6 + level / 50)
 
 
 def draw_fragility_curves() -> Figure:

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.figures.boundary import overturning_boundary_figure
-from overturning.figures.cells import isolated_curve_point_indices, symmetric_polar_curve
+from overturning.figures.cells import isolated_curve_point_indices, symmetric_polar_curve_angles_rad_and_radii
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.polar_map import (
     PROBABILITY_COLOURMAP,
-    azimuth_for_radius_labels,
+    azimuth_deg_for_radius_labels,
     fall_map_by_azimuth_figure,
     half_probability_cell_outline,
     round_up_velocity_at_map_rim,
@@ -186,7 +186,7 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     [([37.0], [37, 217]), ([0.0], [0, 180]), ([0.0, 5.0], []), ([170.0, 175.0, 0.0], [])],
 )
 def test_a_single_azimuth_gives_isolated_points_of_a_polar_curve(azimuths: list[float], alone: list[int]) -> None:
-    theta, radii = symmetric_polar_curve(np.array(azimuths), np.ones(len(azimuths)))
+    theta, radii = symmetric_polar_curve_angles_rad_and_radii(np.array(azimuths), np.ones(len(azimuths)))
     assert np.degrees(theta[isolated_curve_point_indices(radii)]).round(9).tolist() == alone
 
 
@@ -397,8 +397,8 @@ def test_map_ends_at_the_first_b_over_h_without_falls_and_labels_avoid_falls() -
             {"towards": (("b_over_h", "azimuth"), falls), "away": (("b_over_h", "azimuth"), 0 * falls)},
             {"azimuth": azimuth},
         )
-        assert azimuth_for_radius_labels(cells, np.nan) == free
-        assert azimuth_for_radius_labels(cells, free + 5) != free
+        assert azimuth_deg_for_radius_labels(cells, np.nan) == free
+        assert azimuth_deg_for_radius_labels(cells, free + 5) != free
 
 
 def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> None:

@@ -196,7 +196,11 @@ def test_map_data_of_a_cube_have_station_coordinates_strikes_and_fall_axes(cube_
     """An earthquake with one station and no epicentre has no map, and a station without coordinates is on no map."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
     (site,) = earthquakes_on_map(cube_with_added_record_source_entries(cube_of_four_stations, two=trace))
-    assert (site.name, site.epicentre, site.fault_trace) == ("A", (35.0, 133.0), (((35.0, 133.0), (36.0, 133.0)),))
+    assert (site.name, site.epicentre_latitude_longitude, site.fault_trace) == (
+        "A",
+        (35.0, 133.0),
+        (((35.0, 133.0), (36.0, 133.0)),),
+    )
     assert [one[:3] for one in site.stations] == [("one", 35.1, 133.0), ("two", 35.2, 133.1)]
     assert [one.fault_strike_deg for one in site.stations] == pytest.approx([30.0, math.nan], nan_ok=True)
     assert [one.mean_fall_axis_deg for one in site.stations] == pytest.approx([30.0, 30.0], abs=0.5)

@@ -107,7 +107,7 @@ def test_a_figure_can_be_saved_after_its_style_context_has_ended(kind: str, tmp_
     with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 1, 3.0, 3.0, polar=False)
         panels[0, 0].set_title("µ · φ")
-    save_figure_files(figure, tmp_path / f"one.{kind}", width=2.0)
+    save_figure_files(figure, tmp_path / f"one.{kind}", width_inches=2.0)
     save_figure_files(figure, tmp_path / f"two.{kind}")
     assert all((tmp_path / f"{name}.{kind}").stat().st_size > 0 for name in ("one", "two"))
 

@@ -9,7 +9,7 @@ import pandas as pd
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
-    DASHED,
+    DASHED_LINE_STYLE,
     INK,
     SERIES_COLOURS,
     add_title_and_legend,
@@ -59,7 +59,7 @@ def draw_reliability_diagrams(
 
 def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
     """Draw the share that fell over the predicted probability, with intervals and numbers of tests."""
-    axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED)
+    axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED_LINE_STYLE)
     x, y = [one.mean_probability for one in bins], [one.fallen_share for one in bins]
     spread = [
         [one.fallen_share - one.interval_low for one in bins],

@@ -81,7 +81,7 @@ def simulate_stone_or_scene_under_one_record(
         facts = film_title_facts(
             found.model, found.case_parameters_by_name,
             station_and_event_text(record.station or record.record_id, record.event),
-            direction_deg=found.azimuth_or_orientation_deg_if_one_case,
+            motion_azimuth_or_orientation_deg=found.azimuth_or_orientation_deg_if_one_case,
             amplitude_factor=factor,
             is_vertical_motion_omitted=motion.up is None and record.up is not None,
         )  # fmt: skip

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import PlottedEstimate, sorted_fall_alignment_figure
+from overturning.figures.answer import PlottedEstimate, fault_normal_alignment_by_earthquake_figure
 from overturning.figures.style import SERIES_COLOURS, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import FallAlignmentWithReferences, FallAxisSummary
@@ -26,7 +26,7 @@ def fall_alignment_by_earthquake_figure(
         name: plotted_estimate_of_mean(one.mean_cos_of_doubled_angle_to_fault_normal)
         for name, one in summary_by_group.items()
     }
-    return sorted_fall_alignment_figure(values, means)
+    return fault_normal_alignment_by_earthquake_figure(values, means)
 
 
 def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:

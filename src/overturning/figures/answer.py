@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from matplotlib.figure import Figure
 
 from overturning.figures.style import (
-    DASHED,
+    DASHED_LINE_STYLE,
     INK,
     PAGE_WIDTH_INCHES,
     SERIES_COLOURS,
@@ -26,15 +26,15 @@ RECORD_GROUP_COLOURS: Final = (SERIES_COLOURS[1], SERIES_COLOURS[0], SERIES_COLO
 ROW_HEIGHT_INCHES: Final = 0.22
 """Height of a row, inches."""
 
-VALUE_FONT_SIZE: Final = 7.5
+VALUE_FONT_SIZE_PT: Final = 7.5
 """Size of printed values, pt."""
 
 
-_TEXT_RIGHT_OF_PANEL: Final[dict[str, Any]] = {
+_ANNOTATE_ARGUMENTS_RIGHT_OF_PANEL: Final[dict[str, Any]] = {
     "xycoords": ("axes fraction", "data"),
     "textcoords": "offset points",
     "va": "center",
-    "fontsize": VALUE_FONT_SIZE,
+    "fontsize": VALUE_FONT_SIZE_PT,
 }
 """Place of a text to the right of a panel, at a row."""
 
@@ -43,12 +43,12 @@ class PlottedEstimate(NamedTuple):
     """Value to draw, with the ends of its confidence interval and the number of earthquakes; NaN or None if unknown."""
 
     value: float | None
-    low: float | None = None
-    high: float | None = None
+    interval_low: float | None = None
+    interval_high: float | None = None
     earthquake_count: int = 0
 
 
-def sorted_fall_alignment_figure(
+def fault_normal_alignment_by_earthquake_figure(
     alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, PlottedEstimate]
 ) -> Figure:
     """Draw each earthquake's alignment of falls with the fault normal, sorted, with its mean; a panel per group.
@@ -63,9 +63,9 @@ def sorted_fall_alignment_figure(
     """
     rows = max(len(of_group) for of_group in alignments_by_group.values())
     wide = PAGE_WIDTH_INCHES if len(alignments_by_group) > 1 else 4.6
-    most_letters = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
+    max_letters_per_line = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
     every = [name for of_group in alignments_by_group.values() for name in of_group]
-    most_lines = max((len(wrap_name_into_lines(name, most_letters)) for name in every), default=1)
+    most_lines = max((len(wrap_name_into_lines(name, max_letters_per_line)) for name in every), default=1)
     high = ROW_HEIGHT_INCHES * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
     figure, panels = create_panel_grid(1, len(alignments_by_group), wide, high)
     for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
@@ -75,7 +75,7 @@ def sorted_fall_alignment_figure(
         )
         for row, (_, value) in enumerate(ordered):
             if not _is_finite(value):
-                axes.text(0.06, row, "no alignment", va="center", fontsize=VALUE_FONT_SIZE)
+                axes.text(0.06, row, "no alignment", va="center", fontsize=VALUE_FONT_SIZE_PT)
                 continue
             axes.plot([0.0, value], [row, row], color="#bbbbbb", linewidth=1.2, zorder=1)
             axes.plot(value, row, **look, zorder=3)
@@ -87,14 +87,14 @@ def sorted_fall_alignment_figure(
                 format_with_typographic_minus(value),
                 va="center",
                 ha=align,
-                fontsize=VALUE_FONT_SIZE,
+                fontsize=VALUE_FONT_SIZE_PT,
             )
-        if _is_finite(mean.low) and _is_finite(mean.high):
-            axes.axvspan(mean.low, mean.high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
+        if _is_finite(mean.interval_low) and _is_finite(mean.interval_high):
+            axes.axvspan(mean.interval_low, mean.interval_high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
         at = len(ordered) + 0.25
         axes.axhline(len(ordered) - 0.4, color=INK, linewidth=0.6)
         draw_estimate_with_interval(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
-        names = ["\n".join(wrap_name_into_lines(name, most_letters)) for name, _ in ordered]
+        names = ["\n".join(wrap_name_into_lines(name, max_letters_per_line)) for name, _ in ordered]
         axes.set_yticks([*range(len(ordered)), at], [*names, "mean"], fontsize=8, parse_math=False)
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
         _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
@@ -136,7 +136,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
             )
             draw_estimate_with_interval(axes, dot, at, look, 1.6)
             text = format_estimate(dot) if _is_finite(dot.value) else "not known"
-            axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_TEXT_RIGHT_OF_PANEL)
+            axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_ANNOTATE_ARGUMENTS_RIGHT_OF_PANEL)
         count = max((dot.earthquake_count for dot in of_group.values()), default=0)
         (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquake_count_label(count)}")
         marks.append(mark)
@@ -145,7 +145,7 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
     axes.set_ylim(len(names) - 0.5, -0.5)
     _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
     if is_drawing_for_phone():
-        axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=VALUE_FONT_SIZE)
+        axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=VALUE_FONT_SIZE_PT)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
     add_title_and_legend(figure, "", None, 2, first_marks=marks)
@@ -178,7 +178,12 @@ def overturned_share_difference_figure(
             draw_estimate_with_interval(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
             text = format_estimate(PlottedEstimate(share.value), 1) if _is_finite(share.value) else "–"
             left.annotate(
-                text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_TEXT_RIGHT_OF_PANEL
+                text,
+                (1.0, row),
+                (31 * place + 29, 0),
+                color=look["color"],
+                ha="right",
+                **_ANNOTATE_ARGUMENTS_RIGHT_OF_PANEL,
             )
         left.plot([], [], **look, label=setting)
     for row, pair in enumerate(zip(*shares_by_setting.values(), strict=True)):
@@ -191,8 +196,8 @@ def overturned_share_difference_figure(
             right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4
         )
         if _is_finite(points.value):
-            right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_TEXT_RIGHT_OF_PANEL)
-    right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
+            right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_ANNOTATE_ARGUMENTS_RIGHT_OF_PANEL)
+    right.axvline(0.0, color=INK, linestyle=DASHED_LINE_STYLE, linewidth=1.0, zorder=0)
     ends = [100.0 * _nan_if_none(end) for dot in share_differences for end in dot[:3] if _is_finite(end)]
     reach = 1.12 * max([*map(abs, ends), 2.0])
     if is_drawing_for_phone():
@@ -225,37 +230,40 @@ def format_estimate(estimate: PlottedEstimate, digits: int = 2) -> str:
     if not _is_finite(estimate.value):
         return "not known"
     text = format_with_typographic_minus(_nan_if_none(estimate.value), digits)
-    if _is_finite(estimate.low) and _is_finite(estimate.high):
-        low, high = (format_with_typographic_minus(_nan_if_none(end), digits) for end in (estimate.low, estimate.high))
+    if _is_finite(estimate.interval_low) and _is_finite(estimate.interval_high):
+        low, high = (
+            format_with_typographic_minus(_nan_if_none(end), digits)
+            for end in (estimate.interval_low, estimate.interval_high)
+        )
         text += f" ({low} to {high})"
     return text
 
 
 def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], margin: float) -> None:
     """Set the horizontal axis to −1 … 1, and write the texts `tick_names` below its ticks −1, 0 and 1."""
-    axes.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
+    axes.axvline(0.0, color=INK, linestyle=DASHED_LINE_STYLE, linewidth=1.0, zorder=0)
     axes.set_xlim(-1.0 - margin, 1.0 + margin)
     low, middle, high = tick_names
     labels = [f"−1\n{low}", "−0.5", f"0\n{middle}", "0.5", f"1\n{high}"]
-    axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=VALUE_FONT_SIZE)
+    axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=VALUE_FONT_SIZE_PT)
 
 
 def draw_estimate_with_interval(
-    axes: Any, estimate: PlottedEstimate, row: float, marker_style: dict[str, Any], interval_line_width: float
+    axes: Any, estimate: PlottedEstimate, y_position: float, marker_style: dict[str, Any], interval_line_width: float
 ) -> None:
-    """Draw an estimate as a marker, and its interval as a line, at the height `row`; draw nothing if it is unknown."""
+    """Draw an estimate as a marker, and its interval as a line, at the height `y_position`; draw nothing if unknown."""
     if not _is_finite(estimate.value):
         return
-    if _is_finite(estimate.low) and _is_finite(estimate.high):
+    if _is_finite(estimate.interval_low) and _is_finite(estimate.interval_high):
         axes.plot(
-            [estimate.low, estimate.high],
-            [row, row],
+            [estimate.interval_low, estimate.interval_high],
+            [y_position, y_position],
             color=marker_style["color"],
             linewidth=interval_line_width,
             solid_capstyle="butt",
             zorder=2,
         )
-    axes.plot(estimate.value, row, **marker_style, zorder=3)
+    axes.plot(estimate.value, y_position, **marker_style, zorder=3)
 
 
 def _marker_style_of_record_group(group_index: int) -> dict[str, Any]:

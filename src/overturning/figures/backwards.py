@@ -31,7 +31,7 @@ def inferred_motion_posterior_figure(
     velocity_axis_probabilities: FloatArray,
     credible_arc_middle_and_width_deg: tuple[float, float],
     motion_probabilities: Mapping[str, float],
-    strength_distributions: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
+    strength_cdfs_and_interval_by_measure: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
     """Draw the motion inferred from fallen stones: posterior distributions of velocity axis, record, PGA and PGV.
 
@@ -45,7 +45,7 @@ def inferred_motion_posterior_figure(
         Middle and width of the 90 % credible arc of the velocity axis, degrees.
     motion_probabilities : mapping
         Probability of each motion, by name.
-    strength_distributions : mapping
+    strength_cdfs_and_interval_by_measure : mapping
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
         same probability of the prior, and the 90 % credible interval, whose ends may be 0 or infinite.
     """
@@ -77,7 +77,7 @@ def inferred_motion_posterior_figure(
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES_COLOURS[0])
     bars.tick_params(axis="y", labelsize=8)
     label_axes(bars, "probability, %", "")
-    for place, (name, (values, below, before, (low, high))) in enumerate(strength_distributions.items()):
+    for place, (name, (values, below, before, (low, high))) in enumerate(strength_cdfs_and_interval_by_measure.items()):
         axes = figure.add_subplot(rows, columns, 3 + place)
         axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
         axes.plot(values, below, color=FALL_COLOUR, linewidth=1.8, label="after it")

@@ -97,7 +97,9 @@ def azimuth_cell_edges_rad(azimuth_deg: FloatArray) -> FloatArray:
     return np.radians(np.append(after[-1] - 360.0, after))
 
 
-def symmetric_polar_curve(azimuth_deg: FloatArray, values_by_azimuth: FloatArray) -> tuple[FloatArray, FloatArray]:
+def symmetric_polar_curve_angles_rad_and_radii(
+    azimuth_deg: FloatArray, values_by_azimuth: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return angles (radians) and radii of a closed curve; each value applies to its azimuth and the opposite one.
 
     The curve has NaN across gaps between azimuths that were not simulated.

@@ -31,7 +31,7 @@ COLOUR_BAR_AXES_LABEL: Final = "<colorbar>"
 _DIRECTION_NAME_FONT_SIZE_PT: Final = 9.0
 """Size of the names of directions, pt."""
 
-_DIRECTION_NAME_DISTANCE_PT: Final = 7.0
+_DIRECTION_NAME_DISTANCE_FROM_RIM_PT: Final = 7.0
 """Distance of the middle of a name from the rim, pt, if nothing is marked at the rim."""
 
 _EXTRA_NAME_DISTANCE_FOR_MARKS_PT: Final = 4.0
@@ -69,7 +69,7 @@ class CompassAxes(PolarAxes):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, theta_offset=np.pi / 2.0, theta_direction=-1, **kwargs)
-        self._name_distance = _DIRECTION_NAME_DISTANCE_PT
+        self._name_distance = _DIRECTION_NAME_DISTANCE_FROM_RIM_PT
         self._is_initialised = True
 
     def clear(self) -> None:
@@ -106,7 +106,7 @@ class CompassAxes(PolarAxes):
         self.yaxis.set_visible(False)
         self.spines["polar"].set_linewidth(0.6)
         self._draw_compass_rings([radius / outer_radius for radius in ring_labels], has_spokes)
-        self._name_distance = _DIRECTION_NAME_DISTANCE_PT + (
+        self._name_distance = _DIRECTION_NAME_DISTANCE_FROM_RIM_PT + (
             _EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks_at_rim else 0.0
         )
         scale = self.figure.dpi_scale_trans
@@ -144,9 +144,9 @@ class CompassAxes(PolarAxes):
             path = Path.make_compound_path(*lines)
             self.add_artist(PathPatch(path, fill=False, clip_on=False, transform=self.transAxes, **look))
 
-    def _write_direction_or_ring_label(self, place: FloatArray, text: str, **look: Any) -> None:
+    def _write_direction_or_ring_label(self, position_in_axes_fractions: FloatArray, text: str, **look: Any) -> None:
         """Add a direction name or ring label to the compass; vertically centred unless `look` states otherwise."""
-        x, y = place.tolist()
+        x, y = position_in_axes_fractions.tolist()
         self.direction_and_ring_labels.append(self.text(x, y, text, **{"va": "center", "zorder": 1.5, **look}))
 
 
@@ -209,9 +209,9 @@ class CompassGridLayout(ConstrainedLayoutEngine):
         low = bar_low + _COLOUR_BAR_HEIGHT_PT + _COMPASS_GAP_PT if bars else low
         estimate = min(width / _panel_grid_shape(panels[0])[1], (high - low) / _panel_grid_shape(panels[0])[0])
         for axes in panels:  # distances of texts from the rim hardly depend on its size
-            size = max(_MIN_COMPASS_DIAMETER_PT, estimate - 4.0 * _DIRECTION_NAME_DISTANCE_PT)
+            size = max(_MIN_COMPASS_DIAMETER_PT, estimate - 4.0 * _DIRECTION_NAME_DISTANCE_FROM_RIM_PT)
             _set_panel_position(axes, 0.0, 0.0, size / width, size / height)
-        across, down = _text_overhang_by_column_and_row(panels, renderer)
+        across, down = _text_overhang_pt_by_column_and_row(panels, renderer)
         size = min(
             _largest_compass_diameter_pt(width - 2.0 * _FIGURE_MARGIN_PT, across),
             _largest_compass_diameter_pt(high - low, down),
@@ -219,8 +219,8 @@ class CompassGridLayout(ConstrainedLayoutEngine):
         if size < _MIN_COMPASS_DIAMETER_PT:
             warnings.warn("constrained_layout not applied: no room for the compasses", stacklevel=2)
             return
-        left = _compass_left_or_upper_edges(_FIGURE_MARGIN_PT, width - _FIGURE_MARGIN_PT, across, size)
-        top = _compass_left_or_upper_edges(height - high, height - low, down, size)
+        left = _compass_left_or_upper_edges_pt(_FIGURE_MARGIN_PT, width - _FIGURE_MARGIN_PT, across, size)
+        top = _compass_left_or_upper_edges_pt(height - high, height - low, down, size)
         for axes in panels:
             row, column = _panel_row_and_column(axes)
             x, y = left[column], height - top[row] - size
@@ -246,7 +246,7 @@ def _panel_row_and_column(axes: Any) -> tuple[int, int]:
     return place.rowspan.start, place.colspan.start
 
 
-def _text_overhang_by_column_and_row(
+def _text_overhang_pt_by_column_and_row(
     panels: Sequence[CompassAxes], renderer: RendererAgg
 ) -> tuple[FloatArray, FloatArray]:
     """Return the space that the texts of compasses need outside the rims, for each column and row of compasses.
@@ -259,20 +259,20 @@ def _text_overhang_by_column_and_row(
         Distances above and below each row, pt.
     """
     rows, columns = _panel_grid_shape(panels[0])
-    shared = _text_overhang_beyond_rim(panels[0], panels[0].direction_and_ring_labels, renderer)
+    shared = _text_overhang_beyond_rim_pt(panels[0], panels[0].direction_and_ring_labels, renderer)
     across, down = np.tile(shared[:2], (columns, 1)), np.tile(shared[2:], (rows, 1))
     for axes in panels:
         row, column = _panel_row_and_column(axes)
-        own = _text_overhang_beyond_rim(
+        own = _text_overhang_beyond_rim_pt(
             axes, [text for text in axes.texts if text not in axes.direction_and_ring_labels], renderer
         )
         across[column] = np.maximum(across[column], own[:2])
         down[row] = np.maximum(down[row], own[2:])
-        down[row, 0] = max(down[row, 0], _text_overhang_beyond_rim(axes, [axes.title], renderer)[2])
+        down[row, 0] = max(down[row, 0], _text_overhang_beyond_rim_pt(axes, [axes.title], renderer)[2])
     return across, down
 
 
-def _text_overhang_beyond_rim(axes: CompassAxes, texts: Sequence[Text], renderer: RendererAgg) -> FloatArray:
+def _text_overhang_beyond_rim_pt(axes: CompassAxes, texts: Sequence[Text], renderer: RendererAgg) -> FloatArray:
     """Return how far texts reach beyond the rim of a compass to the left, to the right, above and below, pt."""
     boxes = [text.get_window_extent(renderer) for text in texts if text.get_text()]
     if not boxes:
@@ -288,26 +288,30 @@ def _set_panel_position(axes: CompassAxes, left: float, bottom: float, width: fl
     axes.set_in_layout(True)
 
 
-def _largest_compass_diameter_pt(room: float, distances: FloatArray) -> float:
+def _largest_compass_diameter_pt(row_length_pt: float, text_lengths_pt: FloatArray) -> float:
     """Return the largest diameter, pt, at which a row (or column) of compasses and their texts fit into a length.
 
-    `distances` are the lengths that texts need before and after each compass, pt, shape (compasses, 2).
+    `text_lengths_pt` are the lengths that texts need before and after each compass, pt, shape (compasses, 2).
     """
-    count = len(distances)
-    return float(room - distances[0, 0] - distances[-1, 1] - (count - 1) * _least_gap_between_rims(distances)) / count
+    count = len(text_lengths_pt)
+    gaps = (count - 1) * _least_gap_between_rims_pt(text_lengths_pt)
+    return float(row_length_pt - text_lengths_pt[0, 0] - text_lengths_pt[-1, 1] - gaps) / count
 
 
-def _compass_left_or_upper_edges(first: float, last: float, distances: FloatArray, size: float) -> FloatArray:
+def _compass_left_or_upper_edges_pt(
+    row_start_pt: float, row_end_pt: float, text_lengths_pt: FloatArray, diameter_pt: float
+) -> FloatArray:
     """Return the left (or upper) edges, pt, of compasses in a row (or column) with the spare length divided evenly.
 
-    `first` and `last` are the ends of the row, and `size` the diameter of a compass, pt.
+    `text_lengths_pt` are those of `_largest_compass_diameter_pt`.
     """
-    count = len(distances)
-    spare = count * (_largest_compass_diameter_pt(last - first, distances) - size) / (count + 1)
-    step = size + _least_gap_between_rims(distances) + spare
-    return first + distances[0, 0] + spare + step * np.arange(count)
+    count = len(text_lengths_pt)
+    largest = _largest_compass_diameter_pt(row_end_pt - row_start_pt, text_lengths_pt)
+    spare = count * (largest - diameter_pt) / (count + 1)
+    step = diameter_pt + _least_gap_between_rims_pt(text_lengths_pt) + spare
+    return row_start_pt + text_lengths_pt[0, 0] + spare + step * np.arange(count)
 
 
-def _least_gap_between_rims(distances: FloatArray) -> float:
+def _least_gap_between_rims_pt(text_lengths_pt: FloatArray) -> float:
     """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
-    return float(np.max(distances[:-1, 1] + distances[1:, 0], initial=0.0)) + _COMPASS_GAP_PT
+    return float(np.max(text_lengths_pt[:-1, 1] + text_lengths_pt[1:, 0], initial=0.0)) + _COMPASS_GAP_PT

@@ -18,10 +18,10 @@ from overturning.figures.cells import (
     trim_outer_rings_without_falls,
 )
 from overturning.figures.explore_cells import (
-    AZIMUTH_RESOLUTION_DEG,
+    ENCODED_AZIMUTH_STEP_DEG,
     ENCODED_PROBABILITY_STEP_COUNT,
-    ROTATION_RESOLUTION_DEG,
-    ROTATION_RESOLUTION_IN_CRITICAL_ANGLES,
+    ENCODED_ROTATION_STEP_DEG,
+    ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES,
     choose_initial_explorer_case,
     encode_outcomes_of_record,
     ensemble_fall_probability,
@@ -93,7 +93,7 @@ def explorer_page_data(
     model, study = default_model_for_results_cube(cube), find_study_for_figure_settings(cube, study)
     degrees = _is_rotation_in_degrees_by_element(cube, one.sizes["element"])
     turn_steps = [
-        ROTATION_RESOLUTION_DEG if one_in_degrees else ROTATION_RESOLUTION_IN_CRITICAL_ANGLES
+        ENCODED_ROTATION_STEP_DEG if one_in_degrees else ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES
         for one_in_degrees in degrees
     ]
     first, options = _initial_block_and_element_indices(one, study), film_command_options(cube)
@@ -122,16 +122,17 @@ def explorer_page_data(
         "mirrors": not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG,
         "records": records,
         "rings": rings,
-        "direction": _rounded_json_list(direction),
+        "direction": _list_with_nine_decimals(direction),
         "computed": np.isin(direction,
         simulated_and_opposite_azimuths_deg(cube) if model.is_planar else direction).tolist(),
-        **{name: _rounded_json_list(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
+        **{name: _list_with_nine_decimals(one[name].to_numpy())
+           for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
         "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].fall_clarity_sort_key), "aspect": 0, **first},
         "degrees": degrees,
-        "directionEdges": _rounded_json_list(_direction_cell_edges(direction, model.is_planar)),
-        "radiusEdges": _rounded_json_list(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
-        "steps": {"rotation": turn_steps, "azimuth": AZIMUTH_RESOLUTION_DEG,
+        "directionEdges": _list_with_nine_decimals(_direction_cell_edges_rad_or_deg(direction, model.is_planar)),
+        "radiusEdges": _list_with_nine_decimals(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
+        "steps": {"rotation": turn_steps, "azimuth": ENCODED_AZIMUTH_STEP_DEG,
         "chance": 1 / ENCODED_PROBABILITY_STEP_COUNT},
         "ensemble": ensemble_fall_probability(one) is not None,
         "film": options | {
@@ -169,18 +170,18 @@ def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
         "id": str(record_cube["record_id"].item()),
         "name": record_and_event_text(record_cube),
         "normal": None if np.isnan(normal) else round(normal, 6),
-        "times": _rounded_json_list(np.array([np.nanmin(times), np.nanmax(times)]))
+        "times": _list_with_nine_decimals(np.array([np.nanmin(times), np.nanmax(times)]))
         if np.isfinite(times).any()
         else None,
     }
 
 
-def _rounded_json_list(numbers: NDArray[Any]) -> list[float]:
+def _list_with_nine_decimals(numbers: NDArray[Any]) -> list[float]:
     """Return an array of numbers as a list, rounded to nine decimals, for JSON."""
     return [round(float(value), 9) for value in numbers]
 
 
-def _direction_cell_edges(direction_deg: FloatArray, is_planar: bool) -> FloatArray:
+def _direction_cell_edges_rad_or_deg(direction_deg: FloatArray, is_planar: bool) -> FloatArray:
     """Return the boundaries between neighbouring direction cells: radians for azimuths, degrees for orientations."""
     if is_planar:
         return azimuth_cell_edges_rad(direction_deg)

@@ -22,10 +22,10 @@ Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, b
 becomes 1.
 """
 
-_FINEST_TIME_RESOLUTION_S: Final = 1e-2
+_MIN_ENCODED_TIME_STEP_S: Final = 1e-2
 """Smallest step of times, s."""
 
-AZIMUTH_RESOLUTION_DEG: Final = 1 / 101
+ENCODED_AZIMUTH_STEP_DEG: Final = 1 / 101
 """Step of azimuths, degrees.
 
 The page rounds to whole degrees, tenths of a degree and percent. Steps are an odd fraction of these units, so that no
@@ -35,11 +35,11 @@ multiple of a step is half-way between two shown numbers: rounded twice, 1.3496�
 _ROTATION_VARIABLE_BY_DIRECTION_DIMENSION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
 """Name of the rotation variable, by the direction of the model."""
 
-ROTATION_RESOLUTION_IN_CRITICAL_ANGLES: Final = 0.01 / 11
-"""Step of rotations in units of the critical angle α; see `AZIMUTH_RESOLUTION_DEG`."""
+ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES: Final = 0.01 / 11
+"""Step of rotations in units of the critical angle α; see `ENCODED_AZIMUTH_STEP_DEG`."""
 
-ROTATION_RESOLUTION_DEG: Final = 0.1 / 11
-"""Step of rotations in degrees; see `AZIMUTH_RESOLUTION_DEG`."""
+ENCODED_ROTATION_STEP_DEG: Final = 0.1 / 11
+"""Step of rotations in degrees; see `ENCODED_AZIMUTH_STEP_DEG`."""
 
 
 def encode_outcomes_of_record(
@@ -62,7 +62,7 @@ def encode_outcomes_of_record(
     known = fall_probabilities if ensemble is None else fall_probabilities.where(ensemble.notnull())
     time = transpose_to_page_order(record_cube["overturning_time"])
     time_step = max(
-        _FINEST_TIME_RESOLUTION_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
+        _MIN_ENCODED_TIME_STEP_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
     )  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(
@@ -70,17 +70,17 @@ def encode_outcomes_of_record(
                 np.isnan(flag), transpose_to_page_order(_display_codes_of_cases_without_outcome(record_cube)), flag
             ).astype("i1")
         ),
-        "rotation": _encode_as_base64_integers(
+        "rotation": _encode_multiples_of_step_as_base64(
             transpose_to_page_order(
                 record_cube[_ROTATION_VARIABLE_BY_DIRECTION_DIMENSION[model.direction_dimension_name]]
             ),
             np.asarray(rotation_steps),
             "<u2",
         ),
-        "time": _encode_as_base64_integers(time, time_step, "<u2"),
+        "time": _encode_multiples_of_step_as_base64(time, time_step, "<u2"),
         "timeStep": time_step,
         **{
-            name: _encode_as_base64_integers(
+            name: _encode_multiples_of_step_as_base64(
                 _clip_intermediate_probabilities(transpose_to_page_order(known[name])),
                 1 / ENCODED_PROBABILITY_STEP_COUNT,
                 "u1",
@@ -89,8 +89,8 @@ def encode_outcomes_of_record(
         },
     }
     if not model.is_planar:
-        cells["azimuth"] = _encode_as_base64_integers(
-            transpose_to_page_order(record_cube["fall_azimuth"]), AZIMUTH_RESOLUTION_DEG, "<u2"
+        cells["azimuth"] = _encode_multiples_of_step_as_base64(
+            transpose_to_page_order(record_cube["fall_azimuth"]), ENCODED_AZIMUTH_STEP_DEG, "<u2"
         )
     return cells
 
@@ -112,7 +112,7 @@ def _encode_array_as_base64(values: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _encode_as_base64_integers(values: FloatArray, step: float | FloatArray, integer_type: str) -> str:
+def _encode_multiples_of_step_as_base64(values: FloatArray, step: float | FloatArray, integer_type: str) -> str:
     """Round an array to multiples of `step`, and encode the multiples as unsigned integers in base64 text.
 
     The largest integer stands for missing; larger values are clipped to the second largest.

@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
-    DASHED,
+    DASHED_LINE_STYLE,
     FALL_COLOUR,
     INK,
     SERIES_COLOURS,
@@ -26,13 +26,13 @@ from overturning.statistics.fragility import FittedFragilityCurve
 JMA_DEGREE_BY_LOWER_BOUND: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
-MIN_LABELLED_JMA_INTENSITY_RANGE: Final = 0.1
+MIN_VISIBLE_WIDTH_OF_LABELLED_JMA_DEGREE: Final = 0.1
 """Smallest width, in instrumental intensity, of the part of a degree that is labelled at the left of the panel."""
 
-_SURVEY_RULE_PATCH_STYLE: Final[dict[str, Any]] = {"color": SERIES_COLOURS[4], "alpha": 0.3}
+_FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE: Final[dict[str, Any]] = {"color": SERIES_COLOURS[4], "alpha": 0.3}
 
 
-def overturned_fraction_figure(
+def overturned_fraction_by_intensity_figure(
     fall_rates: FloatArray,
     intensity_levels: FloatArray,
     fragility_curve: FittedFragilityCurve,
@@ -58,7 +58,9 @@ def overturned_fraction_figure(
         add_title_and_legend(
             figure,
             "",
-            first_marks=[legend_patch(_SURVEY_RULE_PATCH_STYLE, "share from which surveys infer the degree")],
+            first_marks=[
+                legend_patch(_FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE, "share from which surveys infer the degree")
+            ],
         )
     for panel in panels.flat[: 1 + with_jma]:
         panel.set_ylim(-2, 102)
@@ -81,7 +83,7 @@ def fragility_curves_figure(
     levels_by_measure : mapping of str to array, shape (record, a)
         Values of each measure, in the unit of its curve, NaN if unknown.
     fragility_curves : sequence of FittedFragilityCurve
-        Fragility curves of the same stones, one for each panel; see `overturned_fraction_figure`.
+        Fragility curves of the same stones, one for each panel; see `overturned_fraction_by_intensity_figure`.
     """
     count = len(fragility_curves)
     # One below the other: a curve for PGA and one for PGV fit a column of a journal.
@@ -136,12 +138,12 @@ def _draw_fall_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fal
     for low, high, least, most, _ in INTENSITY_BY_OVERTURNED_FRACTION_RULE:
         if least < right:
             size = min(most, right) - least, 100 * (high - low)
-            panel.add_patch(Rectangle((least, 100 * low), *size, **_SURVEY_RULE_PATCH_STYLE))
+            panel.add_patch(Rectangle((least, 100 * low), *size, **_FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE))
     ends = [*list(JMA_DEGREE_BY_LOWER_BOUND)[1:], math.inf]
     for (bound, name), end in zip(JMA_DEGREE_BY_LOWER_BOUND.items(), ends, strict=True):
-        panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
+        panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED_LINE_STYLE)
         begins = max(bound, left)
-        if begins < right and (begins == bound or end - begins > MIN_LABELLED_JMA_INTENSITY_RANGE):
+        if begins < right and (begins == bound or end - begins > MIN_VISIBLE_WIDTH_OF_LABELLED_JMA_DEGREE):
             panel.text(begins + 0.03, 96, name, fontsize=7, va="top")
     panel.set_xlim(left, right)
     label_axes(panel, "JMA instrumental intensity", "")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film_words import ACCELERATION_TRACE_LABELS, PLAYBACK_SPEED_LABELS, PLAYER_TEXTS
-from overturning.figures.style import minimum_and_maximum_by_group
+from overturning.figures.style import indices_and_values_of_extremes_by_group
 from overturning.motion.integration import integrate
 from overturning.units import GAL
 
@@ -29,7 +29,7 @@ FRAME_INTERVAL_S = 0.02
 TIME_BEFORE_FIRST_MOVEMENT_S = 0.4
 """Time shown before the first movement, s: two seconds at the speed at which a film starts."""
 
-MOVEMENT_TOLERANCE = 4e-3
+MIN_VISIBLE_MOVEMENT_M_OR_RAD = 4e-3
 """Smallest distance of a pose from its start and from its end that counts as movement: 1 to 2 pixels of a film.
 
 The unit is m for positions and rad for rotations; direction cosines and quaternions have no unit.
@@ -47,10 +47,14 @@ class FilmBody:
     vertices_from_reference_point: (
         FloatArray  # about its reference point, m: s (right) and z, or east, north and up, shape (n, 2 | 3)
     )
-    positions_by_frame: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) if it does not move
-    rotations_by_frame: FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
+    reference_point_positions_by_frame: (
+        FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) if it does not move
+    )
+    angles_or_quaternions_by_frame: (
+        FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
+    )
     is_free: bool = True  # not driven or held
-    faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
+    face_vertex_indices: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
     def player_data(self) -> dict[str, Any]:
         """Return shape, positions and rotations of the body as a dictionary for the JavaScript film player."""
@@ -58,9 +62,9 @@ class FilmBody:
             "name": self.name,
             "free": self.is_free,
             "vertices": [[round(float(part), 5) for part in vertex] for vertex in self.vertices_from_reference_point],
-            "faces": self.faces,
-            "position": _encode_as_scaled_base64_integers(self.positions_by_frame),
-            "rotation": _encode_as_scaled_base64_integers(self.rotations_by_frame),
+            "faces": self.face_vertex_indices,
+            "position": _encode_as_scaled_base64_integers(self.reference_point_positions_by_frame),
+            "rotation": _encode_as_scaled_base64_integers(self.angles_or_quaternions_by_frame),
         }
 
 
@@ -69,13 +73,13 @@ class FilmPanel:
     """One panel of a film: the bodies, base motion, heading and outcome of one simulation."""
 
     title: str  # heading, for instance the azimuth
-    outcome: str  # sentence shown from `last_fall_time` on
+    outcome_sentence: str  # sentence shown from `last_fall_time` on
     last_fall_time: float  # time of the last fall, s; NaN: the outcome is shown at the end of the film
     bodies: tuple[FilmBody, ...]  # in drawing order
     horizontal_base_acceleration: (
         FloatArray  # of the base, m/s²: towards +s, shape (n,), or towards north and east, shape (2, n)
     )
-    sampling_interval: float  # of the acceleration, s; its first sample is at time 0
+    acceleration_sampling_interval: float  # of the acceleration, s; its first sample is at time 0
     left_and_right_bearings: tuple[str, str] = ("", "")  # names of the directions −s and +s
     contact_positions_by_frame: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
     contact_forces_over_weight: FloatArray | None = (
@@ -90,14 +94,14 @@ class FilmPanel:
     first_fall_time: float = math.nan  # s; NaN: `last_fall_time`
 
     @property
-    def fall_time_for_printed_strip(self) -> float:
+    def first_fall_time_for_printed_strip(self) -> float:
         """Time of the first fall, s, near which the printed strip of frames shows the fall; NaN if nothing falls."""
         return self.last_fall_time if math.isnan(self.first_fall_time) else self.first_fall_time
 
     @property
     def shows_3d_body(self) -> bool:
         """True if the panel shows 3-D bodies."""
-        return bool(self.bodies[0].faces)
+        return bool(self.bodies[0].face_vertex_indices)
 
     @property
     def keyboard_help_specific_to_2d_or_3d(self) -> str:
@@ -118,12 +122,18 @@ class FilmPanel:
     def player_data(self, film: "Film") -> dict[str, Any]:
         """Return the panel as a dictionary for the JavaScript film player, with the motion while `film` runs."""
         traces = [
-            (label, [_film_acceleration_extremes_and_interval(one, self.sampling_interval, film) for one in rows])
+            (
+                label,
+                [
+                    _film_acceleration_extremes_and_interval(one, self.acceleration_sampling_interval, film)
+                    for one in rows
+                ],
+            )
             for label, rows in self.labelled_acceleration_traces(film.has_vertical_motion)
         ]
         data: dict[str, Any] = {
             "title": self.title,
-            "outcome": self.outcome,
+            "outcome": self.outcome_sentence,
             "outcomeTime": None if np.isnan(self.last_fall_time) else round(float(self.last_fall_time), 4),
             "sides": self.left_and_right_bearings,
             "bodies": [body.player_data() for body in self.bodies],
@@ -152,7 +162,7 @@ class Film:
     first_frame_time: float  # time of the first frame, s after the record's start
     frame_interval: float  # s
     panels: tuple[FilmPanel, ...]  # a panel with fewer frames than another stays at its last frame
-    note: str = ""  # line below the film
+    note_below_film: str = ""  # line below the film
     frame_count: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -162,9 +172,12 @@ class Film:
             raise ArgumentError(f"frame_interval: {self.frame_interval}; it must be a positive number of seconds")
         bodies = [(panel.title, body) for panel in self.panels for body in panel.bodies]
         for title, body in bodies:
-            if not (np.isfinite(body.positions_by_frame).all() and np.isfinite(body.rotations_by_frame).all()):
+            if not (
+                np.isfinite(body.reference_point_positions_by_frame).all()
+                and np.isfinite(body.angles_or_quaternions_by_frame).all()
+            ):
                 raise ArgumentError(f"{title}, {body.name}: a pose is not finite")
-        object.__setattr__(self, "frame_count", max(len(body.positions_by_frame) for _, body in bodies))
+        object.__setattr__(self, "frame_count", max(len(body.reference_point_positions_by_frame) for _, body in bodies))
 
     @property
     def has_vertical_motion(self) -> bool:
@@ -172,7 +185,7 @@ class Film:
         return any(panel.vertical_base_acceleration is not None for panel in self.panels)
 
     @property
-    def peak_acceleration(self) -> float:
+    def peak_base_acceleration_of_all_panels(self) -> float:
         """Peak absolute base acceleration of all panels, m/s², to which all drawn traces are scaled."""
         rows = [
             row
@@ -203,8 +216,8 @@ class Film:
             "earthView": [
                 round(float(edge), 4) for edge in extent_of_free_2d_bodies(self, adds_ground_displacement=True)
             ],
-            "peak": round(self.peak_acceleration / GAL, 3),
-            "note": self.note,
+            "peak": round(self.peak_base_acceleration_of_all_panels / GAL, 3),
+            "note": self.note_below_film,
             "words": PLAYER_TEXTS,
             "speeds": [[speed, name] for speed, name in PLAYBACK_SPEED_LABELS.items()],
             "panels": [panel.player_data(self) for panel in self.panels],
@@ -243,10 +256,12 @@ def polygon_vertices_by_frame(body: FilmBody) -> FloatArray:
     """
     (s, z), cos, sin = (
         body.vertices_from_reference_point.T,
-        np.cos(body.rotations_by_frame)[:, None],
-        np.sin(body.rotations_by_frame)[:, None],
+        np.cos(body.angles_or_quaternions_by_frame)[:, None],
+        np.sin(body.angles_or_quaternions_by_frame)[:, None],
     )
-    return np.asarray(body.positions_by_frame[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
+    return np.asarray(
+        body.reference_point_positions_by_frame[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1)
+    )
 
 
 def extent_of_free_2d_bodies(
@@ -259,7 +274,7 @@ def extent_of_free_2d_bodies(
     places = [
         polygon_vertices_by_frame(body)
         + (
-            ground_displacement_at_frames(panel, len(body.positions_by_frame))[:, None]
+            ground_displacement_at_frames(panel, len(body.reference_point_positions_by_frame))[:, None]
             if adds_ground_displacement
             else 0.0
         )
@@ -345,4 +360,4 @@ def _film_acceleration_extremes_and_interval(
     group = max(1, int(np.floor(0.0201 / sampling_interval)))
     if group <= 2 or piece.size < 2 * group:
         return piece, sampling_interval
-    return minimum_and_maximum_by_group(piece, group)[1], sampling_interval * group / 2
+    return indices_and_values_of_extremes_by_group(piece, group)[1], sampling_interval * group / 2

@@ -24,7 +24,8 @@ def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name:
     place_name : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
-        ``direction_deg``, ``amplitude_factor`` and ``is_vertical_motion_omitted`` of `FilmTitleFacts`.
+        ``motion_azimuth_or_orientation_deg``, ``amplitude_factor`` and ``is_vertical_motion_omitted`` of
+        `FilmTitleFacts`.
     """
     height, width = block_sizes["height"], block_sizes["height"] * block_sizes["b_over_h"]
     given = {
@@ -51,7 +52,7 @@ def _title_facts_of_scene(scene: Scene) -> dict[str, Any]:
         return {"stone_kind": "stone", **own}
     return {
         "stone_kind": "scene",
-        "scene": scene.title or scene.name,
+        "scene_name": scene.title or scene.name,
         "size_reference_element_name": scene.size_reference_element_name,
         **own,
     }

@@ -38,7 +38,7 @@ from overturning.units import GAL
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOVIE_PLAYBACK_SPEED = next(iter(PLAYBACK_SPEED_LABELS))
+MOVIE_SPEED_OVER_REAL_TIME = next(iter(PLAYBACK_SPEED_LABELS))
 """Speed of a movie, as a share of real time: that at which a film starts in the player. A frame of a film then takes
 0.1 s, a multiple of the unit of a GIF."""
 
@@ -75,17 +75,17 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     kind = path.suffix.lower()
     check_film_can_be_written(path, is_3d=film.panels[0].shows_3d_body)
     check_output_path(path, "film", *MOVIE_SUFFIXES)
-    rate: Any = MOVIE_PLAYBACK_SPEED / film.frame_interval
+    rate: Any = MOVIE_SPEED_OVER_REAL_TIME / film.frame_interval
     # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     with use_package_matplotlib_settings(), atomic_write(path) as part:
         if current_language() != ENGLISH:
             film = _translate_panel_texts_of_film(film)
-        names = "".join([film.title, *(panel.outcome for panel in film.panels)])
+        names = "".join([film.title, *(panel.outcome_sentence for panel in film.panels)])
         if (language := font_language_of_text(names)) != ENGLISH:
             mpl.rcParams["font.family"] = [
                 MATPLOTLIB_SETTINGS["font.family"][0],
-                matplotlib_font_of_language(language, path.name),
+                name_of_installed_font_of_language(language, path.name),
             ]
         figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
         limit_ticks_to_axis_range(figure)
@@ -105,7 +105,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
             named.unlink(missing_ok=True)
 
 
-def matplotlib_font_of_language(language: str, file_name: str) -> str:
+def name_of_installed_font_of_language(language: str, file_name: str) -> str:
     """Return the name of an installed font for a language; raise an error that names the package if none is."""
     from matplotlib import font_manager
 
@@ -122,13 +122,16 @@ def matplotlib_font_of_language(language: str, file_name: str) -> str:
 
 def _translate_panel_texts_of_film(film: Film) -> Film:
     """Return a film with the headings and outcomes of its panels translated into the current language."""
-    panels = (replace(panel, title=translate(panel.title), outcome=translate(panel.outcome)) for panel in film.panels)
+    panels = (
+        replace(panel, title=translate(panel.title), outcome_sentence=translate(panel.outcome_sentence))
+        for panel in film.panels
+    )
     return replace(film, panels=tuple(panels))
 
 
 def _translated_movie_title_with_speed(film: Film, width_inches: float) -> str:
     """Return the title of a movie with its playback speed; a title in another language than English is line-broken."""
-    title = movie_title_with_speed(film.title, PLAYBACK_SPEED_LABELS[MOVIE_PLAYBACK_SPEED])
+    title = movie_title_with_speed(film.title, PLAYBACK_SPEED_LABELS[MOVIE_SPEED_OVER_REAL_TIME])
     if current_language() == ENGLISH:
         return title
     return break_text_at_width(translate(title), width_inches, 10.5)
@@ -143,7 +146,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
 
     columns = len(film.panels)
     outcomes, most_lines = pad_to_equal_line_count(
-        [break_text_at_width(panel.outcome, 0.9 * _PANEL_WIDTH_INCHES, 8.0) for panel in film.panels]
+        [break_text_at_width(panel.outcome_sentence, 0.9 * _PANEL_WIDTH_INCHES, 8.0) for panel in film.panels]
     )
     traces = len(film.panels[0].labelled_acceleration_traces(film.has_vertical_motion))
     tall = 3.4 + 1.0 * traces + 0.15 * (most_lines - 1)
@@ -197,12 +200,12 @@ def _draw_traces_and_current_time_lines(trace_axes: Sequence[Any], film: Film, p
 
     All traces of a film have one scale. Horizontal and vertical traces are named only if both are drawn.
     """
-    largest, marks = film.peak_acceleration / GAL or 1.0, []
+    largest, marks = film.peak_base_acceleration_of_all_panels / GAL or 1.0, []
     for axes, (label, components) in zip(
         trace_axes, panel.labelled_acceleration_traces(film.has_vertical_motion), strict=True
     ):
         for component in components:
-            time = np.arange(component.size) * panel.sampling_interval
+            time = np.arange(component.size) * panel.acceleration_sampling_interval
             axes.plot(time, component / GAL, color=SERIES_COLOURS[0], linewidth=0.6)
         axes.set(
             xlim=(film.first_frame_time, max(film.last_frame_time, film.first_frame_time + 1e-3)),

@@ -20,7 +20,7 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_TILT_AND_ANGULAR_VELOCITY_AT_REST = 1e-3
+MAX_TILT_COSINE_AND_RAD_PER_S_AT_REST = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
@@ -51,7 +51,7 @@ def _standing_stones_sentence(stones: list["xr.Dataset"]) -> str:
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
     moves = (
         max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last))
-        > MAX_TILT_AND_ANGULAR_VELOCITY_AT_REST
+        > MAX_TILT_COSINE_AND_RAD_PER_S_AT_REST
     )
 
     def largest_value_and_stone_name(values: list[float]) -> tuple[float, str]:
@@ -89,12 +89,14 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
     return join_fall_sentences(texts, len(stones))
 
 
-def stack_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
+def stack_tilts_quaternions_positions_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return tilt (2), quaternion (4) and position (3, m) of all stones of a stack, shape (times, 9 × stones)."""
-    return np.concatenate([body_poses_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1)
+    return np.concatenate(
+        [body_tilt_quaternion_and_position_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1
+    )
 
 
-def body_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
+def body_tilt_quaternion_and_position_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return the tilt components north and east, quaternion and position (m) of a 3-D body, shape (times, 9)."""
     return np.column_stack(
         [trajectory["tilt_north"], trajectory["tilt_east"], trajectory["quaternion"], trajectory["place"]]
@@ -143,7 +145,7 @@ def _film_body_of_trajectory(trajectory: "xr.Dataset", frame_times: FloatArray, 
     position, quaternion = (
         interpolate_to_frame_times(frame_times, clock, trajectory[one].to_numpy()) for one in ("place", "quaternion")
     )
-    return FilmBody(name, outline, position, quaternion, faces=convex_hull_faces(outline))
+    return FilmBody(name, outline, position, quaternion, face_vertex_indices=convex_hull_faces(outline))
 
 
 def convex_hull_faces(corners: FloatArray) -> tuple[tuple[int, ...], ...]:

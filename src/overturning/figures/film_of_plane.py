@@ -21,14 +21,14 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_HEIGHT = 3.0
+ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_SCENE_HEIGHT = 3.0
 """Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
 
 DRAWN_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT = 20.0
 """Half-width and depth with which endless ground is drawn, as a multiple of the scene's height: beyond the edges of the
 picture, also if the ground sinks, or stones of another panel slide far or are thrown up."""
 
-MAX_TRAJECTORY_EXTENSION_S = 0.5
+MAX_TIME_ADDED_UNTIL_STONE_LIES_S = 0.5
 """Longest time, s, by which a trajectory that ends just before a stone lies down is extended."""
 
 
@@ -87,7 +87,7 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
         return time, poses
     fallen = float(one["fallen_angle"].sel(side=side))
     left = fallen - abs(angle)
-    if not 0.0 < left < MAX_TRAJECTORY_EXTENSION_S * speed:
+    if not 0.0 < left < MAX_TIME_ADDED_UNTIL_STONE_LIES_S * speed:
         return time, poses
     level = float((trajectory["z"][0] + trajectory["vertices"][..., 1].max("vertex")).isel(element=1 - element_index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
@@ -100,7 +100,7 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
 
 
 def _film_bodies_of_scene(
-    trajectory: "xr.Dataset", frame_times: FloatArray, ground_shift: FloatArray
+    trajectory: "xr.Dataset", frame_times: FloatArray, ground_displacement: FloatArray
 ) -> tuple[FilmBody, ...]:
     """Return the bodies of a 2-D scene at the times `frame_times`; very wide ground is cut outside the picture."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
@@ -108,9 +108,9 @@ def _film_bodies_of_scene(
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
     reach = (
-        ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_HEIGHT * tall
+        ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_SCENE_HEIGHT * tall
         + float(np.abs(x[:, free]).max())
-        + float(np.abs(ground_shift).max())
+        + float(np.abs(ground_displacement).max())
     )
     bodies = []
     for index, name in enumerate(trajectory["element"].to_numpy()):
@@ -129,10 +129,10 @@ def _film_bodies_of_scene(
     return tuple(bodies)
 
 
-def _clip_wide_ground(vertices: FloatArray, size: float) -> FloatArray:
-    """Move the vertices of a very wide ground polygon, m, to within ± `size` of the centre and to the depth `size`."""
-    s, z = np.clip(vertices[:, 0], -size, size), vertices[:, 1]
-    return np.column_stack([s, np.where(z == z.min(), z.max() - size, z)])
+def _clip_wide_ground(vertices: FloatArray, half_width_and_depth: float) -> FloatArray:
+    """Move the vertices of a very wide ground polygon, m, so that it has the half-width and the depth given, m."""
+    s, z = np.clip(vertices[:, 0], -half_width_and_depth, half_width_and_depth), vertices[:, 1]
+    return np.column_stack([s, np.where(z == z.min(), z.max() - half_width_and_depth, z)])
 
 
 def _contact_points_and_forces(

@@ -7,13 +7,19 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL_S, MOVEMENT_TOLERANCE, Film, FilmPanel, frame_times_around_movement
+from overturning.figures.film import (
+    FRAME_INTERVAL_S,
+    MIN_VISIBLE_MOVEMENT_M_OR_RAD,
+    Film,
+    FilmPanel,
+    frame_times_around_movement,
+)
 from overturning.figures.film_of_body import (
     body_or_stack_film_panel,
     body_outcome_sentence,
-    body_poses_by_time,
+    body_tilt_quaternion_and_position_by_time,
     stack_outcome_sentence,
-    stack_poses_by_time,
+    stack_tilts_quaternions_positions_by_time,
 )
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
 from overturning.figures.film_words import (
@@ -31,7 +37,7 @@ if TYPE_CHECKING:
 SIMULATED_TIME_AFTER_OUTCOME_S: Final = 5.0
 """Time for which the simulation of a filmed scene goes on after its outcome is known, s: until its stones lie."""
 
-FILM_END_SHARE_OF_LARGEST_MOVEMENT: Final = 0.1
+MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT: Final = 0.1
 """Share of the largest movement of a stone that stands, below which its film ends."""
 
 
@@ -39,7 +45,7 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
     return panel_heading_with_bearing(
-        float(trajectory.attrs[display.direction_attribute]), is_3d=display is not _FILM_FUNCTIONS_2D_SCENE
+        float(trajectory.attrs[display.direction_attribute_name]), is_3d=display is not _FILM_FUNCTIONS_2D_SCENE
     )
 
 
@@ -51,7 +57,7 @@ def has_outcome(trajectory: "xr.Dataset") -> bool:
 def outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return a sentence, without full stop, on what falls in a simulation, or why it has no outcome."""
     if has_outcome(trajectory):
-        return _film_functions_for_trajectory(trajectory).outcome(trajectory)
+        return _film_functions_for_trajectory(trajectory).outcome_sentence_of(trajectory)
     return NO_OUTCOME_SENTENCE_BY_STATUS[CaseStatus(int(trajectory["status"]))]
 
 
@@ -60,7 +66,7 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 
     A body moves at a time if its pose differs from both its first and its last pose.
 
-    If nothing falls, the last movement of at least `FILM_END_SHARE_OF_LARGEST_MOVEMENT` of the largest one counts as
+    If nothing falls, the last movement of at least `MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT` of the largest one counts as
     the last, since a stone may rock on for long.
     """
     times = _movement_start_return_and_end_times(trajectory)
@@ -72,19 +78,21 @@ def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[floa
 
     See `first_and_last_movement_times`.
     """
-    poses, time = _film_functions_for_trajectory(trajectory).poses(trajectory), trajectory["time"].to_numpy()
+    poses, time = _film_functions_for_trajectory(trajectory).poses_by_time_of(trajectory), trajectory["time"].to_numpy()
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1)
     least = (
-        MOVEMENT_TOLERANCE
+        MIN_VISIBLE_MOVEMENT_M_OR_RAD
         if has_fallen_stone(trajectory)
-        else max(MOVEMENT_TOLERANCE, FILM_END_SHARE_OF_LARGEST_MOVEMENT * float(away.max()))
+        else max(MIN_VISIBLE_MOVEMENT_M_OR_RAD, MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT * float(away.max()))
     )
-    moving = np.flatnonzero(away > MOVEMENT_TOLERANCE)
+    moving = np.flatnonzero(away > MIN_VISIBLE_MOVEMENT_M_OR_RAD)
     if not moving.size:
         return None
     largest = int(away.argmax())
     back = largest + int(
-        np.argmax(away[largest:] < max(MOVEMENT_TOLERANCE, FILM_END_SHARE_OF_LARGEST_MOVEMENT * float(away.max())))
+        np.argmax(
+            away[largest:] < max(MIN_VISIBLE_MOVEMENT_M_OR_RAD, MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT * float(away.max()))
+        )
     )
     return float(time[moving[0]]), float(time[back]), float(time[np.flatnonzero(away >= least)[-1]])
 
@@ -158,7 +166,7 @@ def film_of_trajectories(
         )
     time = frame_times_around_movement(*film_start_and_end_times(trajectories))
     panels = tuple(
-        _film_functions_for_trajectory(trajectory).panel(
+        _film_functions_for_trajectory(trajectory).create_film_panel(
             trajectory, motion, time, (name, outcome_sentence(trajectory)), first_sample_time
         )
         for trajectory, motion, name in zip(trajectories, each, names, strict=True)
@@ -168,29 +176,37 @@ def film_of_trajectories(
         float(time[0]),
         FRAME_INTERVAL_S,
         panels,
-        note=f"{note} {_film_functions_for_trajectory(trajectories[0]).note}".strip(),
+        note_below_film=f"{note} {_film_functions_for_trajectory(trajectories[0]).hint_below_film}".strip(),
     )
 
 
 class _FilmFunctionsOfModelKind(NamedTuple):
     """Functions and texts with which a film shows one kind of simulation: a 2-D scene, a 3-D body or a 3-D stack."""
 
-    direction_attribute: str  # name of the attribute with the direction, degrees
-    outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
-    poses: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
+    direction_attribute_name: str  # name of the attribute with the direction, degrees
+    outcome_sentence_of: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
+    poses_by_time_of: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
     # Panel at the times of the frames; the last argument is the time of the first sample of the motion.
-    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str], float], FilmPanel]
-    note: str  # hint below the film
+    create_film_panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str], float], FilmPanel]
+    hint_below_film: str  # hint below the film
 
 
 _FILM_FUNCTIONS_2D_SCENE: Final = _FilmFunctionsOfModelKind(
     "azimuth_deg", scene_outcome_sentence, free_element_poses_by_time, scene_film_panel, ""
 )
 _FILM_FUNCTIONS_3D_BODY: Final = _FilmFunctionsOfModelKind(
-    "orientation_deg", body_outcome_sentence, body_poses_by_time, body_or_stack_film_panel, VIEW_ROTATION_HINT
+    "orientation_deg",
+    body_outcome_sentence,
+    body_tilt_quaternion_and_position_by_time,
+    body_or_stack_film_panel,
+    VIEW_ROTATION_HINT,
 )
 _FILM_FUNCTIONS_3D_STACK: Final = _FilmFunctionsOfModelKind(
-    "orientation_deg", stack_outcome_sentence, stack_poses_by_time, body_or_stack_film_panel, VIEW_ROTATION_HINT
+    "orientation_deg",
+    stack_outcome_sentence,
+    stack_tilts_quaternions_positions_by_time,
+    body_or_stack_film_panel,
+    VIEW_ROTATION_HINT,
 )
 
 

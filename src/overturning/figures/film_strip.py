@@ -43,7 +43,9 @@ def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[s
         axis=0,
     )
     falls = [
-        panel.fall_time_for_printed_strip for panel in film.panels if np.isfinite(panel.fall_time_for_printed_strip)
+        panel.first_fall_time_for_printed_strip
+        for panel in film.panels
+        if np.isfinite(panel.first_fall_time_for_printed_strip)
     ]
     if falls:
         near, names = (
@@ -60,15 +62,15 @@ def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[s
 
 def rotation_or_tilt_angle_by_frame(body: FilmBody, frame_count: int) -> FloatArray:
     """Return the angle by which a free body has turned since its first frame (3-D: its tilt), rad, shape (frames,)."""
-    if body.faces:
-        _, x, y, _ = body.rotations_by_frame.T / np.linalg.norm(body.rotations_by_frame, axis=1)
+    if body.face_vertex_indices:
+        _, x, y, _ = body.angles_or_quaternions_by_frame.T / np.linalg.norm(body.angles_or_quaternions_by_frame, axis=1)
         angle = np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0))
     else:
-        angle = np.abs(body.rotations_by_frame - body.rotations_by_frame[0])
+        angle = np.abs(body.angles_or_quaternions_by_frame - body.angles_or_quaternions_by_frame[0])
     return np.asarray(np.pad(angle, (0, frame_count - angle.size), mode="edge"))
 
 
-def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
+def film_strip_figure(film: Film, *, has_title: bool = True) -> "Figure":
     """Return a figure with four frames of each panel of a film, in rows, for printing."""
     times, names = film_strip_frame_times_and_captions(film)
     rows = len(film.panels)
@@ -81,9 +83,9 @@ def film_strip_figure(film: Film, *, titled: bool = True) -> "Figure":
             for panel in film.panels
         ]
     )
-    high = rows * (tall + 0.2 + 0.15 * (lines - 1)) + 0.25 + 0.35 * titled
+    high = rows * (tall + 0.2 + 0.15 * (lines - 1)) + 0.25 + 0.35 * has_title
     figure, panels = create_panel_grid(rows, len(names), PAGE_WIDTH_INCHES, high)
-    if titled:
+    if has_title:
         add_title_and_legend(figure, film.title)
     for row, (panel, caption, axes_row) in enumerate(zip(film.panels, captions, panels, strict=True)):
         for column, (axes, time, name) in enumerate(zip(axes_row, times, names, strict=True)):
@@ -108,15 +110,15 @@ def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
         if panel.left_and_right_bearings[0]
         else ""
     )
-    return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome
+    return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome_sentence
 
 
-def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, frame_position: float) -> None:
+def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, fractional_frame_index: float) -> None:
     """Draw the bodies of a film panel at a frame; a fraction, such as 2.5, interpolates between two frames."""
     from matplotlib.patches import Polygon
 
     if panel.shows_3d_body:
-        _draw_bodies_with_floor(axes, panel.bodies, frame_position)
+        _draw_bodies_with_floor(axes, panel.bodies, fractional_frame_index)
         return
     for body in panel.bodies:
         look = (
@@ -124,29 +126,29 @@ def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, frame_position: float)
             if body.is_free
             else {"facecolor": GROUND_COLOUR, "edgecolor": "none"}
         )
-        places = polygon_vertices_by_frame(body_at_frame(body, frame_position))[0]
+        places = polygon_vertices_by_frame(body_at_frame(body, fractional_frame_index))[0]
         axes.add_patch(Polygon(places, closed=True, linewidth=0.7, **look))
 
 
-def body_at_frame(body: FilmBody, frame_position: float) -> FilmBody:
+def body_at_frame(body: FilmBody, fractional_frame_index: float) -> FilmBody:
     """Return a body with its pose at one frame only; a fraction, such as 2.5, interpolates between two frames.
 
     A position beyond the last frame gives the last pose.
     """
 
     def interpolate_poses_at_frame(poses_by_frame: FloatArray) -> FloatArray:
-        """Interpolate positions or rotations linearly to `frame_position`; the first axis keeps length 1."""
-        low = min(int(frame_position), len(poses_by_frame) - 1)
-        high, part = min(low + 1, len(poses_by_frame) - 1), min(max(frame_position - low, 0.0), 1.0)
+        """Interpolate positions or rotations linearly to `fractional_frame_index`; the first axis keeps length 1."""
+        low = min(int(fractional_frame_index), len(poses_by_frame) - 1)
+        high, part = min(low + 1, len(poses_by_frame) - 1), min(max(fractional_frame_index - low, 0.0), 1.0)
         return np.asarray(poses_by_frame[low] * (1.0 - part) + poses_by_frame[high] * part)[None]
 
     return FilmBody(
         body.name,
         body.vertices_from_reference_point,
-        interpolate_poses_at_frame(body.positions_by_frame),
-        interpolate_poses_at_frame(body.rotations_by_frame),
+        interpolate_poses_at_frame(body.reference_point_positions_by_frame),
+        interpolate_poses_at_frame(body.angles_or_quaternions_by_frame),
         body.is_free,
-        body.faces,
+        body.face_vertex_indices,
     )
 
 
@@ -166,7 +168,7 @@ CAMERA_AZIMUTH_RAD: Final = 2.7
 CAMERA_ELEVATION_RAD: Final = 0.42
 """Direction of the camera of a 3-D film at its start, rad; as in the player."""
 
-LIGHT_DIRECTION: Final = np.array([0.35, -0.5, 0.79])
+DIRECTION_TOWARDS_LIGHT: Final = np.array([0.35, -0.5, 0.79])
 
 
 def _camera_view_matrix() -> FloatArray:
@@ -177,9 +179,11 @@ def _camera_view_matrix() -> FloatArray:
 
 def corners_of_body_at_frame(body: FilmBody, frame_index: int = 0) -> FloatArray:
     """Return east, north and up, m, of the n corners of a 3-D body in one frame, shape (n, 3)."""
-    w, *u = body.rotations_by_frame[frame_index] / np.linalg.norm(body.rotations_by_frame[frame_index])
+    w, *u = body.angles_or_quaternions_by_frame[frame_index] / np.linalg.norm(
+        body.angles_or_quaternions_by_frame[frame_index]
+    )
     return np.asarray(
-        body.positions_by_frame[frame_index]
+        body.reference_point_positions_by_frame[frame_index]
         + body.vertices_from_reference_point
         + 2.0 * np.cross(u, np.cross(u, body.vertices_from_reference_point) + w * body.vertices_from_reference_point)
     )
@@ -189,10 +193,11 @@ def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
     """Return the view (left, right, bottom, top), m, that contains the 3-D bodies of all panels in every frame."""
     camera = _camera_view_matrix()[:2]
     places = [
-        (corners_of_body_at_frame(body, frame) - panel.bodies[0].positions_by_frame[0] * [1, 1, 0]) @ camera.T
+        (corners_of_body_at_frame(body, frame) - panel.bodies[0].reference_point_positions_by_frame[0] * [1, 1, 0])
+        @ camera.T
         for panel in film.panels
         for body in panel.bodies
-        for frame in range(len(body.positions_by_frame))
+        for frame in range(len(body.reference_point_positions_by_frame))
     ]
     half = _half_floor_width_m(film.panels[0].bodies)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera.T
@@ -204,7 +209,9 @@ def _axis_limits_of_body_view(film: Film) -> tuple[float, float, float, float]:
 
 def _half_floor_width_m(bodies: tuple[FilmBody, ...]) -> float:
     """Return half of the width of the floor on which 3-D bodies are drawn, m."""
-    corners = np.concatenate([corners_of_body_at_frame(body) for body in bodies]) - bodies[0].positions_by_frame[0] * [
+    corners = np.concatenate([corners_of_body_at_frame(body) for body in bodies]) - bodies[
+        0
+    ].reference_point_positions_by_frame[0] * [
         1,
         1,
         0,
@@ -212,11 +219,11 @@ def _half_floor_width_m(bodies: tuple[FilmBody, ...]) -> float:
     return 1.4 * float(np.linalg.norm(corners - [0.0, 0.0, 0.5 * corners[:, 2].max()], axis=1).max())
 
 
-def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], frame_position: float) -> None:
+def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], fractional_frame_index: float) -> None:
     """Draw 3-D bodies at a frame in order of distance, with floor, shadows and an arrow to the north."""
     from matplotlib.patches import Polygon
 
-    camera, begin = _camera_view_matrix(), bodies[0].positions_by_frame[0] * [1, 1, 0]
+    camera, begin = _camera_view_matrix(), bodies[0].reference_point_positions_by_frame[0] * [1, 1, 0]
     half = _half_floor_width_m(bodies)
     floor = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]]) @ camera[:2].T
     axes.add_patch(Polygon(floor, closed=True, facecolor="#e9e9e6", edgecolor="#c4c4c0", linewidth=0.6))
@@ -229,9 +236,9 @@ def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], frame_posit
     north = np.array([[0, 0.72 * half, 0], [0, half, 0]]) @ camera[:2].T
     axes.annotate("", north[1], north[0], arrowprops={"arrowstyle": "->", "color": "#0072b2"})
     axes.text(*(np.array([0, 1.12 * half, 0]) @ camera[:2].T), "N", fontsize=7, ha="center", va="center")
-    placed = [(body, corners_of_body_at_frame(body_at_frame(body, frame_position)) - begin) for body in bodies]
+    placed = [(body, corners_of_body_at_frame(body_at_frame(body, fractional_frame_index)) - begin) for body in bodies]
     for body, corners in placed:
-        for face in body.faces:  # the shadow straight below
+        for face in body.face_vertex_indices:  # the shadow straight below
             shadow = (corners[list(face)] * [1, 1, 0]) @ camera[:2].T
             axes.add_patch(Polygon(shadow, facecolor="#b9b9b4", edgecolor="none"))
     for body, corners in sorted(placed, key=lambda one: float(camera[2] @ one[1].mean(axis=0))):
@@ -242,12 +249,12 @@ def _draw_body(axes: Any, body: FilmBody, corners: FloatArray, camera: FloatArra
     """Draw the visible faces of a 3-D body, given the positions of its corners (m, shape (n, 3)) and the camera."""
     from matplotlib.patches import Polygon
 
-    for face in body.faces:
+    for face in body.face_vertex_indices:
         a, b, c = corners[list(face[:3])]
         normal = np.cross(b - a, c - b)
         if camera[2] @ normal <= 0:
             continue
-        bright = 0.72 + 0.28 * float(LIGHT_DIRECTION @ normal / np.linalg.norm(normal))
+        bright = 0.72 + 0.28 * float(DIRECTION_TOWARDS_LIGHT @ normal / np.linalg.norm(normal))
         colour = tuple(np.clip(np.array([201, 196, 186]) * bright / 255.0, 0.0, 1.0))
         axes.add_patch(
             Polygon(corners[list(face)] @ camera[:2].T, facecolor=colour, edgecolor=INK, linewidth=0.7, zorder=3)

@@ -70,7 +70,7 @@ class FilmTitleFacts:
         Friction coefficient; None if the scene sets it.
     station_and_event : str
         Station or id of the record, with the earthquake.
-    direction_deg : float or None
+    motion_azimuth_or_orientation_deg : float or None
         Azimuth of the motion (2-D) or orientation of the body (3-D), degrees; None if the panels differ.
     amplitude_factor : float
         Factor on the recorded motion.
@@ -83,11 +83,11 @@ class FilmTitleFacts:
     height: float
     friction: float | None
     station_and_event: str
-    direction_deg: float | None = None
+    motion_azimuth_or_orientation_deg: float | None = None
     is_3d: bool = False
     depth: float = 0.0
     prism_side_count: int = 0
-    scene: str = ""
+    scene_name: str = ""
     size_reference_element_name: str = ""
     amplitude_factor: float = 1.0
     is_vertical_motion_omitted: bool = False
@@ -123,28 +123,28 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
     parts = [
         _STONE_DESCRIPTION_TEMPLATES[title_facts.stone_kind].format(
             **sizes,
-            scene=title_facts.scene,
+            scene=title_facts.scene_name,
             element=title_facts.size_reference_element_name,
             sides=title_facts.prism_side_count,
         )
     ]
     if title_facts.friction is not None:
         parts.append(f"friction {title_facts.friction:g}")
-    if title_facts.is_3d and title_facts.direction_deg is not None:
-        parts.append(f"facing {compass_bearing_text(title_facts.direction_deg)}")
+    if title_facts.is_3d and title_facts.motion_azimuth_or_orientation_deg is not None:
+        parts.append(f"facing {compass_bearing_text(title_facts.motion_azimuth_or_orientation_deg)}")
     turned = (
         ""
-        if title_facts.is_3d or title_facts.direction_deg is None
-        else f", turned to {compass_bearing_text(title_facts.direction_deg)}"
+        if title_facts.is_3d or title_facts.motion_azimuth_or_orientation_deg is None
+        else f", turned to {compass_bearing_text(title_facts.motion_azimuth_or_orientation_deg)}"
     )
     factor = "" if title_facts.amplitude_factor == 1.0 else f" times {title_facts.amplitude_factor:g}"
     parts.append(f"under the record of {title_facts.station_and_event}{turned}{factor}")
     return ", ".join([*parts, *(["without its vertical motion"] if title_facts.is_vertical_motion_omitted else [])])
 
 
-def movie_title_with_speed(film_title: str, speed: str) -> str:
+def movie_title_with_speed(film_title: str, speed_label: str) -> str:
     """Return the title of a film with the speed at which its movie plays, such as "1/5" of real time."""
-    return f"{film_title} (at {speed} of its speed)"
+    return f"{film_title} (at {speed_label} of its speed)"
 
 
 def panel_heading_with_bearing(direction_deg: float, *, is_3d: bool) -> str:

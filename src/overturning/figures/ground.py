@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
-from overturning.figures.cells import isolated_curve_point_indices, symmetric_polar_curve
+from overturning.figures.cells import isolated_curve_point_indices, symmetric_polar_curve_angles_rad_and_radii
 from overturning.figures.compass import create_compass_grid, labels_of_rings_at_round_radii
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
 from overturning.motion.integration import integrate
@@ -16,7 +16,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import pseudo_acceleration_spectra
 from overturning.units import CM, GAL
 
-SpectraByAzimuth = tuple[FloatArray, list[FloatArray]]
+FrequenciesOrPeriodsAndSpectraByAzimuth = tuple[FloatArray, list[FloatArray]]
 """Frequencies or periods, and the spectral values at these along each azimuth."""
 
 
@@ -48,7 +48,7 @@ def _draw_hodograph(
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
-        look = {"linestyle": style.DASHED, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
+        look = {"linestyle": style.DASHED_LINE_STYLE, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
         style.draw_line_through_origin(axes, fault_normal_deg, largest, **look)
     axes.plot(east_component, north_component, color=style.SERIES_COLOURS[2], linewidth=0.6, rasterized=True)
     if size > 0:
@@ -77,7 +77,7 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
     return figure
 
 
-def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> SpectraByAzimuth:
+def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> FrequenciesOrPeriodsAndSpectraByAzimuth:
     """Return frequencies (Hz) and, for each azimuth, Fourier amplitudes (m/s), smoothed by Konno and Ohmachi.
 
     There are no frequencies if the motion is too short for a spectrum.
@@ -90,7 +90,9 @@ def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> Spect
     return at, [konno_ohmachi_smoothed_amplitude(frequency, amplitude, at) for frequency, amplitude in pairs]
 
 
-def response_spectra_along_azimuths(motion: Motion, azimuths_deg: list[float]) -> SpectraByAzimuth:
+def response_spectra_along_azimuths(
+    motion: Motion, azimuths_deg: list[float]
+) -> FrequenciesOrPeriodsAndSpectraByAzimuth:
     """Return periods (s) and, for each azimuth, pseudo-accelerations (m/s²) at a damping ratio of 0.05."""
     periods = np.geomspace(0.05, 10.0, 60)
     return periods, list(pseudo_acceleration_spectra(motion, periods, azimuths_deg).T)
@@ -145,7 +147,7 @@ def pga_and_pgv_by_azimuth_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
         axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks_at_rim=marked, has_spokes=True)
-        theta, around = symmetric_polar_curve(azimuth, peaks)  # a peak is an absolute value
+        theta, around = symmetric_polar_curve_angles_rad_and_radii(azimuth, peaks)  # a peak is an absolute value
         axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_curve_point_indices(around))
         axes.set_ylim(0.0, outer)
         style.mark_fault_normal(axes, fault_normal_deg)

@@ -7,16 +7,16 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
-    DASHED,
+    DASHED_LINE_STYLE,
     FALL_COLOUR,
     INK,
     MISSING_COLOUR,
     SERIES_COLOURS,
     create_panel_grid,
     format_three_significant_digits,
+    indices_and_values_of_extremes_by_group,
     label_axes,
     label_logarithmic_ticks,
-    minimum_and_maximum_by_group,
     wrap_name_into_lines,
     write_note_in_empty_panel,
 )
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COMPONENTS: Final = ("north", "east", "up")
+RECORD_COMPONENT_NAMES: Final = ("north", "east", "up")
 TIME_HISTORY_LABELS_AND_UNITS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
 RESPONSE_SPECTRUM_PERIODS_S: Final = SPECTRUM_PERIODS_S[SPECTRUM_PERIODS_S >= 0.05]
 """Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
 
-TIME_BIN_COUNT: Final = 600
+TIME_BIN_COUNT_OF_DRAWN_ENVELOPE: Final = 600
 """Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
@@ -55,14 +55,14 @@ def record_before_and_after_processing_figure(unprocessed_record: Record, proces
     unprocessed_record, processed_record : Record
         The record before and after processing; the same object if nothing was done.
     """
-    names = [name for name in COMPONENTS if getattr(processed_record, name) is not None]
+    names = [name for name in RECORD_COMPONENT_NAMES if getattr(processed_record, name) is not None]
     wide = len(names) > 2
     figure, panels = create_panel_grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
     for panel in panels[5, 1:] if wide else ():
         panel.remove()
     if wide:
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
-    _draw_rotd_spectra(panels[5, 0 if wide else 1], compute_rotd_spectra(processed_record))
+    _draw_rotd_spectra(panels[5, 0 if wide else 1], rotd_pseudo_acceleration_spectra(processed_record))
     moving = [getattr(unprocessed_record, name) for name in names]
     noise = signal_and_noise_spectra(moving, unprocessed_record.sampling_interval)
     for column, name in enumerate(names):
@@ -140,14 +140,14 @@ def _processing_step_lines(processing_steps: Sequence[Mapping[str, Any]]) -> lis
 
 def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the times and values of the smallest and largest sample per time bin; all samples if there are few."""
-    width = -(-sample_times.size // TIME_BIN_COUNT)
+    width = -(-sample_times.size // TIME_BIN_COUNT_OF_DRAWN_ENVELOPE)
     if width <= 2:
         return sample_times, samples
-    places, drawn = minimum_and_maximum_by_group(samples, width)
+    places, drawn = indices_and_values_of_extremes_by_group(samples, width)
     return sample_times[np.minimum(places, sample_times.size - 1)], drawn
 
 
-def start_shift_from_unprocessed(processed_record: Record) -> float:
+def start_time_after_unprocessed_start(processed_record: Record) -> float:
     """Return the start time of a processed record relative to the start of the unprocessed one, s.
 
     Padding moves the start to earlier times, cutting to later ones.
@@ -194,7 +194,7 @@ def _draw_component_time_histories(
                 panel.patch.set_visible(False)
         panel.plot(
             *min_max_envelope(
-                _sample_times(processed_record, start_shift_from_unprocessed(processed_record)), new / unit
+                _sample_times(processed_record, start_time_after_unprocessed_start(processed_record)), new / unit
             ),
             color=INK,
             linewidth=0.6,
@@ -240,7 +240,7 @@ def _draw_fourier_spectra(
         write_note_in_empty_panel(panel, "too short for a spectrum" if moves else "no motion")
         return
     for corner in _filter_corner_frequencies(processed_record.processing):
-        panel.axvline(corner, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED)
+        panel.axvline(corner, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED_LINE_STYLE)
         panel.annotate(
             f"{corner:g} Hz",
             (corner, 0.03),
@@ -268,13 +268,13 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
     if not any(getattr(processed_record, name).any() for name in component_names):
         write_note_in_empty_panel(panel, "no motion")
         return
-    time = _sample_times(processed_record, start_shift_from_unprocessed(processed_record))
+    time = _sample_times(processed_record, start_time_after_unprocessed_start(processed_record))
     for name, colour in zip(component_names, SERIES_COLOURS, strict=False):
         energy = np.cumsum(getattr(processed_record, name) ** 2)
         if energy[-1] > 0:
             panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
-        panel.axhline(share, color=MISSING_COLOUR, linewidth=0.5, linestyle=DASHED)
+        panel.axhline(share, color=MISSING_COLOUR, linewidth=0.5, linestyle=DASHED_LINE_STYLE)
     panel.legend(fontsize=7, loc="lower right")
 
 
@@ -294,12 +294,12 @@ def _draw_signal_to_noise_ratio(
             linewidth=1.0,
             label=name,
         )
-    panel.axhline(MIN_SIGNAL_TO_NOISE_RATIO, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED)
+    panel.axhline(MIN_SIGNAL_TO_NOISE_RATIO, color=FALL_COLOUR, linewidth=0.8, linestyle=DASHED_LINE_STYLE)
     _set_logarithmic_axes(panel)
     panel.legend(fontsize=7, loc="best")
 
 
-def compute_rotd_spectra(record: Record) -> FloatArray:
+def rotd_pseudo_acceleration_spectra(record: Record) -> FloatArray:
     """Return RotD00, RotD50, RotD100 of pseudo-acceleration at `RESPONSE_SPECTRUM_PERIODS_S`, m/s², shape (3, n)."""
     return rotd_percentile_measures(Motion.of(record), RESPONSE_SPECTRUM_PERIODS_S, percentiles=ROTD_PERCENTILES)["psa"]
 
@@ -330,7 +330,7 @@ def _draw_removed_acceleration(
         return
     time, later = (
         _sample_times(unprocessed_record),
-        _sample_times(processed_record, start_shift_from_unprocessed(processed_record)),
+        _sample_times(processed_record, start_time_after_unprocessed_start(processed_record)),
     )
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
     for name, colour in zip(component_names, SERIES_COLOURS, strict=False):

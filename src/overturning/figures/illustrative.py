@@ -113,11 +113,11 @@ def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset
     return select_outcomes_of_element(cube, element_name_to_show(cube)).assign({ANY_ELEMENT_FALLS_VARIABLE: falls})
 
 
-CaseFigureSpecification = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
+FileSuffixDrawingAltTextAndOptions = tuple[str, "Callable[[], Figure]", str, dict[str, float]]
 """A figure that accompanies a film: suffix of the file name, function that draws it, alternative text, options for the
 report."""
 
-FIGURES_SHARED_BY_CASES_OF_RECORD = ("boundary", "hodograph")
+FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION = ("boundary", "hodograph")
 """Figures that are the same for all cases of a 2-D study under one motion."""
 
 
@@ -131,7 +131,7 @@ def _draw_illustrative_case(
     """Simulate one illustrative case again, and draw its film and figures.
 
     `output_stem` is the path of the figures without ``-strip.svg`` and so on. `drawn_files` maps the name of a figure
-    of `FIGURES_SHARED_BY_CASES_OF_RECORD`, record and variant to its file; figures that are already drawn are copied.
+    of `FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION`, record and variant to its file; figures already drawn are copied.
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
@@ -149,8 +149,8 @@ def _draw_illustrative_case(
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = record_and_event_text(one)
     title = f"{place}: {block_label(study, case.block_coordinates)}"
-    strip_figure = partial(film_strip_figure, film, titled=False)
-    drawn: list[CaseFigureSpecification] = [("strip", strip_figure, "four frames of the film", {})]
+    strip_figure = partial(film_strip_figure, film, has_title=False)
+    drawn: list[FileSuffixDrawingAltTextAndOptions] = [("strip", strip_figure, "four frames of the film", {})]
     if default_model_for_results_cube(one).is_planar:
         drawn += _figures_for_planar_film(one, paths, motion, (title, place))
     else:
@@ -165,7 +165,7 @@ def _draw_illustrative_case(
         path = output_stem.with_name(f"{output_stem.name}-{name}.svg")
         same = (
             drawn_files.setdefault((name, record, settings[0]), path)
-            if name in FIGURES_SHARED_BY_CASES_OF_RECORD
+            if name in FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION
             else path
         )
         if same == path:
@@ -182,7 +182,7 @@ def _draw_illustrative_case(
         record=record,
         panel_variants=settings,
         panel_headings=tuple(panel.title for panel in film.panels),
-        panel_outcomes=tuple(panel.outcome for panel in film.panels),
+        panel_outcomes=tuple(panel.outcome_sentence for panel in film.panels),
         film=film.player_data(),
         film_strip_file_name=strip,
         strip_alt=str(figures.pop(strip)["alt"]),
@@ -206,7 +206,9 @@ def _film_title(
     place = record_and_event_text(record_cube)
     direction = case.panel_directions_deg[0] if single else None
     aspect = {"aspect": case.block_coordinates["aspect"]} if "aspect" in case.block_coordinates else {}
-    return film_title_text(film_title_facts(variant_model(study), sizes | aspect, place, direction_deg=direction))
+    return film_title_text(
+        film_title_facts(variant_model(study), sizes | aspect, place, motion_azimuth_or_orientation_deg=direction)
+    )
 
 
 def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> str:
@@ -234,7 +236,7 @@ def block_label(study: Study, block: dict[str, float]) -> str:
 
 def _figures_for_planar_film(
     record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, title_and_place: tuple[str, str]
-) -> list[CaseFigureSpecification]:
+) -> list[FileSuffixDrawingAltTextAndOptions]:
     """Return the figures shown with a 2-D film: rotation history, overturning boundary, spectra and hodograph.
 
     `title_and_place` are the title of the film, and station and earthquake as text.

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import (
-    DASHED,
+    DASHED_LINE_STYLE,
     FALL_COLOUR,
     INK,
     SERIES_COLOURS,
@@ -27,7 +27,7 @@ from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2, Logistic
 from overturning.units import GAL, STANDARD_GRAVITY
 
 CRITERION_LINE_STYLES: Final = (
-    (SERIES_COLOURS[0], DASHED),
+    (SERIES_COLOURS[0], DASHED_LINE_STYLE),
     (INK, (0, (1, 1.2))),
     (SERIES_COLOURS[3], "solid"),
     (SERIES_COLOURS[5], (0, (5, 1.2, 1, 1.2))),
@@ -92,7 +92,7 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
         set_logarithmic_ticks(axis)
-    label_axes(axes, "PGA, Gal", "PGV/PGA, s", small_ticks="both")
+    label_axes(axes, "PGA, Gal", "PGV/PGA, s", ticks_with_small_labels="both")
     axes.grid(True, which="major")
     # With a given place, Matplotlib does not measure the ticks to find one.
     axes.set_title(f"B/H = {b_over_h:.3g}, H = {height:g} m", fontsize=9, y=1.0)

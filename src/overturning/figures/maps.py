@@ -31,7 +31,7 @@ They can be distinguished with red-green colour blindness; arrows show the same 
 MAX_ARROWS_PER_AXIS: Final = 36
 """Largest number of arrows along each axis of a map."""
 
-_ARROW_LENGTH_SHARE_LIMITS: Final = (1 / 30, 1 / 10)
+_MIN_AND_MAX_ARROW_LENGTH_OVER_MAP_WIDTH: Final = (1 / 30, 1 / 10)
 """Least and largest length of an arrow, as a share of the width of its map."""
 
 
@@ -99,18 +99,19 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
     shown = azimuth[fell]
     axes.quiver(
         across[fell], up[fell], np.sin(shown), np.cos(shown), pivot="mid", angles="uv",
-        scale=1.0 / _fall_arrow_length_share(*edges), width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
+        scale=1.0 / _fall_arrow_length_over_map_width(*edges),
+        width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
         color=np.where(np.cos(shown) > -0.3, style.INK, "white"),
     )  # fmt: skip
     axes.set(xlim=(edges[0][0], edges[0][-1]), ylim=(edges[1][0], edges[1][-1]))
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))
 
 
-def _fall_arrow_length_share(orientation_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
+def _fall_arrow_length_over_map_width(orientation_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
     """Return the length of the fall arrows of a map, as a share of the map width, so that they fit into its cells."""
     across, up = (float(np.diff(edges).min() / np.ptp(edges)) for edges in (orientation_edges, b_over_h_edges))
     return float(
-        np.clip(min(0.6 * across, 0.45 * up), *_ARROW_LENGTH_SHARE_LIMITS)
+        np.clip(min(0.6 * across, 0.45 * up), *_MIN_AND_MAX_ARROW_LENGTH_OVER_MAP_WIDTH)
     )  # a map is about 3/4 as high as wide
 
 

@@ -27,7 +27,7 @@ from overturning.figures.style import (
 MAX_ROSES_PER_ROW: Final = 3
 
 _FALL_COUNTS_FOR_RADIUS_LABELS: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-_MEAN_MARK_RADIUS_FACTOR: Final = 1.07
+_MEAN_MARK_RADIUS_OVER_ROSE_RADIUS: Final = 1.07
 """Radius of the marks of means, in units of the radius of the rose."""
 _MEAN_DIRECTION_LINE_STYLE: Final[dict[str, Any]] = {
     "color": INK,
@@ -116,7 +116,7 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
     axes.set_rlabel_position(_sector_border_with_fewest_falls_deg(counts))
     if rose.mean_axis_deg is not None:
         for end in (rose.mean_axis_deg, rose.mean_axis_deg + 180.0):
-            axes.plot(np.radians([end, end]), [top, _MEAN_MARK_RADIUS_FACTOR * top], **_MEAN_AXIS_LINE_STYLE)
+            axes.plot(np.radians([end, end]), [top, _MEAN_MARK_RADIUS_OVER_ROSE_RADIUS * top], **_MEAN_AXIS_LINE_STYLE)
             _draw_mean_direction_interval(
                 axes, end, rose.mean_axis_interval_half_width_deg, 1.035 * top, _MEAN_AXIS_LINE_STYLE
             )
@@ -124,7 +124,7 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
         at = np.radians(rose.mean_direction_deg)
         axes.plot(
             at,
-            _MEAN_MARK_RADIUS_FACTOR * top,
+            _MEAN_MARK_RADIUS_OVER_ROSE_RADIUS * top,
             **_mean_direction_marker(rose.mean_direction_deg),
             clip_on=False,
             zorder=6,
@@ -133,19 +133,19 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
             axes,
             rose.mean_direction_deg,
             rose.mean_direction_interval_half_width_deg,
-            _MEAN_MARK_RADIUS_FACTOR * top,
+            _MEAN_MARK_RADIUS_OVER_ROSE_RADIUS * top,
             _MEAN_DIRECTION_LINE_STYLE,
         )
     axes.set_ylim(0.0, top)
 
 
 def _draw_mean_direction_interval(
-    axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, look: dict[str, Any]
+    axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, line_style: dict[str, Any]
 ) -> None:
     """Draw the confidence interval of a mean fall direction as an arc; draw nothing if the interval is unknown."""
     if half_width_deg is not None:
         angles = np.radians(np.linspace(middle_deg - half_width_deg, middle_deg + half_width_deg, 60))
-        axes.plot(angles, np.full(60, radius), **look | {"linewidth": 1.3})
+        axes.plot(angles, np.full(60, radius), **line_style | {"linewidth": 1.3})
 
 
 def _mean_direction_marker(azimuth_deg: float) -> dict[str, Any]:

@@ -76,7 +76,7 @@ def film_page_html(film: Film) -> str:
 
     with TemporaryDirectory() as folder, use_package_matplotlib_settings():
         strip = Path(folder) / "strip.svg"
-        save_figure_files(film_strip_figure(film, titled=False), strip)
+        save_figure_files(film_strip_figure(film, has_title=False), strip)
         player = Markup(film_html_element(film.player_data(), strip, translate(film.title)))
     about = {
         "title": translate(film.title),

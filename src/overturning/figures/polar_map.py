@@ -23,7 +23,7 @@ from overturning.figures.cells import (
     isolated_curve_point_indices,
     panel_row_and_column_counts,
     simulated_and_opposite_azimuths_deg,
-    symmetric_polar_curve,
+    symmetric_polar_curve_angles_rad_and_radii,
 )
 from overturning.figures.compass import COLOUR_BAR_AXES_LABEL, b_over_h_ring_labels, create_compass_grid
 from overturning.figures.film_words import record_and_event_text
@@ -33,7 +33,7 @@ from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
-PANEL_WIDTH_BY_COLUMN_COUNT: Final = {1: 4.1, 2: 3.0, 3: 2.15}
+PANEL_WIDTH_INCHES_BY_COLUMN_COUNT: Final = {1: 4.1, 2: 3.0, 3: 2.15}
 """Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
 
 TITLE_LETTER_WIDTH_INCHES: Final = 0.075
@@ -75,7 +75,7 @@ class PolarMapPanel:
         Azimuths of the cells that were simulated; others fill gaps.
     fault_normal_and_radial_deg : tuple of float
         Azimuths of the fault normal, and away from the epicentre; NaN if unknown.
-    peak_velocity : DataArray or None
+    peak_velocity_by_azimuth : DataArray or None
         Peak velocity by azimuth, m/s.
     """
 
@@ -83,7 +83,7 @@ class PolarMapPanel:
     fall_probability_cells: xr.Dataset
     is_azimuth_simulated: NDArray[np.bool_]
     fault_normal_and_radial_deg: tuple[float, float]
-    peak_velocity: xr.DataArray | None
+    peak_velocity_by_azimuth: xr.DataArray | None
 
     @property
     def b_over_h_edges(self) -> FloatArray:
@@ -117,13 +117,16 @@ def fall_map_by_azimuth_figure(
     outer = len(records) if len(records) > 1 else records[0].sizes["height"]
     rows, columns = panel_row_and_column_counts(outer, len(panels) // outer)
     size = (
-        max(PANEL_WIDTH_BY_COLUMN_COUNT[columns] * columns + 0.2, 4.3),
-        (PANEL_WIDTH_BY_COLUMN_COUNT[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5),
+        max(PANEL_WIDTH_INCHES_BY_COLUMN_COUNT[columns] * columns + 0.2, 4.3),
+        (PANEL_WIDTH_INCHES_BY_COLUMN_COUNT[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5),
     )
     figure, grid = create_compass_grid(rows, columns, *size, visible_count=len(panels))
     top = max(float(panel.b_over_h_edges[-1]) for panel in panels)
     rim = round_up_velocity_at_map_rim(
-        max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
+        max(
+            (float(one.peak_velocity_by_azimuth.max()) for one in panels if one.peak_velocity_by_azimuth is not None),
+            default=0,
+        )
     )
     shared = [len({panel.record_friction_and_height_labels[place] for panel in panels}) == 1 for place in range(3)]
     used = grid.ravel()[: len(panels)].tolist()
@@ -134,7 +137,9 @@ def fall_map_by_azimuth_figure(
             if name and not same
         ]
         mesh = _draw_polar_map(axes, panel, top, rim)
-        axes.write_title(_panel_title(own, int(PANEL_WIDTH_BY_COLUMN_COUNT[columns] / TITLE_LETTER_WIDTH_INCHES)))
+        axes.write_title(
+            _panel_title(own, int(PANEL_WIDTH_INCHES_BY_COLUMN_COUNT[columns] / TITLE_LETTER_WIDTH_INCHES))
+        )
     write_radius_meaning_with_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
@@ -157,16 +162,18 @@ def fall_map_by_azimuth_figure(
     return figure
 
 
-def _panel_title(names: Sequence[str], most_letters: int) -> str:
+def _panel_title(names: Sequence[str], max_letters_per_line: int) -> str:
     """Return the title of a panel in lines of limited length, from record, friction and height, as far as they differ.
 
     Quantities stay in one line: a text that is broken within a quantity could not be translated.
     """
     title = ", ".join(names)
-    if len(title) <= most_letters:
+    if len(title) <= max_letters_per_line:
         return title
     quantities = [name for name in names if "=" in name]
-    record = [line for name in names if "=" not in name for line in style.wrap_name_into_lines(name, most_letters)]
+    record = [
+        line for name in names if "=" not in name for line in style.wrap_name_into_lines(name, max_letters_per_line)
+    ]
     return "\n".join(filter(None, [*record, ", ".join(quantities)]))
 
 
@@ -212,7 +219,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     axes.draw_compass(
         largest_b_over_h,
         b_over_h_ring_labels(largest_b_over_h, float(radius.mean())),
-        azimuth_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
+        azimuth_deg_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
         has_marks_at_rim=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
         labels_in_front=True,
     )
@@ -226,7 +233,7 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
     look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
     mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY_COLOURMAP, vmin=0.0, vmax=1.0, **look)
     for ring, missing in enumerate(np.isnan(towards) & panel.is_azimuth_simulated):
-        for start, width in start_and_width_of_selected_cell_ranges(missing, edges):
+        for start, width in start_and_width_rad_of_selected_cell_ranges(missing, edges):
             look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME_PATCH_STYLE}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
     axes.plot(
@@ -234,9 +241,11 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
         **_HALF_PROBABILITY_LINE_STYLE,
         zorder=2.5,
     )
-    if panel.peak_velocity is not None and rim_velocity:
-        angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
-        theta, peaks = symmetric_polar_curve(angles, panel.peak_velocity.to_numpy() * largest_b_over_h / rim_velocity)
+    if panel.peak_velocity_by_azimuth is not None and rim_velocity:
+        angles = panel.peak_velocity_by_azimuth["azimuth"].to_numpy().astype(np.float64)
+        theta, peaks = symmetric_polar_curve_angles_rad_and_radii(
+            angles, panel.peak_velocity_by_azimuth.to_numpy() * largest_b_over_h / rim_velocity
+        )
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
         points = {"marker": ".", "markevery": isolated_curve_point_indices(peaks)}
         axes.plot(theta, peaks, **_PEAK_VELOCITY_LINE_STYLE, **points, zorder=2.6, path_effects=casing)
@@ -251,7 +260,7 @@ def _draw_simulated_area(
 ) -> None:
     """Hatch and outline the simulated range of azimuth and B/H; cells with falls are drawn over the hatching."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
-    for start, width in start_and_width_of_selected_cell_ranges(is_simulated, azimuth_edges_rad):
+    for start, width in start_and_width_rad_of_selected_cell_ranges(is_simulated, azimuth_edges_rad):
         axes.bar(
             start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS_PATCH_STYLE
         )
@@ -273,7 +282,7 @@ def _draw_simulated_area(
             )
 
 
-def start_and_width_of_selected_cell_ranges(
+def start_and_width_rad_of_selected_cell_ranges(
     is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray
 ) -> list[tuple[float, float]]:
     """Return start and width, radians, of each range of adjacent selected azimuth cells on a full circle."""
@@ -334,7 +343,7 @@ def round_up_velocity_at_map_rim(peak_velocity: float) -> float:
     return float(CM * power * next(one for one in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if one * power >= needed))
 
 
-def azimuth_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> float:
+def azimuth_deg_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> float:
     """Return the azimuth, degrees, at which to write the B/H labels: between named directions, where few blocks fall.
 
     The azimuth has the fewest falls around it, and is not within 20° of a marked axis (`marked_deg`).

@@ -20,15 +20,15 @@ ROW_LABELS_SINGLE_ELEMENT = ("base acceleration, Gal", "rotation, °", "slip of 
 ROW_LABELS_SEVERAL_ELEMENTS = (*ROW_LABELS_SINGLE_ELEMENT[:2], "slip over ground, cm", "uplift over ground, cm")
 """Labels for several elements: their motion is relative to the ground, since an element moves with those below it."""
 
-_MAX_RESPONSE_AT_REST = 1e-6
+_MAX_ROUNDING_ERROR_DEG_OR_CM = 1e-6
 """Largest rotation, degrees, and displacement, cm, that are rounding errors of a stone at rest."""
 
-MAX_DRAWN_CRITICAL_ANGLE_OVER_ROTATION = 3.0
+MAX_DRAWN_CRITICAL_ANGLE_OVER_LARGEST_ROTATION = 3.0
 """The critical angle is drawn if it is at most this multiple of the largest rotation; otherwise the scale would
 hide the rotations."""
 
 
-def element_rotation_slip_and_uplift(element_trajectory: xr.Dataset) -> list[Any]:
+def element_rotation_deg_slip_cm_and_uplift_cm(element_trajectory: xr.Dataset) -> list[Any]:
     """Return rotation (degrees), slip of the base (cm) and uplift of the highest base vertex (cm) over time."""
     p, q = element_trajectory["vertices"].to_numpy()[np.isfinite(element_trajectory["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
@@ -67,7 +67,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
                 trajectory.sel(element=name),
                 {"color": style.SERIES_COLOURS[number % len(style.SERIES_COLOURS)], "linewidth": 1.0},
             )
-            for axes, values in zip(rows[1:, column], element_rotation_slip_and_uplift(one), strict=True):
+            for axes, values in zip(rows[1:, column], element_rotation_deg_slip_cm_and_uplift_cm(one), strict=True):
                 axes.plot(
                     time,
                     values,
@@ -76,9 +76,11 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
                     **look,
                 )
             alpha = float(np.degrees(one["critical_angle"]))
-            if alpha <= MAX_DRAWN_CRITICAL_ANGLE_OVER_ROTATION * largest:
+            if alpha <= MAX_DRAWN_CRITICAL_ANGLE_OVER_LARGEST_ROTATION * largest:
                 for sign in (1, -1):
-                    rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
+                    rows[1, column].axhline(
+                        sign * alpha, linestyle=style.DASHED_LINE_STYLE, **(look | {"linewidth": 0.7})
+                    )
                 position = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}
                 # One beside the other: critical angles of several elements may be nearly equal.
                 rows[1, column].annotate("α", (0.01 + 0.05 * number, alpha), color=look["color"], **position)
@@ -98,7 +100,10 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
             parse_math=False,
         )
     for row in rows[1:]:  # at rest nothing but rounding errors would be drawn, on a scale of 1e-17
-        if max(float(np.abs(line.get_ydata()).max()) for axes in row for line in axes.lines) < _MAX_RESPONSE_AT_REST:
+        if (
+            max(float(np.abs(line.get_ydata()).max()) for axes in row for line in axes.lines)
+            < _MAX_ROUNDING_ERROR_DEG_OR_CM
+        ):
             row[0].set_ylim(-1.0, 1.0)
     # End the time axis with the longest trajectory.
     last = min(end + 1.5, max(float(trajectory["time"][-1]) for trajectory in trajectories))

@@ -36,7 +36,7 @@ _MEAN_AXIS_LINE_STYLE: Final[dict[str, Any]] = {
     "solid_capstyle": "butt",
     "clip_on": False,
 }
-_MEAN_AXIS_RADIUS_FACTOR: Final = 1.08
+_MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
@@ -45,10 +45,10 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
     rose of axes is half of a disk, with 0° at its top. The axis ends at radius
-    ``radius_limit``, by default at `common_rose_radius`.
+    ``radius_limit``, by default at `common_rose_radius_as_root_of_share`.
     """
     turn_axes_into_compass(axes)
-    radius_limit = radius_limit or common_rose_radius(rose)
+    radius_limit = radius_limit or common_rose_radius_as_root_of_share(rose)
     centres = np.arange(rose.mean_fall_share_by_sector.size) * 2.0 * np.pi / ROSE_SECTOR_COUNT
     values = [rose.mean_fall_share_by_sector, rose.share_interval_low_by_sector, rose.share_interval_high_by_sector]
     if rose.is_axial:  # the sector across the top has one half at either end
@@ -86,7 +86,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     if rose.is_axial:
         _label_fall_axis_angles(axes, rose.is_measured_from_fault_normal)
     else:
-        axes.set_rlabel_position(_azimuth_for_radius_labels(rose))
+        axes.set_rlabel_position(_azimuth_deg_for_radius_labels(rose))
 
 
 def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
@@ -112,12 +112,19 @@ def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> No
     top = axes.get_ylim()[1]
     axes.plot(
         np.radians([axis_deg, axis_deg]),
-        [(_MEAN_AXIS_RADIUS_FACTOR - 0.05) * top, (_MEAN_AXIS_RADIUS_FACTOR + 0.05) * top],
+        [
+            (_MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS - 0.05) * top,
+            (_MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS + 0.05) * top,
+        ],
         **_MEAN_AXIS_LINE_STYLE,
     )
     for low, high in axis_interval_arcs_deg(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
         angles = np.radians(np.linspace(low, high, 60))
-        axes.plot(angles, np.full(60, _MEAN_AXIS_RADIUS_FACTOR * top), **_MEAN_AXIS_LINE_STYLE | {"linewidth": 1.4})
+        axes.plot(
+            angles,
+            np.full(60, _MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS * top),
+            **_MEAN_AXIS_LINE_STYLE | {"linewidth": 1.4},
+        )
     axes.set_ylim(0.0, top)
 
 
@@ -128,7 +135,7 @@ def axis_interval_arcs_deg(axis_deg: float, half_width_deg: float) -> list[tuple
     return [(low, high) for low, high in clipped if low < high]
 
 
-def common_rose_radius(*roses: FallRose) -> float:
+def common_rose_radius_as_root_of_share(*roses: FallRose) -> float:
     """Return the outer radius that fits all given roses, as the square root of a share of falls."""
     most = [
         np.nanmax([rose.mean_fall_share_by_sector, rose.share_interval_high_by_sector]) if rose.fall_count else 0.0
@@ -137,7 +144,7 @@ def common_rose_radius(*roses: FallRose) -> float:
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
-def _azimuth_for_radius_labels(rose: FallRose) -> float:
+def _azimuth_deg_for_radius_labels(rose: FallRose) -> float:
     """Return the azimuth, degrees, at which to write the radius labels of a rose: where few stones fall."""
     most = np.fmax(rose.mean_fall_share_by_sector, rose.share_interval_high_by_sector)
     between = np.arange(22.5, 360.0, 45.0)
@@ -157,7 +164,7 @@ def fall_roses_by_group_figure(
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.is_axial for rose in roses.values())
     figure, panels = create_panel_grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
-    top = common_rose_radius(*roses.values())
+    top = common_rose_radius_as_root_of_share(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_fall_rose(axes, rose, top)
         frame = "" if rose.is_measured_from_fault_normal else ", from north"
@@ -206,7 +213,7 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
     titles = [wrap_name_into_lines(name, int(72.0 * wide / columns / 4.7)) for name in shown]
     high = (2.0 + 0.12 * (max(map(len, titles), default=1) - 1)) * rows + 0.2
     figure, panels = create_panel_grid(rows, columns, wide, high, len(shown), polar=True)
-    top = common_rose_radius(*(rose for rose, _ in shown.values()))
+    top = common_rose_radius_as_root_of_share(*(rose for rose, _ in shown.values()))
     for axes, title, (rose, members) in zip(panels.flat, titles, shown.values(), strict=False):
         draw_fall_rose(axes, rose, top)
         axes.tick_params(axis="both", labelsize=7)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from overturning.figures.rose import common_rose_radius, draw_fall_rose
+from overturning.figures.rose import common_rose_radius_as_root_of_share, draw_fall_rose
 from overturning.figures.style import INK, PAGE_WIDTH_INCHES, SERIES_COLOURS, create_panel_grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_MAX_TITLE_LINE_LENGTH: Final = 32
+_MAX_TITLE_LINE_CHARACTERS: Final = 32
 """Line length of the title above a panel, in characters."""
 
 
@@ -50,7 +50,9 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 def _scene_name_and_title(scene: Scene) -> str:
     """Return the name of a scene, with its title on the following lines."""
     return (
-        scene.name if scene.title in ("", scene.name) else f"{scene.name}\n{fill(scene.title, _MAX_TITLE_LINE_LENGTH)}"
+        scene.name
+        if scene.title in ("", scene.name)
+        else f"{scene.name}\n{fill(scene.title, _MAX_TITLE_LINE_CHARACTERS)}"
     )
 
 
@@ -75,7 +77,7 @@ def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"
         rows, columns, max(PAGE_WIDTH_INCHES / 3 * columns, 3.3), 2.4 * rows, len(cube_by_element_name), polar=True
     )
     roses = {name: fall_rose_of_all_records(cube) for name, cube in cube_by_element_name.items()}
-    top = common_rose_radius(*roses.values())
+    top = common_rose_radius_as_root_of_share(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_fall_rose(axes, rose, top)
         axes.set_title(f"{name}\n{rose.earthquake_count_text}", pad=12, fontsize=9, parse_math=False)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
 from overturning.figures.style import (
-    DASHED,
+    DASHED_LINE_STYLE,
     FALL_COLOUR,
     FAULT_COLOUR,
     INK,
@@ -72,7 +72,7 @@ class EarthquakeOnMap(NamedTuple):
 
     name: str
     stations: Sequence[StationOnMap]
-    epicentre: tuple[float, float] | None = None
+    epicentre_latitude_longitude: tuple[float, float] | None = None
     fault_trace: FaultTracePiecesInLatLonDeg = ()
 
 
@@ -187,7 +187,9 @@ def _check_stations_and_coordinates(earthquake: EarthquakeOnMap) -> None:
     """Raise an error if an earthquake has no stations, or if a latitude or longitude is outside its range."""
     if not earthquake.stations:
         raise ArgumentError(f"{earthquake.name}: no station; leave the earthquake out, or give one")
-    places = {one.name: one[1:3] for one in earthquake.stations} | {"epicentre": earthquake.epicentre or (0.0, 0.0)}
+    places = {one.name: one[1:3] for one in earthquake.stations} | {
+        "epicentre": earthquake.epicentre_latitude_longitude or (0.0, 0.0)
+    }
     for name, (latitude, longitude) in places.items():
         if not (abs(latitude) <= 90 and abs(longitude) <= 180):  # NaN fails both
             raise ArgumentError(
@@ -202,7 +204,10 @@ def _legend_entries_of_map_symbols(earthquakes: Sequence[EarthquakeOnMap]) -> li
 
     stations = [one for site in earthquakes for one in site.stations]
     kinds = {
-        "epicentre": (any(site.epicentre for site in earthquakes), _EPICENTRE_MARKER_STYLE | {"linestyle": "none"}),
+        "epicentre": (
+            any(site.epicentre_latitude_longitude for site in earthquakes),
+            _EPICENTRE_MARKER_STYLE | {"linestyle": "none"},
+        ),
         "station": (True, _STATION_MARKER_STYLE | {"linestyle": "none"}),
         "mean axis of the falls": (
             any(math.isfinite(one.mean_fall_axis_deg) for one in stations),
@@ -229,19 +234,30 @@ _STATION_MARKER_STYLE: Final[dict[str, Any]] = {
     "markersize": 4.5,
     "markeredgecolor": "white",
 }
-_FAULT_STRIKE_LINE_STYLE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 1.2, "linestyle": DASHED}
+_FAULT_STRIKE_LINE_STYLE: Final[dict[str, Any]] = {
+    "color": FAULT_COLOUR,
+    "linewidth": 1.2,
+    "linestyle": DASHED_LINE_STYLE,
+}
 _FAULT_TRACE_LINE_STYLE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 2.2, "alpha": 0.55}
 
 
 def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt: float) -> None:
     """Draw the map of one earthquake; the width of its panel, pt, is needed to place the station names."""
-    origin = earthquake.epicentre or (earthquake.stations[0].latitude, earthquake.stations[0].longitude)
+    origin = earthquake.epicentre_latitude_longitude or (
+        earthquake.stations[0].latitude,
+        earthquake.stations[0].longitude,
+    )
     places = np.array([local_east_north_km(one.latitude, one.longitude, *origin) for one in earthquake.stations])
     pieces = [np.array([local_east_north_km(*point, *origin) for point in piece]) for piece in earthquake.fault_trace]
     along = _points_along_fault_trace(pieces)
     away = np.hypot(*(along[:, None] - places).T).min(axis=0)
     # The nearest point of the trace is on the map, too.
-    shown = [*places, *([np.zeros(2)] if earthquake.epicentre else []), *([along[away.argmin()]] if away.size else [])]
+    shown = [
+        *places,
+        *([np.zeros(2)] if earthquake.epicentre_latitude_longitude else []),
+        *([along[away.argmin()]] if away.size else []),
+    ]
     low, high = np.min(shown, axis=0), np.max(shown, axis=0)
     middle, reach = (
         (low + high) / 2,
@@ -253,10 +269,10 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     axes.spines[:].set_linewidth(0.6)
     for piece in pieces:
         axes.plot(*piece.T, solid_capstyle="butt", zorder=2, label="trace", **_FAULT_TRACE_LINE_STYLE)
-    if earthquake.epicentre:
+    if earthquake.epicentre_latitude_longitude:
         axes.plot(0, 0, zorder=4, label="epicentre", **_EPICENTRE_MARKER_STYLE)
     star = 4.0 * 2 * reach / panel_width_pt * np.array([(0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)])
-    taken = [*along, *(star if earthquake.epicentre else ())]
+    taken = [*along, *(star if earthquake.epicentre_latitude_longitude else ())]
     for one, place in zip(earthquake.stations, places, strict=True):
         for azimuth, half in (
             (one.fault_strike_deg, 1.35 * ARROW_HALF_LENGTH_OVER_MAP_HALF_WIDTH * reach),
@@ -312,8 +328,8 @@ def _write_station_names(
                    key=lambda box: _name_placement_cost(box, number, own, marks, boxes, frame))  # fmt: skip
         boxes.append(best)
         axes.annotate(
-            name, (best.lower_left_corner + best.upper_right_corner) / 2 / points_per_km, ha="center", va="center",
-            fontsize=TEXT_SIZE_PT,
+            name, (best.lower_left_corner_pt + best.upper_right_corner_pt) / 2 / points_per_km,
+            ha="center", va="center", fontsize=TEXT_SIZE_PT,
             parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, annotation_clip=False,
             zorder=4.5,
@@ -326,13 +342,13 @@ _NAME_OFFSET_DIRECTIONS: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1
 class StationNameBox(NamedTuple):
     """Rectangle, pt, that a station's name occupies on a map: lower left and upper right corner."""
 
-    lower_left_corner: Any
-    upper_right_corner: Any
+    lower_left_corner_pt: Any
+    upper_right_corner_pt: Any
 
-    def distances_to_points(self, points: Any) -> Any:
+    def distances_to_points_pt(self, points: Any) -> Any:
         """Return the distances, pt, of points from the box; 0 for points inside the box."""
         return np.hypot(
-            *np.clip(np.maximum(self.lower_left_corner - points, points - self.upper_right_corner), 0, None).T
+            *np.clip(np.maximum(self.lower_left_corner_pt - points, points - self.upper_right_corner_pt), 0, None).T
         )
 
 
@@ -347,7 +363,9 @@ def _name_placement_cost(
     """Return a penalty for placing a station's name in a box, such as if the box hides lines or other names."""
     out = float(
         np.clip(
-            np.concatenate([panel_frame[:, 0] - box.lower_left_corner, box.upper_right_corner - panel_frame[:, 1]]),
+            np.concatenate(
+                [panel_frame[:, 0] - box.lower_left_corner_pt, box.upper_right_corner_pt - panel_frame[:, 1]]
+            ),
             0,
             None,
         ).sum()
@@ -355,15 +373,16 @@ def _name_placement_cost(
     over = sum(
         bool(
             np.all(
-                (box.lower_left_corner < other.upper_right_corner) & (box.upper_right_corner > other.lower_left_corner)
+                (box.lower_left_corner_pt < other.upper_right_corner_pt)
+                & (box.upper_right_corner_pt > other.lower_left_corner_pt)
             )
         )
         for other in placed_boxes
     )
-    away = box.distances_to_points(station_points)
+    away = box.distances_to_points_pt(station_points)
     others = np.delete(away, station_index)
     misleading = bool(others.size) and others.min() < 1.3 * away[station_index]
-    covered = float((box.distances_to_points(occupied_points) == 0).sum())
+    covered = float((box.distances_to_points_pt(occupied_points) == 0).sum())
     return 3 * out + 3 * covered + 12 * over + 25 * misleading + 0.3 * float(away[station_index])
 
 

@@ -36,7 +36,7 @@ MISSING_COLOUR: Final = "#8a8a8a"
 FAULT_COLOUR: Final = "#0072b2"
 SERIES_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
-DASHED: Final[Any] = (0, (4, 2))
+DASHED_LINE_STYLE: Final[Any] = (0, (4, 2))
 SERIES_LINE_STYLES: Final[tuple[Any, ...]] = (
     "-",
     (0, (5, 1.5)),
@@ -125,14 +125,16 @@ def use_package_matplotlib_settings() -> Iterator[None]:
         _MATPLOTLIB_SETTINGS_LOCK.release()
 
 
-def minimum_and_maximum_by_group(samples: FloatArray, group_size: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the smallest and largest sample in each group of `group_size`, in order of time.
+def indices_and_values_of_extremes_by_group(
+    samples: FloatArray, samples_per_group: int
+) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return indices and values of the smallest and largest sample in each group, in order of time.
 
     Each group has two values: its minimum and its maximum, in the order of the samples.
     """
-    padded = np.pad(samples, (0, -samples.size % group_size), mode="edge").reshape(-1, group_size)
+    padded = np.pad(samples, (0, -samples.size % samples_per_group), mode="edge").reshape(-1, samples_per_group)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
-    places = (within + group_size * np.arange(len(padded))[:, None]).ravel()
+    places = (within + samples_per_group * np.arange(len(padded))[:, None]).ravel()
     return places, padded.ravel()[places]
 
 
@@ -227,14 +229,14 @@ def add_panel_grid(
     return panels
 
 
-def wrap_name_into_lines(text: str, most_letters: int) -> list[str]:
-    """Break a text, such as the name of a place, into lines of at most `most_letters` Latin letters.
+def wrap_name_into_lines(text: str, max_letters_per_line: int) -> list[str]:
+    """Break a text, such as the name of a place, into lines of at most `max_letters_per_line` Latin letters.
 
     Chinese and Japanese characters, between which there are no spaces, are about twice as wide.
     """
     if all(ord(character) < _FIRST_CJK_CODE_POINT for character in text):
-        return wrap(text, most_letters) or [""]
-    return break_lines_at_width([text], 0.45 * most_letters, most_lines=len(text))
+        return wrap(text, max_letters_per_line) or [""]
+    return break_lines_at_width([text], 0.45 * max_letters_per_line, max_line_count=len(text))
 
 
 def add_title_and_legend(
@@ -273,11 +275,11 @@ def legend_patch(appearance: Any, label: str) -> Any:
     return Patch(label=label, **({"linewidth": 0.4} | own))
 
 
-def label_axes(axes: Any, x_label: str, y_label: str, small_ticks: str = "major") -> None:
-    """Write the axis labels of a panel, and make its `small_ticks` (major, minor or both) tick labels small."""
+def label_axes(axes: Any, x_label: str, y_label: str, ticks_with_small_labels: str = "major") -> None:
+    """Write the axis labels of a panel, and make the labels of its major, minor or both ticks small."""
     axes.set_xlabel(x_label, fontsize=8)
     axes.set_ylabel(y_label, fontsize=8)
-    axes.tick_params(labelsize=8, which=small_ticks)
+    axes.tick_params(labelsize=8, which=ticks_with_small_labels)
 
 
 def write_note_in_empty_panel(axes: Any, note: str) -> None:
@@ -336,18 +338,22 @@ def turn_axes_into_compass(
     axes.spines["polar"].set_linewidth(0.6)
 
 
-SINGLE_PLANE_SECTOR_WIDTH_DEG: Final = 5.0
+AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG: Final = 5.0
 """Width of the sector of an azimuth, degrees, if a single plane was simulated, so that the grid has no step."""
 
 
 def azimuths_one_step_into_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
     """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
 
-    A single plane (one azimuth, or two opposite ones) has no step; it counts as `SINGLE_PLANE_SECTOR_WIDTH_DEG`.
+    A single plane (one azimuth, or two opposite ones) has no step; it counts as
+    `AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG`.
     """
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     if np.unique(azimuth % 180.0).size == 1:
-        around = [azimuth - SINGLE_PLANE_SECTOR_WIDTH_DEG, azimuth + SINGLE_PLANE_SECTOR_WIDTH_DEG]
+        around = [
+            azimuth - AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG,
+            azimuth + AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG,
+        ]
         return np.asarray(np.round(np.concatenate(around) % 360.0, 10))
     not_computed, step = azimuth_gap_mask_and_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]

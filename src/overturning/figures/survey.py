@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from overturning.arrays import FloatArray
 from overturning.figures.answer import (
     ROW_HEIGHT_INCHES,
-    VALUE_FONT_SIZE,
+    VALUE_FONT_SIZE_PT,
     PlottedEstimate,
     draw_estimate_with_interval,
     format_estimate,
@@ -138,7 +138,7 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
                 0.68 * radius,
                 f"{number:g}",
                 color="white",
-                fontsize=VALUE_FONT_SIZE,
+                fontsize=VALUE_FONT_SIZE_PT,
                 ha="center",
                 va="center",
                 zorder=4,
@@ -183,7 +183,7 @@ def _draw_fallen_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) ->
             text = f"{format_estimate(share, 0)}"
             axes.annotate(
                 text, (1.0, row + offset), (6, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-                va="center", fontsize=VALUE_FONT_SIZE, color=look["color"],
+                va="center", fontsize=VALUE_FONT_SIZE_PT, color=look["color"],
             )  # fmt: skip
             ticks.append((row + offset, name))
     if len(drawn_surveys) == 1:

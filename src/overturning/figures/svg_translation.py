@@ -13,7 +13,7 @@ _ADJACENT_TEXT_ELEMENTS_PATTERN: Final = re.compile(r"(?:\s*<text [^>]*>[^<]*</t
 _TEXT_TRANSFORM_PATTERN: Final = re.compile(r' transform="translate\((\S+) (\S+)\)(?: rotate\((\S+)\))?"')
 _FONT_SIZE_PATTERN: Final = re.compile(r"font-size: ([\d.]+)px")
 
-BROWSER_FONTS: Final = {"ja": "'Noto Sans CJK JP', 'Hiragino Sans', 'Yu Gothic', 'IPAexGothic'"}
+BROWSER_FONTS_BY_LANGUAGE: Final = {"ja": "'Noto Sans CJK JP', 'Hiragino Sans', 'Yu Gothic', 'IPAexGothic'"}
 """Names of fonts of a language that a browser tries before its own choice."""
 
 _CHARACTERS_NOT_AT_LINE_START: Final = "、。，．・：；！？)）」』]％%°ー～,.;"
@@ -30,7 +30,9 @@ def translate_svg(svg_text: str, language: str | None = None) -> str:
     if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg_text:
         return svg_text
     text = _ADJACENT_TEXT_ELEMENTS_PATTERN.sub(lambda lines: _translate_svg_text_lines(lines[0], language), svg_text)
-    text = text.replace("Helvetica', 'Avant Garde', sans-serif", f"Helvetica', {BROWSER_FONTS[language]}, sans-serif")
+    text = text.replace(
+        "Helvetica', 'Avant Garde', sans-serif", f"Helvetica', {BROWSER_FONTS_BY_LANGUAGE[language]}, sans-serif"
+    )
     return text.replace("<svg ", f'<svg xml:lang="{language}" ', 1)
 
 
@@ -38,26 +40,27 @@ class _SvgTextLine(NamedTuple):
     """One line of text in an SVG file: its indentation, style, other attributes (position) and letters."""
 
     indent: str
-    style: str
-    attributes: str
+    style_attribute: str
+    other_attributes: str
     text: str
 
     @property
     def font_size(self) -> float:
         """Size of the font, in units of the SVG file."""
-        found = _FONT_SIZE_PATTERN.search(self.style)
+        found = _FONT_SIZE_PATTERN.search(self.style_attribute)
         return float(found[1]) if found else 10.0
 
     @property
-    def start_and_rotation(self) -> tuple[float, float, float] | None:
+    def start_xy_and_rotation_deg(self) -> tuple[float, float, float] | None:
         """Position x, y and clockwise rotation, degrees, of the line; None for a centred or right-aligned text."""
-        found = _TEXT_TRANSFORM_PATTERN.fullmatch(self.attributes)
+        found = _TEXT_TRANSFORM_PATTERN.fullmatch(self.other_attributes)
         return (float(found[1]), float(found[2]), float(found[3] or 0.0)) if found else None
 
     @property
     def svg_element(self) -> str:
         """The line as a ``text`` element of an SVG file."""
-        return f'{self.indent}<text style="{self.style}"{self.attributes}>{escape(self.text, quote=False)}</text>'
+        attributes = f'style="{self.style_attribute}"{self.other_attributes}'
+        return f"{self.indent}<text {attributes}>{escape(self.text, quote=False)}</text>"
 
 
 def _translate_svg_text_lines(svg_lines: str, language: str) -> str:
@@ -71,7 +74,9 @@ def _translate_svg_text_lines(svg_lines: str, language: str) -> str:
     new = translation.split("\n")
     if len(new) < len(lines):
         new = break_lines_at_width(new, max(map(_width_of_line, lines)) / lines[0].font_size, len(lines))
-    placed = lines if all(one.start_and_rotation is None for one in lines) else _lines_with_alignment_anchors(lines)
+    placed = (
+        lines if all(one.start_xy_and_rotation_deg is None for one in lines) else _lines_with_alignment_anchors(lines)
+    )
     # A text of fewer lines than before leaves out the last places.
     return "".join(one._replace(text=text).svg_element for one, text in zip(placed, new, strict=False))
 
@@ -96,7 +101,7 @@ def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLin
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """
-    starts = [one.start_and_rotation for one in lines if one.start_and_rotation is not None]
+    starts = [one.start_xy_and_rotation_deg for one in lines if one.start_xy_and_rotation_deg is not None]
     if len(starts) < len(lines):
         return lines
     widths = [_width_of_line(one) for one in lines]
@@ -105,7 +110,7 @@ def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLin
         return lines
     shifts = {"middle": 0.5, "start": 0.0, "end": 1.0}
     spreads = {
-        anchor: _value_range([x + share * width for (x, _, _), width in zip(starts, widths, strict=True)])
+        anchor: _largest_minus_smallest([x + share * width for (x, _, _), width in zip(starts, widths, strict=True)])
         for anchor, share in shifts.items()
     }
     anchor = "middle" if rotated else min(spreads, key=lambda name: (round(spreads[name], 1), name != "middle"))
@@ -114,12 +119,12 @@ def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLin
         along, angle = shifts[anchor] * width, math.radians(turn)
         place = f"translate({x + along * math.cos(angle):.2f} {y + along * math.sin(angle):.2f})"
         rotation = f" rotate({turn:g})" if turn else ""
-        style = line.style.replace("fill:", f"text-anchor: {anchor}; fill:", 1)
-        anchored.append(line._replace(style=style, attributes=f' transform="{place}{rotation}"'))
+        style = line.style_attribute.replace("fill:", f"text-anchor: {anchor}; fill:", 1)
+        anchored.append(line._replace(style_attribute=style, other_attributes=f' transform="{place}{rotation}"'))
     return anchored
 
 
-def _value_range(values: list[float]) -> float:
+def _largest_minus_smallest(values: list[float]) -> float:
     """Return the difference of the largest and the smallest value."""
     return max(values) - min(values)
 
@@ -129,10 +134,14 @@ def character_width_over_font_size(character: str) -> float:
     return 1.0 if ord(character) >= 0x2E80 else 0.6
 
 
-def break_lines_at_width(lines: list[str], width_in_font_sizes: float, most_lines: int) -> list[str]:
-    """Break lines at a width (in font sizes), which is increased until at most `most_lines` lines result."""
+def break_lines_at_width(lines: list[str], width_in_font_sizes: float, max_line_count: int) -> list[str]:
+    """Break lines at a width (in font sizes), which is increased until at most `max_line_count` lines result."""
     broken = [part for line in lines for part in _break_line_at_width(line, width_in_font_sizes)]
-    return broken if len(broken) <= most_lines else break_lines_at_width(lines, 1.1 * width_in_font_sizes, most_lines)
+    return (
+        broken
+        if len(broken) <= max_line_count
+        else break_lines_at_width(lines, 1.1 * width_in_font_sizes, max_line_count)
+    )
 
 
 def break_text_at_width(text: str, width_inches: float, font_size: float) -> str:

@@ -21,12 +21,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-NO_TITLE: Final = "none"
+TITLE_TEXT_THAT_REMOVES_TITLE: Final = "none"
 """Title of a figure that is to have none."""
 
 
 def save_figure_files(
-    figure: "Figure", *paths: Path, dpi: float = DPI, width: float | None = None, font: float | None = None
+    figure: "Figure",
+    *paths: Path,
+    dpi: float = DPI,
+    width_inches: float | None = None,
+    font_size_pt: float | None = None,
 ) -> None:
     """Write a figure to one or more files (.svg, .png or .pdf), byte for byte equal each time.
 
@@ -38,9 +42,9 @@ def save_figure_files(
         Files with the extension .svg, .png or .pdf.
     dpi : float
         Dots per inch of raster images.
-    width : float, optional
+    width_inches : float, optional
         Width of the file, inches; the proportions stay the same.
-    font : float, optional
+    font_size_pt : float, optional
         Size of the main font in the file, pt; the panels then fill the remaining space. If not given, the text is
         scaled with the figure.
 
@@ -52,8 +56,8 @@ def save_figure_files(
     from overturning.figures.ticks import limit_ticks_to_axis_range
 
     own = MATPLOTLIB_SETTINGS["font.size"]
-    scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
-    if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
+    scale = font_size_pt / own if font_size_pt else (width_inches or figure.get_figwidth()) / figure.get_figwidth()
+    if (wide := (width_inches or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
     compute_layout_only_once(figure)
     limit_ticks_to_axis_range(figure)
@@ -181,9 +185,9 @@ def _visible_panel_texts(axes: Any) -> "list[Text]":
 
 def set_figure_title(figure: "Figure", title: str | None) -> None:
     """Replace the title of a figure; "none" removes the title, and None leaves it unchanged."""
-    if title is not None and (title != NO_TITLE or figure.get_suptitle()):
-        text = figure.suptitle("" if title == NO_TITLE else title, parse_math=False)
-        text.set_in_layout(title != NO_TITLE)
+    if title is not None and (title != TITLE_TEXT_THAT_REMOVES_TITLE or figure.get_suptitle()):
+        text = figure.suptitle("" if title == TITLE_TEXT_THAT_REMOVES_TITLE else title, parse_math=False)
+        text.set_in_layout(title != TITLE_TEXT_THAT_REMOVES_TITLE)
 
 
 def parse_font_family_and_size(font_text: str) -> tuple[str | None, float | None]:
@@ -229,16 +233,18 @@ def parse_figure_width_inches(width_text: str) -> float | None:
     return None if metres is None else metres / 0.0254
 
 
-def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: str = "") -> str:
+def save_figure_and_return_warning(
+    figure: "Figure", path: Path, *, dpi: float, width_inches: float | None, font_family_and_size: str = ""
+) -> str:
     """Write a figure to a file, and return a warning if texts are cut off or overlap; "" if there is no problem.
 
-    `font` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is raised if the font is
-    not installed, or if the text leaves no room for the panels.
+    `font_family_and_size` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is raised
+    if the font is not installed, or if the text leaves no room for the panels.
     """
     import matplotlib as mpl
     from matplotlib.text import Text
 
-    family, size = parse_font_family_and_size(font) if font else (None, None)
+    family, size = parse_font_family_and_size(font_family_and_size) if font_family_and_size else (None, None)
     with use_package_matplotlib_settings(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         if family:  # ticks that are made while drawing have the family of the settings
@@ -246,7 +252,7 @@ def save_figure_with_checks(figure: "Figure", path: Path, *, dpi: float, width: 
             for text in figure.findobj(Text):
                 text.set_fontfamily(mpl.rcParams["font.family"])
         try:
-            save_figure_files(figure, path, dpi=dpi, width=width, font=size)
+            save_figure_files(figure, path, dpi=dpi, width_inches=width_inches, font_size_pt=size)
         except UserWarning:
             raise ArgumentError(
                 f"{path.name}: the text leaves no room for the panels; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}"

@@ -15,7 +15,7 @@ from overturning.figures.answer import (
     fall_alignment_with_references_figure,
     overturned_share_difference_figure,
 )
-from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_figure
+from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_by_intensity_figure
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
@@ -337,7 +337,7 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
         fall_rates["free_fall_rate"].to_numpy(),
         jma_intensities_of_scaled_motions(fall_rates, results.intensity),
     )
-    return overturned_fraction_figure(
+    return overturned_fraction_by_intensity_figure(
         rates, intensities_by_measure(fall_rates, results.intensity)[FALL_RATE_INTENSITY_MEASURE], curve, jma
     )
 

@@ -20,25 +20,25 @@ from overturning.report.filters import (
 from overturning.study.load import load_study
 from verification.tables import ROOT, insert_markdown_between_markers_in_docs, markdown_table
 
-IMAGES: Final = ROOT / "docs" / "images"
+DOCS_IMAGE_FOLDER: Final = ROOT / "docs" / "images"
 """Folder of the images of README.md and README.ja.md."""
 
-FindingTableRow = tuple[str, str, int]
+QuantityValueTextAndEarthquakeCount = tuple[str, str, int]
 """Quantity, its value with its 95 % interval, and the number of earthquakes."""
 
-STUDY_BY_PICTURE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
+STUDY_NAME_BY_MAP_IMAGE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
 """Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
-def _finding_row(quantity: str, one: Estimate, *, percent: bool = False) -> FindingTableRow:
+def _finding_row(quantity: str, estimate: Estimate, *, percent: bool = False) -> QuantityValueTextAndEarthquakeCount:
     """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
-    digits = 1 if one.value is not None and one.value < 0.1 else 0
+    digits = 1 if estimate.value is not None and estimate.value < 0.1 else 0
     shown = (
-        format_share_with_interval(one, digits, word_between_ends=" to ")
+        format_share_with_interval(estimate, digits, word_between_ends=" to ")
         if percent
-        else format_estimate_with_interval(one, word_between_ends=" to ")
+        else format_estimate_with_interval(estimate, word_between_ends=" to ")
     )
-    return quantity, shown, one.earthquake_count
+    return quantity, shown, estimate.earthquake_count
 
 
 def _short_group_name(group_name: str) -> str:
@@ -46,13 +46,13 @@ def _short_group_name(group_name: str) -> str:
     return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
 
-def _fault_normal_alignment_rows(found: Findings) -> Iterator[FindingTableRow]:
+def _fault_normal_alignment_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield a row for each group of records: alignment of the falls with the fault normal."""
     for group in found.direction.groups:
         yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.record_group)}", group.alignment)
 
 
-def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[FindingTableRow]:
+def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows for each group of records: alignment of the falls with the peak velocity and with the fault normal."""
     for group in found.reference_alignments:
         axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
@@ -63,7 +63,7 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[FindingTable
             )
 
 
-def _variant_comparison_rows(found: Findings) -> Iterator[FindingTableRow]:
+def _variant_comparison_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
     (one,) = (each for each in found.contrasts if each.is_primary_comparison)
     yield _finding_row(f"falls in “{found.study.name}” only", one.share_overturned_only_in_study, percent=True)
@@ -72,7 +72,7 @@ def _variant_comparison_rows(found: Findings) -> Iterator[FindingTableRow]:
         yield _finding_row("falls the same way, where it falls in both", one.same_direction_share, percent=True)
 
 
-ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[FindingTableRow]]]] = {
+ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[QuantityValueTextAndEarthquakeCount]]]] = {
     "near-fault": _fault_normal_alignment_rows,
     "in-space": _velocity_and_fault_alignment_rows,
     "three-tier": _variant_comparison_rows,
@@ -117,10 +117,10 @@ def main() -> None:
         for quantity, value, earthquakes in rows(found):
             lines.append((question, quantity, value, earthquakes))
             question = ""
-    for picture, study_name in STUDY_BY_PICTURE.items():
+    for picture, study_name in STUDY_NAME_BY_MAP_IMAGE.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
-        shutil.copyfile(drawn, IMAGES / picture)
-        write_japanese_copy_of_figure(IMAGES / picture)
+        shutil.copyfile(drawn, DOCS_IMAGE_FOLDER / picture)
+        write_japanese_copy_of_figure(DOCS_IMAGE_FOLDER / picture)
     table = markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)
     insert_markdown_between_markers_in_docs({"found": table, "stack-3d": stack})
 

@@ -5,9 +5,9 @@
 Each survey is simulated under a record of one earthquake; all records of this earthquake are removed from the library.
 The peak velocity lies between the levels of the library. Each stone is simulated by itself, with the friction, scatter,
 random outcomes and restitution of the survey. The earthquakes are split into two halves. On the surveys of one half the
-exponent of the likelihood of directions is chosen: the largest of `LIKELIHOOD_EXPONENTS` with which each of the three
-intervals covers at least `TARGET_COVERAGE`. The surveys of the other half are reported with this exponent. Then the
-halves are exchanged. The shipped exponent should be the smaller of the two.
+exponent of the likelihood of directions is chosen: the largest of `CANDIDATE_LIKELIHOOD_EXPONENTS` with which each of
+the three intervals covers at least `TARGET_COVERAGE`. The surveys of the other half are reported with this exponent.
+Then the halves are exchanged. The shipped exponent should be the smaller of the two.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ SELECTABLE_PARTS: Final = ("ruin", "coverage")
 RUIN_SURVEY_FILE: Final = ROOT / "surveys" / "example-ruin.csv"
 DEFAULT_SURVEY_COUNT: Final = 392
 SEED: Final = 26
-LIKELIHOOD_EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
+CANDIDATE_LIKELIHOOD_EXPONENTS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 TARGET_COVERAGE: Final = 0.9
 FIT_CHECK_EVERY_NTH_SURVEY: Final = 16
 """Every sixteenth survey is also checked for fit."""
@@ -60,9 +60,11 @@ INTERVAL_COVERAGE_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 class SimulatedSurveyWithTrueMotion:
     """Simulated survey of fallen and standing stones, with its true motion, peak velocity and axis."""
 
-    motion: CandidateMotion
-    pgv: float
-    true_axis_azimuth_deg: float
+    true_motion_as_recorded: CandidateMotion
+    true_pgv: float
+    """Peak velocity to which the motion is scaled at the site, m/s."""
+    true_velocity_axis_azimuth_deg: float
+    """Azimuth of the axis of the largest velocity, 0 to 180."""
     stones: list[Stone]
 
 
@@ -122,8 +124,8 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     """
     found: dict[str, float] = {}
     pga = posterior.pga[:, None] * posterior.pgv_by_motion_and_level
-    true_pga = survey.pgv * survey.motion.pga / survey.motion.pgv
-    for name, values, true in (("pgv", posterior.pgv_by_motion_and_level, survey.pgv), ("pga", pga, true_pga)):
+    true_pga = survey.true_pgv * survey.true_motion_as_recorded.pga / survey.true_motion_as_recorded.pgv
+    for name, values, true in (("pgv", posterior.pgv_by_motion_and_level, survey.true_pgv), ("pga", pga, true_pga)):
         (low, high), (least, most) = (
             posterior.credible_interval(values),
             posterior.credible_interval(values, use_prior=True),
@@ -136,7 +138,7 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     middle, width = posterior.credible_axis_arc_middle_and_width_deg(
         everything_fell=all(stone.fell for stone in survey.stones)
     )
-    found["axis_holds"] = abs((survey.true_axis_azimuth_deg - middle + 90) % 180 - 90) <= width / 2
+    found["axis_holds"] = abs((survey.true_velocity_axis_azimuth_deg - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
 
@@ -152,15 +154,17 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     kinds = [StoneDimensions.from_stone(stone) for truth in truths for stone in truth.stones]
     inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
-        prior = np.array([float(one.earthquake_name != truth.motion.earthquake_name) for one in library])[:, None, None]
+        prior = np.array(
+            [float(one.earthquake_name != truth.true_motion_as_recorded.earthquake_name) for one in library]
+        )[:, None, None]
         logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
-        for power in LIKELIHOOD_EXPONENTS:
+        for power in CANDIDATE_LIKELIHOOD_EXPONENTS:
             one = inversion.compute_posterior(logs, prior=prior, power=power)
             checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_EVERY_NTH_SURVEY == 0
             about = {
-                "half": events.index(truth.motion.earthquake_name) % 2, "power": power,
-                "event": truth.motion.earthquake_name,
-                "record": truth.motion.name,
+                "half": events.index(truth.true_motion_as_recorded.earthquake_name) % 2, "power": power,
+                "event": truth.true_motion_as_recorded.earthquake_name,
+                "record": truth.true_motion_as_recorded.name,
                 "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]),
                 "round": truth.stones[0].has_round_plan,
                 "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,
@@ -176,7 +180,7 @@ def choose_likelihood_exponent(rows: pd.DataFrame) -> float:
     """
     covered = rows.groupby("power")[INTERVAL_COVERAGE_COLUMNS].mean().min(axis=1)
     good = covered.index[covered >= TARGET_COVERAGE]
-    return float(good.max()) if good.size else LIKELIHOOD_EXPONENTS[0]
+    return float(good.max()) if good.size else CANDIDATE_LIKELIHOOD_EXPONENTS[0]
 
 
 def surveys_with_cross_validated_exponent(rows: pd.DataFrame) -> pd.DataFrame:
@@ -238,7 +242,7 @@ def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
         "more than nine tenths fell, not all": shown[(shown["fell"] > 0.9) & (shown["fell"] < 1.0)],
         "every stone fell": shown[shown["fell"] == 1.0],
         "12 to 35 stones": shown[few], "36 to 60 stones": shown[~few],
-        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in LIKELIHOOD_EXPONENTS},
+        **{f"all, exponent {power:g}": rows[rows["power"] == power] for power in CANDIDATE_LIKELIHOOD_EXPONENTS},
     }  # fmt: skip
     head = (
         "surveys", "number", "earthquakes", "exponent", "PGV covered", "PGA covered", "axis covered", "no upper bound",

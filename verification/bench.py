@@ -75,7 +75,7 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 """Contact for comparisons with the scalar loop, whose steps shrink with the stiffness."""
 
 
-def peak_flop_per_second_of_processor() -> float:
+def measure_peak_flop_per_second_of_core() -> float:
     """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
     return rounds * 256 * 16 / minimum_processor_time(lambda: _run_independent_multiply_adds(rounds))
@@ -108,7 +108,7 @@ def motion_too_weak_to_overturn() -> Motion:
     return Motion(2.0 * np.sin(2 * np.pi * t / 0.7), 0 * t, sampling_interval=0.01)
 
 
-def scalar_loop_benchmark(
+def scalar_loop_function_and_block_step_count(
     motion: Motion, is_centred: bool, blocks: int = 8, steps: int = 128
 ) -> tuple[Callable[[], object], int]:
     """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
@@ -119,17 +119,17 @@ def scalar_loop_benchmark(
     wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
     return lambda: [
-        scalar.simulate_block_in_scalar_loop(is_centred, wave, *own, mu) for mu in frictions
+        scalar.peak_rotation_and_steps_by_scalar_loop(is_centred, wave, *own, mu) for mu in frictions
     ], blocks * steps * (motion.sample_count - 1)
 
 
-def measure_throughput() -> list[MeasuredNumber]:
+def measure_block_step_throughput() -> list[MeasuredNumber]:
     """Measure block steps per second and core, relative to a scalar loop and to the floating-point limit.
 
     Repeated steps are included; the limit is that of the processor.
     """
     rows: list[MeasuredNumber] = []
-    motion, peak = motion_too_weak_to_overturn(), peak_flop_per_second_of_processor()
+    motion, peak = motion_too_weak_to_overturn(), measure_peak_flop_per_second_of_core()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT_CONTACT), "leave_out": False}
     for scheme in ("centred", "cundall"):
@@ -137,7 +137,7 @@ def measure_throughput() -> list[MeasuredNumber]:
         advance = wrap_loop_for_calls_from_python(loops(with_vertical=False, with_friction=True))
         advance(constants, np.zeros(STATE_ROW_LAYOUT.size), 8, 1, float(TICKS_PER_WHOLE_STEP))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
-        plain_run, narrow = scalar_loop_benchmark(motion, scheme == "centred")
+        plain_run, narrow = scalar_loop_function_and_block_step_count(motion, scheme == "centred")
         # Interleaved, so that other load on the machine affects both alike.
         ratios, speeds = [], []
         for _ in range(3):
@@ -155,7 +155,7 @@ def measure_throughput() -> list[MeasuredNumber]:
     return [MeasuredNumber("floating-point limit", peak / 1e9, "10^9/s"), *rows]
 
 
-def measure_time_per_case() -> list[MeasuredNumber]:
+def measure_time_per_case_and_rigid_agreement() -> list[MeasuredNumber]:
     """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
     motion = read_motions_of_default_study()["rinaldi"]
     axes = (
@@ -187,7 +187,7 @@ def measure_time_per_case() -> list[MeasuredNumber]:
     ]
 
 
-def measure_compilation() -> list[MeasuredNumber]:
+def measure_compile_and_load_time() -> list[MeasuredNumber]:
     """Measure the time of compilation (start with an empty cache minus start with a filled one) and of loading."""
     program = (
         "import time, numpy as np; from overturning import Motion, Cases, run_cases\n"
@@ -283,26 +283,29 @@ def measure_memory_and_time_by_case_count() -> list[MeasuredNumber]:
     return rows
 
 
-MEASUREMENT_BY_PART: dict[str, Callable[[], list[MeasuredNumber]]] = {
-    "growth": measure_memory_and_time_by_case_count, "throughput": measure_throughput, "sweep": measure_time_per_case,
-    "compilation": measure_compilation, "study": measure_time_and_errors_of_default_study,
+MEASUREMENT_FUNCTION_BY_PART: dict[str, Callable[[], list[MeasuredNumber]]] = {
+    "growth": measure_memory_and_time_by_case_count, "throughput": measure_block_step_throughput,
+    "sweep": measure_time_per_case_and_rigid_agreement,
+    "compilation": measure_compile_and_load_time, "study": measure_time_and_errors_of_default_study,
     "whole-run": measure_whole_run, "left-out": measure_effect_of_skipping_samples_at_rest
 }  # fmt: skip
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(MEASUREMENT_BY_PART)}; default: all")] = None,
+    parts: Annotated[
+        list[str] | None, typer.Argument(help=f"{', '.join(MEASUREMENT_FUNCTION_BY_PART)}; default: all")
+    ] = None,
 ) -> None:
     """Measure the speed of the kernels; parts that are not named keep their figures."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
     rows: list[MeasuredNumber] = []
-    for name in (names := named_parts_or_all_if_none(parts, MEASUREMENT_BY_PART)):
-        measure = MEASUREMENT_BY_PART[name]
+    for name in (names := named_parts_or_all_if_none(parts, MEASUREMENT_FUNCTION_BY_PART)):
+        measure = MEASUREMENT_FUNCTION_BY_PART[name]
         found = measure()
         print(body := measured_numbers_table(found), flush=True)
         rows += found
         known = write_measured_numbers(
-            rows, RESULT_TABLE_FOLDER / f"{machine}.csv", keep_other_figures=bool(parts) or name != names[-1]
+            rows, RESULT_TABLE_FOLDER / f"{machine}.csv", keep_other_stored_numbers=bool(parts) or name != names[-1]
         )
         bodies = {
             "bench": measured_numbers_table(

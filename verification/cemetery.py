@@ -49,7 +49,7 @@ from verification.tables import (
     write_measured_numbers,
 )
 
-STUDY_RESULTS_FOLDER: Final = ROOT / "results" / "near-fault"
+NEAR_FAULT_STUDY_RESULT_FOLDER: Final = ROOT / "results" / "near-fault"
 PUBLISHED_FALL_RATES_FILE: Final = ROOT / "surveys" / "published.csv"
 
 
@@ -58,31 +58,33 @@ def read_published_fall_rates(path: Path = PUBLISHED_FALL_RATES_FILE) -> pd.Data
     return pd.read_csv(path)
 
 
-def fall_rates_of_unscaled_records(findings: xr.Dataset) -> FloatArray:
+def fall_rates_percent_of_unscaled_records(findings: xr.Dataset) -> FloatArray:
     """Return the share of the population that falls under each record at amplitude 1, percent."""
     return np.asarray(100 * findings["fall_rate"].sel(amplitude=1.0).to_numpy())
 
 
-def compare_published_with_computed_fall_rates(low: float, high: float, rates: FloatArray) -> str:
+def text_comparing_published_and_computed_rates(
+    published_low_percent: float, published_high_percent: float, computed_rates_percent: FloatArray
+) -> str:
     """Compare a published range of fall rates, percent, with the middle half of the computed rates."""
-    least, most = np.quantile(rates, [0.25, 0.75])
-    if high < least:
+    least, most = np.quantile(computed_rates_percent, [0.25, 0.75])
+    if published_high_percent < least:
         return "below the middle half"
-    if low > most:
+    if published_low_percent > most:
         return "above the middle half"
     return "overlaps"
 
 
-def published_fall_rate_label(low: float, high: float) -> str:
+def published_fall_rate_label(low_percent: float, high_percent: float) -> str:
     """Return the label of a published fall rate, percent; NaN for a missing end."""
-    if np.isnan(low):
-        return f"at most {high:g} %"
-    if np.isnan(high):
-        return f"more than {low:g} %"
-    return f"{low:g} %" if low == high else f"{low:g} to {high:g} %"
+    if np.isnan(low_percent):
+        return f"at most {high_percent:g} %"
+    if np.isnan(high_percent):
+        return f"more than {low_percent:g} %"
+    return f"{low_percent:g} %" if low_percent == high_percent else f"{low_percent:g} to {high_percent:g} %"
 
 
-def published_fall_rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
+def published_fall_rate_table(rows: pd.DataFrame, computed_rates_percent: FloatArray) -> str:
     """Return a Markdown table of published near-field fall rates, compared with the computed ones."""
     lines = []
     for row in iterate_rows(rows[rows["near_field"] == "yes"]):
@@ -93,27 +95,28 @@ def published_fall_rate_table(rows: pd.DataFrame, rates: FloatArray) -> str:
                 row.event,
                 row.where,
                 published_fall_rate_label(low, high),
-                compare_published_with_computed_fall_rates(*ends, rates),
+                text_comparing_published_and_computed_rates(*ends, computed_rates_percent),
                 row.source,
             )
         )
     return markdown_table(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
 
 
-def computed_fall_rate_sentence(rates: FloatArray, found: xr.Dataset) -> str:
+def computed_fall_rate_sentence(computed_rates_percent: FloatArray, found: xr.Dataset) -> str:
     """Return a sentence on the computed fall rates."""
-    low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
+    low, middle, high = np.quantile(computed_rates_percent, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
-    none, most = int((rates < 1).sum()), int((rates > 99).sum())
+    none, most = int((computed_rates_percent < 1).sum()), int((computed_rates_percent > 99).sum())
+    count, least, largest = computed_rates_percent.size, computed_rates_percent.min(), computed_rates_percent.max()
     return wrap_text(
-        f"The computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1, "
+        f"The computed fall rates under the {count} near-field records of {events} earthquakes, at amplitude 1, "
         f"have a median of {middle:.0f} %; the middle half of the records gives {low:.0f} to {high:.0f} %, and all "
-        f"records give {rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} of the "
-        f"{rates.size} records, and more than 99 % fall under {most} of the records."
+        f"records give {least:.0f} to {largest:.0f} %. Less than 1 % of the stones fall under {none} of the "
+        f"{count} records, and more than 99 % fall under {most} of the records."
     )
 
 
-def draw_published_and_computed_fall_rates(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
+def draw_published_and_computed_fall_rates(rows: pd.DataFrame, computed_rates_percent: FloatArray, path: Path) -> None:
     """Draw published fall rates as bars, and computed ones as points below them."""
     near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
     with use_package_matplotlib_settings():
@@ -125,8 +128,8 @@ def draw_published_and_computed_fall_rates(rows: pd.DataFrame, rates: FloatArray
             axes.plot([low, high], [place, place], color=SERIES_COLOURS[0], linewidth=6, solid_capstyle="butt")
             if low == high:
                 axes.plot(low, place, "o", color=SERIES_COLOURS[0])
-        axes.plot(rates, np.zeros(rates.size), "|", color=FALL_COLOUR, markersize=13)
-        axes.plot(np.median(rates), 0, "D", color=INK, markersize=5)
+        axes.plot(computed_rates_percent, np.zeros(computed_rates_percent.size), "|", color=FALL_COLOUR, markersize=13)
+        axes.plot(np.median(computed_rates_percent), 0, "D", color=INK, markersize=5)
         names = [f"{row.event}: {row.where}" for row in near[::-1]]
         axes.set_yticks(range(len(near) + 1), ["computed, each near-field record (median)", *names])
         axes.set_xlim(-2, 102)
@@ -177,7 +180,7 @@ def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     """Return tables of the skill of published criteria as Markdown, by marker, and copy their figure to the docs."""
     found = skill_of_published_criteria(results)
     assert found is not None
-    shutil.copy(STUDY_RESULTS_FOLDER / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
+    shutil.copy(NEAR_FAULT_STUDY_RESULT_FOLDER / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     rows = [
         (one.criterion, one.predicted_fall_condition, format_percent(one.hit_rate),
         format_percent(one.false_alarm_rate),
@@ -195,7 +198,7 @@ def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     }
 
 
-def compare_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
+def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     """Return a text that compares fall rates from grid cells with those of individually simulated stones.
 
     For the rates from the grid, each stone takes the outcome of a neighbouring cell; otherwise it is simulated with
@@ -210,7 +213,7 @@ def compare_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_names:
         motion = ground_motion_for_variant(
-            results.study, read_record_from_motion_file(STUDY_RESULTS_FOLDER / "motion" / f"{name.id}.nc")
+            results.study, read_record_from_motion_file(NEAR_FAULT_STUDY_RESULT_FOLDER / "motion" / f"{name.id}.nc")
         )
         for factor in found["amplitude"].to_numpy():
             flags = run_cases(scale_motion(motion, float(factor)), cases, threads=2).overturned
@@ -249,14 +252,14 @@ def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
     write_measured_numbers(planar_model_accuracy(), RESULT_TABLE_FOLDER / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    with open_study_results(STUDY_RESULTS_FOLDER, study) as results:
+    with open_study_results(NEAR_FAULT_STUDY_RESULT_FOLDER, study) as results:
         found = results.population_rates_by_variant[NOMINAL_VARIANT]
         comparison = population_fall_rate_markdown(results)
         insert_markdown_between_markers_in_docs(
-            {"population": f"{comparison}\n{wrap_text(compare_grid_and_per_stone_fall_rates(results), '- ')}"}
+            {"population": f"{comparison}\n{wrap_text(text_comparing_grid_and_per_stone_fall_rates(results), '- ')}"}
         )
         insert_markdown_between_markers_in_docs(published_criteria_skill_tables(results))
-        rows, rates = read_published_fall_rates(), fall_rates_of_unscaled_records(found)
+        rows, rates = read_published_fall_rates(), fall_rates_percent_of_unscaled_records(found)
         draw_published_and_computed_fall_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
         insert_markdown_between_markers_in_docs(
             {

@@ -20,10 +20,10 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import angle_between_azimuths
 from overturning.study.answers import MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG, count_outcome_differences
 from overturning.study.cube import open_cube
-from verification.measures import MIN_PEAK_ROTATION_OVER_ALPHA, percentage
+from verification.measures import MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA, percentage
 from verification.tables import markdown_table
 
-MIN_SLIP_M = 1e-3
+MIN_PEAK_SLIP_OF_SLIDING_STONE_M = 1e-3
 """Peak slip from which a stone counts as sliding, m."""
 
 
@@ -68,7 +68,7 @@ def fallen_count_and_share_text(flags: NDArray[np.int8]) -> str:
     return f"{down:,} ({percentage(down, int(known.sum())):.2f} %)"
 
 
-def change_statistics_text(changes: FloatArray) -> str:
+def median_and_95_percent_change_text(changes: FloatArray) -> str:
     """Return a text with the median of some changes and the 95 % quantile of their absolute values."""
     return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
 
@@ -107,8 +107,8 @@ def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) ->
     )
     slid, slid_too = peak_slip_of_cells(old_cube), peak_slip_of_cells(new_cube)
     rocks, slides = (
-        stands & (turned > MIN_PEAK_ROTATION_OVER_ALPHA) & np.isfinite(turned_too),
-        stands & (slid > MIN_SLIP_M),
+        stands & (turned > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA) & np.isfinite(turned_too),
+        stands & (slid > MIN_PEAK_SLIP_OF_SLIDING_STONE_M),
     )
     return {
         "cells": f"{before.size:,}",
@@ -120,16 +120,16 @@ def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) ->
         "of them where the neighbours agree": f"{firmly.flags:,}",
         "sides changed, of what falls in both": f"{counts.sides:,} of {counts.fallen:,}",
         "of these where the neighbours agree": f"{firmly.sides:,} of {firmly.fallen:,}",
-        "peak rotation of what rocks and stands: change in α, median and 95 %": change_statistics_text(
+        "peak rotation of what rocks and stands: change in α, median and 95 %": median_and_95_percent_change_text(
             (turned_too - turned)[rocks]
         ),
-        "peak slip of what stands: change in %, median and 95 %": change_statistics_text(
+        "peak slip of what stands: change in %, median and 95 %": median_and_95_percent_change_text(
             100 * (slid_too[slides] / slid[slides] - 1)
         ),
     }
 
 
-def comparison_table(cubes: Sequence[Path]) -> str:
+def table_of_changes_between_cubes(cubes: Sequence[Path]) -> str:
     """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
     opened = [open_cube(path, element=None, amplitude=None) for path in cubes]
     steps = [(i, i + 1) for i in range(len(cubes) - 1)] + [(0, len(cubes) - 1)] * (len(cubes) > 2)
@@ -145,7 +145,7 @@ def main(
 ) -> None:
     """Print the table of changes between cubes of one study."""
     try:
-        print(comparison_table([old, *newer]))
+        print(table_of_changes_between_cubes([old, *newer]))
     except ResultError as error:
         raise SystemExit(str(error)) from None
 

@@ -16,13 +16,13 @@ from overturning.model.geometry import PlacedElement
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-DEFAULT_TIME_STEP: Final = 1.0 / 240.0
+DEFAULT_TIME_STEP_S: Final = 1.0 / 240.0
 """Default time step, s."""
 
-BOX2D_LENGTH_SCALE: Final = 20.0
+BOX2D_LENGTH_OVER_TRUE_LENGTH: Final = 20.0
 """Factor on all lengths for Box2D, whose tolerances are made for bodies of metres."""
 
-FALLEN_ROTATION_RAD: Final = 0.49 * math.pi
+MIN_ROTATION_OF_FALLEN_BODY_RAD: Final = 0.49 * math.pi
 """Rotation from which a stone counts as fallen, rad."""
 
 MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS: Final = 0.05
@@ -36,14 +36,14 @@ SCENE_SIMULATION_TIME_AFTER_RECORD_S: Final = 3.0
 class PlanarBody(NamedTuple):
     """Free 2-D body: centre, m, corners from the centre, m, mass, kg, and moment of inertia, kg m², per m of depth."""
 
-    x: float
-    z: float
-    corners: Sequence[tuple[float, float]]
-    mass: float
-    inertia: float
+    centre_x: float
+    centre_z: float
+    corners_from_centre: Sequence[tuple[float, float]]
+    mass_per_metre_depth: float
+    inertia_about_centre_per_metre_depth: float
 
 
-def rectangular_planar_body(height: float, b_over_h: float) -> PlanarBody:
+def rectangular_planar_body_of_unit_mass(height: float, b_over_h: float) -> PlanarBody:
     """Return a rectangular stone that stands on the ground, with unit mass."""
     b, h = 0.5 * height * b_over_h, 0.5 * height
     return PlanarBody(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
@@ -73,7 +73,7 @@ def _simulate_fall_sides(
     for acceleration in ground_acceleration.tolist():
         advance_engine(acceleration)
         for index, body in enumerate(bodies):
-            if sides[index] == 0 and abs(body.angle) > FALLEN_ROTATION_RAD:
+            if sides[index] == 0 and abs(body.angle) > MIN_ROTATION_OF_FALLEN_BODY_RAD:
                 sides[index] = -1 if body.angle > 0 else 1
         if all(sides) or (stop_after_fall and sides[-1]):
             break
@@ -81,7 +81,7 @@ def _simulate_fall_sides(
 
 
 def fall_sides_in_box2d(
-    free: Sequence[PlanarBody],
+    free_bodies: Sequence[PlanarBody],
     ground_acceleration: np.ndarray,
     friction: float,
     time_step: float,
@@ -90,28 +90,39 @@ def fall_sides_in_box2d(
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
 
-    world = b2World(gravity=(0.0, -STANDARD_GRAVITY * BOX2D_LENGTH_SCALE), doSleep=False)
+    world = b2World(gravity=(0.0, -STANDARD_GRAVITY * BOX2D_LENGTH_OVER_TRUE_LENGTH), doSleep=False)
     world.CreateStaticBody(shapes=b2EdgeShape(vertices=[(-1000, 0), (1000, 0)])).fixtures[0].friction = friction
     bodies = []
-    for stone in free:
+    for stone in free_bodies:
         # Otherwise a stone is set to sleep before the shaking begins, in spite of doSleep=False of the world.
         body = world.CreateDynamicBody(
-            position=(stone.x * BOX2D_LENGTH_SCALE, stone.z * BOX2D_LENGTH_SCALE), allowSleep=False
+            position=(stone.centre_x * BOX2D_LENGTH_OVER_TRUE_LENGTH, stone.centre_z * BOX2D_LENGTH_OVER_TRUE_LENGTH),
+            allowSleep=False,
         )
-        shape = b2PolygonShape(vertices=[(x * BOX2D_LENGTH_SCALE, z * BOX2D_LENGTH_SCALE) for x, z in stone.corners])
-        body.CreateFixture(shape=shape, density=stone.mass / _polygon_area(stone), friction=friction, restitution=0.0)
+        shape = b2PolygonShape(
+            vertices=[
+                (x * BOX2D_LENGTH_OVER_TRUE_LENGTH, z * BOX2D_LENGTH_OVER_TRUE_LENGTH)
+                for x, z in stone.corners_from_centre
+            ]
+        )
+        body.CreateFixture(
+            shape=shape, density=stone.mass_per_metre_depth / _polygon_area(stone), friction=friction, restitution=0.0
+        )
         bodies.append(body)
 
     def advance_world(acceleration: float) -> None:
         """Move the world of Box2D by a time step under a ground acceleration, m/s²."""
-        world.gravity = (-acceleration * BOX2D_LENGTH_SCALE, -STANDARD_GRAVITY * BOX2D_LENGTH_SCALE)
+        world.gravity = (
+            -acceleration * BOX2D_LENGTH_OVER_TRUE_LENGTH,
+            -STANDARD_GRAVITY * BOX2D_LENGTH_OVER_TRUE_LENGTH,
+        )
         world.Step(time_step, 30, 10)
 
     return _simulate_fall_sides(bodies, ground_acceleration, advance_world, stop_after_fall)
 
 
 def fall_sides_in_pymunk(
-    free: Sequence[PlanarBody],
+    free_bodies: Sequence[PlanarBody],
     ground_acceleration: np.ndarray,
     friction: float,
     time_step: float,
@@ -128,10 +139,10 @@ def fall_sides_in_pymunk(
     line.friction = math.sqrt(friction)  # pymunk multiplies the frictions of both shapes
     space.add(line)
     bodies = []
-    for stone in free:
-        body = engine.Body(stone.mass, stone.inertia)
-        body.position = (stone.x, stone.z)
-        shape = engine.Poly(body, list(stone.corners))
+    for stone in free_bodies:
+        body = engine.Body(stone.mass_per_metre_depth, stone.inertia_about_centre_per_metre_depth)
+        body.position = (stone.centre_x, stone.centre_z)
+        shape = engine.Poly(body, list(stone.corners_from_centre))
         shape.friction = math.sqrt(friction)
         space.add(body, shape)
         bodies.append(body)
@@ -144,38 +155,42 @@ def fall_sides_in_pymunk(
     return _simulate_fall_sides(bodies, ground_acceleration, advance_world, stop_after_fall)
 
 
-def fall_side_in_mujoco(
-    free: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float
+def fall_side_of_block_in_mujoco(
+    free_bodies: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float
 ) -> list[int]:
     """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
 
-    (stone,) = free
-    (b, h) = stone.corners[2]
+    (stone,) = free_bodies
+    (b, h) = stone.corners_from_centre[2]
     axes = (("slide", "1 0 0"), ("slide", "0 0 1"), ("hinge", "0 1 0"))
     joints = "".join(f'<joint type="{kind}" axis="{axis}"/>' for kind, axis in axes)
-    model = _mujoco_model((b, 0.5, h), joints, friction, time_step)
+    model = _mujoco_model_of_box((b, 0.5, h), joints, friction, time_step)
     data = engine.MjData(model)
     model.opt.gravity[2] = -STANDARD_GRAVITY
     for acceleration in ground_acceleration.tolist():
         model.opt.gravity[0] = -acceleration
         engine.mj_step(model, data)
-        if abs(data.qpos[2]) > FALLEN_ROTATION_RAD:
+        if abs(data.qpos[2]) > MIN_ROTATION_OF_FALLEN_BODY_RAD:
             return [1 if data.qpos[2] > 0 else -1]
     return [0]
 
 
-def _mujoco_model(
-    half_sizes: tuple[float, float, float], joints: str, friction: float, time_step: float, ratio: int = 1
+def _mujoco_model_of_box(
+    half_sizes: tuple[float, float, float],
+    joints_xml: str,
+    friction: float,
+    time_step: float,
+    friction_to_contact_impedance_ratio: int = 1,
 ) -> Any:
-    """Return a model of a box of 1 kg on a plane; `ratio` is the impedance ratio of friction and contact."""
+    """Return a model of a box of 1 kg on a plane, with half sizes in m."""
     import mujoco as engine
 
-    size = " ".join(map(str, half_sizes))
+    size, ratio = " ".join(map(str, half_sizes)), friction_to_contact_impedance_ratio
     return engine.MjModel.from_xml_string(
         f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic" impratio="{ratio}"/>
         <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * time_step} 1"/></default>
-        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half_sizes[2]}">{joints}
+        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half_sizes[2]}">{joints_xml}
         <geom type="box" size="{size}" mass="1"/></body></worldbody></mujoco>"""
     )
 
@@ -189,7 +204,7 @@ class Prism(NamedTuple):
     friction: float
 
 
-def effective_gravity_on_base(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
+def effective_gravity_in_base_frame_by_step(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
     """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
     along = [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
@@ -200,15 +215,21 @@ def effective_gravity_on_base(motion: Motion, orientation_deg: float, time_step:
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
 
 
-def fall_direction_in_mujoco(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
+def fall_direction_in_mujoco(
+    prism: Prism, effective_gravity_by_step: np.ndarray, time_step: float
+) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
 
-    model = _mujoco_model(
-        (prism.half_width, prism.half_depth, prism.half_height), "<freejoint/>", prism.friction, time_step, ratio=10
+    model = _mujoco_model_of_box(
+        (prism.half_width, prism.half_depth, prism.half_height),
+        "<freejoint/>",
+        prism.friction,
+        time_step,
+        friction_to_contact_impedance_ratio=10,
     )
     data = engine.MjData(model)
-    for pull in gravity:
+    for pull in effective_gravity_by_step:
         model.opt.gravity[:] = pull
         engine.mj_step(model, data)
         if data.xmat[1][8] < MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS:
@@ -216,7 +237,9 @@ def fall_direction_in_mujoco(prism: Prism, gravity: np.ndarray, time_step: float
     return None
 
 
-def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float) -> tuple[float, float] | None:
+def fall_direction_in_bullet(
+    prism: Prism, effective_gravity_by_step: np.ndarray, time_step: float
+) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
 
@@ -240,7 +263,7 @@ def fall_direction_in_bullet(prism: Prism, gravity: np.ndarray, time_step: float
                 angularDamping=0, collisionMargin=0.0, activationState=engine.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )  # fmt: skip
-        for pull in gravity.tolist():
+        for pull in effective_gravity_by_step.tolist():
             engine.setGravity(*pull, physicsClientId=client)
             engine.stepSimulation(physicsClientId=client)
             x, y, z, w = engine.getBasePositionAndOrientation(body, physicsClientId=client)[1]
@@ -262,57 +285,57 @@ SCENE_ENGINES: Final[dict[str, FallSidesOfSceneFunction]] = {
 BLOCK_ENGINES: Final[dict[str, FallSidesOfBlocksFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
-    "MuJoCo": fall_side_in_mujoco,
+    "MuJoCo": fall_side_of_block_in_mujoco,
 }
 ENGINES_3D: Final[dict[str, FallDirectionFunction]] = {
     "MuJoCo": fall_direction_in_mujoco,
     "Bullet": fall_direction_in_bullet,
 }
-_MODULE_BY_ENGINE: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
+_MODULE_NAME_BY_ENGINE: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
 
 
 def installed_engines(engines: Mapping[str, EngineFunction]) -> dict[str, EngineFunction]:
     """Return the engines that are installed; print a note for each missing one."""
-    missing = {name for name in engines if find_spec(_MODULE_BY_ENGINE[name]) is None}
+    missing = {name for name in engines if find_spec(_MODULE_NAME_BY_ENGINE[name]) is None}
     for name in missing:
         print(f"{name} is not installed: make peers")
     return {name: engine for name, engine in engines.items() if name not in missing}
 
 
 def fall_side_of_block(
-    engine: FallSidesOfBlocksFunction, acceleration: np.ndarray, interval: float, height: float, b_over_h: float,
-    friction: float,
-    step: float = DEFAULT_TIME_STEP,
+    engine: FallSidesOfBlocksFunction, acceleration: np.ndarray, sampling_interval: float,
+    height: float, b_over_h: float, friction: float,
+    time_step: float = DEFAULT_TIME_STEP_S,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in a physics engine (±1; 0: none)."""
-    ground = resample_acceleration(acceleration, interval, step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
-    return engine([rectangular_planar_body(height, b_over_h)], ground, friction, step)[0]
+    ground = resample_acceleration(acceleration, sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
+    return engine([rectangular_planar_body_of_unit_mass(height, b_over_h)], ground, friction, time_step)[0]
 
 
 def fall_sides_of_scene(
-    engine: FallSidesOfSceneFunction, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float,
-    friction: float,
-    step: float = DEFAULT_TIME_STEP, stop_after_fall: bool = False,
+    engine: FallSidesOfSceneFunction, placed: Iterable[PlacedElement],
+    acceleration: np.ndarray, sampling_interval: float, friction: float,
+    time_step: float = DEFAULT_TIME_STEP_S, stop_after_fall: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
         convert_elements_to_planar_bodies(placed),
-        resample_acceleration(acceleration, interval, step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
+        resample_acceleration(acceleration, sampling_interval, time_step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
         friction,
-        step,
+        time_step,
         stop_after_fall,
     )
 
 
 def fall_azimuth_of_prism(
-    engine: FallDirectionFunction, motion: Motion, orientation_deg: float, prism: Prism, step: float
+    engine: FallDirectionFunction, motion: Motion, orientation_deg: float, prism: Prism, time_step: float
 ) -> float:
     """Return the azimuth to which the top of a fallen prism points in an engine, degrees; NaN if it stands."""
-    axis = engine(prism, effective_gravity_on_base(motion, orientation_deg, step), step)
+    axis = engine(prism, effective_gravity_in_base_frame_by_step(motion, orientation_deg, time_step), time_step)
     return np.nan if axis is None else float((orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 
 def _polygon_area(stone: PlanarBody) -> float:
     """Return the area of a stone's outline, m²."""
-    x, z = np.array(stone.corners).T
+    x, z = np.array(stone.corners_from_centre).T
     return abs(float(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))) / 2

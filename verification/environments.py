@@ -34,13 +34,13 @@ class EnvironmentCost(NamedTuple):
     Costs are compared by elapsed time.
     """
 
-    seconds: float
+    elapsed_time_s: float
     """Elapsed time, s."""
-    processor_seconds: float
+    processor_time_s: float
     """Processor time, s."""
-    size_gb: float
+    disk_size_gb: float
     """Size on the disk, GB (10⁹ bytes)."""
-    packages: int
+    installed_package_count: int
     """Number of installed packages, pip and this one included."""
 
 
@@ -78,10 +78,10 @@ def measure_make_targets(checkout: Path, targets: list[str]) -> list[Environment
 def environment_cost_numbers(name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
     """Return the cost of an environment as measured numbers."""
     return [
-        MeasuredNumber(f"{name}: time", cost.seconds, "s"),
-        MeasuredNumber(f"{name}: processor time", cost.processor_seconds, "s"),
-        MeasuredNumber(f"{name}: size", cost.size_gb, "GB"),
-        MeasuredNumber(f"{name}: packages", cost.packages),
+        MeasuredNumber(f"{name}: time", cost.elapsed_time_s, "s"),
+        MeasuredNumber(f"{name}: processor time", cost.processor_time_s, "s"),
+        MeasuredNumber(f"{name}: size", cost.disk_size_gb, "GB"),
+        MeasuredNumber(f"{name}: packages", cost.installed_package_count),
     ]
 
 
@@ -107,7 +107,7 @@ def main(
     ]
     if before:
         figures += environment_cost_numbers(f"`make setup` at {before}, one lock for all", min(earlier))
-    written = write_measured_numbers(figures, RESULT_TABLE_FOLDER / "environments.csv", keep_other_figures=True)
+    written = write_measured_numbers(figures, RESULT_TABLE_FOLDER / "environments.csv", keep_other_stored_numbers=True)
     insert_markdown_between_markers_in_docs({"environments": measured_numbers_table(written)})
 
 

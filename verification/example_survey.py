@@ -27,25 +27,25 @@ from overturning.surveys.library import CandidateMotion
 from overturning.surveys.notation import COMPASS_POINTS_16
 from verification.tables import ROOT
 
-SURVEY: Final = ROOT / "surveys" / "example-cemeteries.csv"
-PAGE: Final = ROOT / "docs" / "how-to" / "survey.md"
+EXAMPLE_SURVEY_FILE: Final = ROOT / "surveys" / "example-cemeteries.csv"
+SURVEY_DOCS_PAGE_FILE: Final = ROOT / "docs" / "how-to" / "survey.md"
 ROSE_DIAGRAM_FILE: Final = ROOT / "docs" / "images" / "example-cemeteries.svg"
 
 RECORD_SOURCE: Final = "example:20161113_110259_WTMC_20.V2A"
 DIRECTION_NOTATION_BY_SITE: Final = {"Hill": "degrees", "River": "winds", "Church": "bearings"}
 """Names of the cemeteries, each with the notation of its directions."""
-STONES_PER_SITE: Final = 20
-DECLINATION_DEG: Final = 22.5
+STONE_COUNT_PER_SITE: Final = 20
+MAGNETIC_DECLINATION_EAST_DEG: Final = 22.5
 """Magnetic declination, east positive, of the directions that were taken with a compass."""
 FRICTION: Final = 0.7
-FALL_DIRECTION_SPREAD_DEG: Final = 10.0
+FALL_DIRECTION_STANDARD_DEVIATION_DEG: Final = 10.0
 """Standard deviation of the fall directions about the normals of the faces."""
 
-HEADER: Final = (
+SURVEY_CSV_COLUMN_NAMES: Final = (
     "site", "stone", "kind", "outcome", "azimuth_deg", "declination", "face_azimuth_deg", "height_m", "b_over_h",
     "b_over_h_side", "note",
 )  # fmt: skip
-OUTCOMES_OF_EXCLUDED_STONES: Final = {
+OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED: Final = {
     ("Hill", 4): "fixed", ("Hill", 15): "fixed", ("River", 7): "broken", ("River", 12): "unknown",
     ("Church", 9): "repaired",
 }  # fmt: skip
@@ -63,8 +63,8 @@ class InventedStone:
 
     face_azimuth_deg: float
     height: float
-    b_over_h: float
-    b_over_h_side: float
+    b_over_h_along_face_normal: float
+    b_over_h_across_face_normal: float
     fall_azimuth_deg: float
 
 
@@ -97,11 +97,11 @@ def invent_stones() -> dict[str, list[InventedStone]]:
     drawn: list[tuple[float, ...]] = []
     for _ in DIRECTION_NOTATION_BY_SITE:
         row = generator.uniform(0.0, 360.0)
-        for _ in range(STONES_PER_SITE):
+        for _ in range(STONE_COUNT_PER_SITE):
             face = round(row + generator.normal(0.0, 15.0)) % 360.0
             height, shape = (round(float(one), 2) for one in generator.uniform((0.5, 0.3), (1.1, 0.55)))
             side = round(shape * float(generator.uniform(1.0, 1.4)), 2)
-            drawn.append((face, height, shape, side, generator.normal(0.0, FALL_DIRECTION_SPREAD_DEG)))
+            drawn.append((face, height, shape, side, generator.normal(0.0, FALL_DIRECTION_STANDARD_DEVIATION_DEG)))
     face, height, shape, side, spread = np.array(drawn).T
     seen = (
         fall_azimuths_of_stones(true_motion_of_example_survey().motion, face, height, np.column_stack([shape, side]))
@@ -109,14 +109,17 @@ def invent_stones() -> dict[str, list[InventedStone]]:
     ) % 360.0
     rows = zip(drawn, seen.tolist(), strict=True)
     stones = [InventedStone(one[0], one[1], one[2], one[3], fall) for one, fall in rows]
-    return {site: stones[n * STONES_PER_SITE :][:STONES_PER_SITE] for n, site in enumerate(DIRECTION_NOTATION_BY_SITE)}
+    return {
+        site: stones[n * STONE_COUNT_PER_SITE :][:STONE_COUNT_PER_SITE]
+        for n, site in enumerate(DIRECTION_NOTATION_BY_SITE)
+    }
 
 
 def direction_in_notation(azimuth_deg: float, notation: str) -> str:
     """Return a true azimuth, degrees, as people note it: magnetic degrees, true compass point, or magnetic bearing."""
     if notation == "winds":
         return COMPASS_POINTS_16[round(azimuth_deg / 22.5) % 16]
-    magnetic = round(azimuth_deg - DECLINATION_DEG) % 360
+    magnetic = round(azimuth_deg - MAGNETIC_DECLINATION_EAST_DEG) % 360
     if notation == "degrees":
         return str(magnetic)
     north = magnetic <= 90 or magnetic >= 270
@@ -124,13 +127,13 @@ def direction_in_notation(azimuth_deg: float, notation: str) -> str:
     return f"{'N' if north else 'S'} {angle}° {'E' if magnetic <= 180 else 'W'}"
 
 
-def survey_text() -> str:
+def survey_csv_text() -> str:
     """Return the survey as text: semicolons, decimal commas, and another notation of directions at each site."""
     generator = np.random.Generator(np.random.PCG64(48))
     lines = [
         "# Invented: three cemeteries with 60 stones, made by verification/example_survey.py from the motion of Te",
         "# Mara Farm. It shows a file's form, and how the sites of one survey may differ in their notation.",
-        ";".join(HEADER),
+        ";".join(SURVEY_CSV_COLUMN_NAMES),
     ]
     for site, stones in invent_stones().items():
         notation, falls = DIRECTION_NOTATION_BY_SITE[site], 0
@@ -145,11 +148,14 @@ def survey_text() -> str:
             falls += outcome == "fell"
             if outcome == "fell" and falls == ORDINAL_OF_FALL_WITHOUT_DIRECTION:
                 outcome, azimuth = "fell, direction not known", ""
-            if (site, number) in OUTCOMES_OF_EXCLUDED_STONES:
-                outcome, azimuth = OUTCOMES_OF_EXCLUDED_STONES[site, number], ""
+            if (site, number) in OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED:
+                outcome, azimuth = OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED[site, number], ""
             face = "" if notation == "winds" else direction_in_notation(stone.face_azimuth_deg, notation)
-            declination = "" if notation == "winds" else f"{DECLINATION_DEG}"
-            sizes = (f"{one:.2f}".replace(".", ",") for one in (stone.height, stone.b_over_h, stone.b_over_h_side))
+            declination = "" if notation == "winds" else f"{MAGNETIC_DECLINATION_EAST_DEG}"
+            sizes = (
+                f"{one:.2f}".replace(".", ",")
+                for one in (stone.height, stone.b_over_h_along_face_normal, stone.b_over_h_across_face_normal)
+            )
             cells = (site, f"{site[0]}{number}", "headstone", outcome, azimuth, declination.replace(".", ","), face)
             lines.append(";".join((*cells, *sizes, "")))
     return "\n".join(lines) + "\n"
@@ -184,34 +190,34 @@ def write_example_study_cube(path: Path) -> None:
     cube.to_netcdf(path)
 
 
-def survey_command_outputs() -> dict[str, str]:
+def survey_command_output_by_marker() -> dict[str, str]:
     """Return the printed comparisons of the survey that the page shows, by marker."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         write_example_study_cube(cube)
-        compared = output_of_overturning_command("survey", str(SURVEY), "--cube", str(cube))
-    summary = output_of_overturning_command("survey", str(SURVEY))
+        compared = output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE), "--cube", str(cube))
+    summary = output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE))
     return {
         "example-survey": summary,
         "example-survey-compared": compared[compared.index("example-cemeteries.csv against") :],
     }
 
 
-def inferred_motion_output() -> dict[str, str]:
+def inferred_motion_output_by_marker() -> dict[str, str]:
     """Return the printed motion inferred from the survey, without the list of the likeliest motions, by marker."""
-    text = output_of_overturning_command("backwards", str(SURVEY))
+    text = output_of_overturning_command("backwards", str(EXAMPLE_SURVEY_FILE))
     return {"example-survey-backwards": text[text.index("\n\nFrom ") : text.index("  motion ")].strip()}
 
 
 def main() -> None:
     """Write the survey, the rose of its falls, and the output of the commands in the page."""
-    write_text(SURVEY, survey_text())
-    output_of_overturning_command("survey", str(SURVEY), "--rose", str(ROSE_DIAGRAM_FILE))
-    page = PAGE.read_text(encoding="utf-8")
-    for mark, block in (survey_command_outputs() | inferred_motion_output()).items():
+    write_text(EXAMPLE_SURVEY_FILE, survey_csv_text())
+    output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE), "--rose", str(ROSE_DIAGRAM_FILE))
+    page = SURVEY_DOCS_PAGE_FILE.read_text(encoding="utf-8")
+    for mark, block in (survey_command_output_by_marker() | inferred_motion_output_by_marker()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
         page = f"{page.partition(begin)[0]}{begin}\n\n{fenced_code_block(block)}\n\n{end}{page.partition(end)[2]}"
-    write_text(PAGE, page)
+    write_text(SURVEY_DOCS_PAGE_FILE, page)
 
 
 if __name__ == "__main__":

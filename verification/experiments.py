@@ -37,7 +37,7 @@ from verification.inputs import (
     read_motions_of_default_study,
 )
 from verification.measures import (
-    MIN_PEAK_ROTATION_OVER_ALPHA,
+    MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA,
     Flags,
     compare_results,
     percentage,
@@ -63,7 +63,7 @@ class PartOfDefaultStudy(NamedTuple):
 
     azimuth_count: int
     every_nth_record: int
-    checkout: Path | None = None
+    compared_checkout_folder: Path | None = None
     """Checkout with another state of the sources, for comparison."""
     table_folder: Path = RESULT_TABLE_FOLDER
     """Folder in which the tables are stored."""
@@ -73,33 +73,43 @@ class PartOfDefaultStudy(NamedTuple):
         return default_study_case_groups(self.azimuth_count, self.every_nth_record)
 
 
-def markdown_table_of_named_rows(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
-    """Return a Markdown table of named rows; `first` is the head of the names, `heads` those of the others."""
-    return markdown_table((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
+def markdown_table_of_named_rows(
+    first_column_header: str, rows: dict[str, dict[str, float]], other_column_headers: list[str]
+) -> str:
+    """Return a Markdown table with a row per name, its numbers in the columns of `other_column_headers`."""
+    return markdown_table(
+        (first_column_header, *other_column_headers),
+        [(name, *(row[head] for head in other_column_headers)) for name, row in rows.items()],
+    )
 
 
-SCHEMES_AND_STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
+SCHEMES_AND_SHARES_OF_LONGEST_STEP: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
     ("cundall", share) for share in (0.25, 0.5, 0.9)
 ]
 """Schemes with shares of their longest step; the automatic step of the centred scheme is its longest."""
-FINEST_STEP: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
+FINEST_STEP_RUN_ARGUMENTS: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
 BOUNDARY_SHIFT_COLUMN: Final = "shift of the boundary, %"
-ERROR_COLUMNS: Final = ["median error of peak rotation", BOUNDARY_SHIFT_COLUMN, "wrong flags, %", "wrong sides, %"]
+ERROR_COLUMN_TITLES: Final = [
+    "median error of peak rotation",
+    BOUNDARY_SHIFT_COLUMN,
+    "wrong flags, %",
+    "wrong sides, %",
+]
 
 
-def measure_error_by_scheme_and_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_error_by_scheme_and_step(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by scheme and time step, on which the choice of the defaults is based."""
-    groups = thin.case_groups()
+    groups = study_part.case_groups()
     ratios = np.unique(groups[0].cases.b_over_h)
-    shape = (len(groups), thin.azimuth_count, -1, ratios.size, np.unique(groups[0].cases.friction).size)
+    shape = (len(groups), study_part.azimuth_count, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
     def overturning_boundary_b_over_h(flags: Flags) -> FloatArray:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
         return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 
-    exact, rows = run_case_groups(groups, threads=2, **FINEST_STEP).results, []
+    exact, rows = run_case_groups(groups, threads=2, **FINEST_STEP_RUN_ARGUMENTS).results, []
     right = overturning_boundary_b_over_h(exact.overturned)
-    for scheme, share in SCHEMES_AND_STEPS:
+    for scheme, share in SCHEMES_AND_SHARES_OF_LONGEST_STEP:
         found, seconds = run_case_groups(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
         far = compare_results(found, exact)
         shift = (np.abs(overturning_boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
@@ -110,8 +120,8 @@ def measure_error_by_scheme_and_step(thin: PartOfDefaultStudy) -> MarkdownByMark
         )
         print(rows[-1], flush=True)
     curve = pd.DataFrame(rows)
-    write_csv(curve, thin.table_folder / "default-step.csv")
-    shown = ["scheme", "step", "processor time, s", *ERROR_COLUMNS, "marked", "largest energy error"]
+    write_csv(curve, study_part.table_folder / "default-step.csv")
+    shown = ["scheme", "step", "processor time, s", *ERROR_COLUMN_TITLES, "marked", "largest energy error"]
     return {
         "default-step": markdown_table(shown, curve[shown].to_numpy(dtype=object)),
         "equal-error": cost_ratio_table_at_equal_error(curve),
@@ -127,7 +137,7 @@ def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
     """
     default = error_curves[error_curves["scheme"] == "centred"].iloc[-1]
     yardstick, lines = error_curves[error_curves["scheme"] == "cundall"].sort_values("processor time, s"), []
-    for head in ERROR_COLUMNS:
+    for head in ERROR_COLUMN_TITLES:
         errors = np.log(yardstick[head].clip(lower=1e-12).to_numpy())
         costs = np.log(yardstick["processor time, s"].to_numpy())
         error = np.log(max(default[head], 1e-12))
@@ -145,60 +155,62 @@ def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
     )
 
 
-def measure_wrong_flags_by_step_and_contact(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure shares of unstable cases and wrong overturning flags by time step, contact stiffness and damping."""
-    groups, lines = thin.case_groups(), []
+    groups, lines = study_part.case_groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
         for ratio in (0.02, 0.1, 0.25, 1.0, 4.0):
             given: dict[str, Any] = {"model": gravestone(Contact(static_penetration=penetration, damping_ratio=ratio))}
             exact = run_case_groups(groups, threads=2, time_step="0.125 stable", **given).results
             own = compare_results(exact, exact)
-            computed = own.counts_of_simulated_cases.cases + own.counts_of_simulated_cases.unanswered
-            cells = [f"{percentage(own.unstable_count, computed):.2f}"]
+            computed = (
+                own.counts_of_cases_simulated_in_reference.cases + own.counts_of_cases_simulated_in_reference.unanswered
+            )
+            cells = [f"{percentage(own.unstable_result_count, computed):.2f}"]
             for step in steps.values():
                 far = compare_results(run_case_groups(groups, threads=2, time_step=step, **given).results, exact)
                 cells.append(
-                    f"{percentage(far.unstable_count, computed):.2f} / "
-                    f"{wrong_flag_and_outcome_percentages(far.counts_of_simulated_cases)[0]:.2f}"
+                    f"{percentage(far.unstable_result_count, computed):.2f} / "
+                    f"{wrong_flag_and_outcome_percentages(far.counts_of_cases_simulated_in_reference)[0]:.2f}"
                 )
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
     cells_of = markdown_table(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
         f"Each row of the table of steps and contacts has {computed} cases, under {len(groups)} records along "
-        f"{thin.azimuth_count} azimuths, in which the shaking is strong enough to move the block."
+        f"{study_part.azimuth_count} azimuths, in which the shaking is strong enough to move the block."
     )
     return {"step-and-contact": f"{cells_of}\n\n{wrap_text(about)}"}
 
 
-STEP_CONTROL_CHANGE_TEMPLATE: Final = (
+STEP_CONTROL_CHANGE_CODE_TEMPLATE: Final = (
     "from overturning.dem.kernel import clock; clock.BLOCK_STEP_CONTROL = clock.BLOCK_STEP_CONTROL._replace({})"
 )
-STEP_CONTROL_CHANGE_BY_NAME: Final = {
+STEP_CONTROL_CHANGE_CODE_BY_NAME: Final = {
     "unchanged": "",
-    "finest step half as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.04"),
-    "finest step twice as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.16"),
-    "finest step four times as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.32"),
-    "finest step eight times as long": STEP_CONTROL_CHANGE_TEMPLATE.format("finest=0.64"),
+    "finest step half as long": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("finest=0.04"),
+    "finest step twice as long": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("finest=0.16"),
+    "finest step four times as long": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("finest=0.32"),
+    "finest step eight times as long": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("finest=0.64"),
     "every change in a finest step": "from overturning.dem.block import state; state.MAX_UNREFINED_CORNER_TRAVEL *= 0",
-    "four steps of each length": STEP_CONTROL_CHANGE_TEMPLATE.format("dwell=4.0"),
-    "sixteen steps of each length": STEP_CONTROL_CHANGE_TEMPLATE.format("dwell=16.0"),
-    "one step of each length above eight finest steps": STEP_CONTROL_CHANGE_TEMPLATE.format("settled=1.0"),
+    "four steps of each length": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("dwell=4.0"),
+    "sixteen steps of each length": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("dwell=16.0"),
+    "one step of each length above eight finest steps": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("settled=1.0"),
     "whole steps while standing": (
         "from overturning.dem.block import state; state.MIN_INTERVAL_RATIO_FOR_SAMPLE_LONG_STEPS *= 1e9"
     ),
-    "no step repeated at the same length, only halved": STEP_CONTROL_CHANGE_TEMPLATE.format("tries=0.0"),
+    "no step repeated at the same length, only halved": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("tries=0.0"),
 }
 """Statements that change one rule of the clock before the kernel is imported, by name."""
 
 
-def measure_effects_of_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_effects_of_step_control_rules(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of each rule of the step control; each is compiled in a separate process."""
-    groups, rows = thin.case_groups(), {}
+    groups, rows = study_part.case_groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
-        for number, (name, before) in enumerate(STEP_CONTROL_CHANGE_BY_NAME.items()):
+        for number, (name, before) in enumerate(STEP_CONTROL_CHANGE_CODE_BY_NAME.items()):
             (found,) = run_case_groups_in_subprocess(
                 groups, [{}], statements_before_import=before, NUMBA_CACHE_DIR=f"{folder}/{number}"
             )
@@ -207,12 +219,12 @@ def measure_effects_of_step_control_rules(thin: PartOfDefaultStudy) -> MarkdownB
     return {"fine-steps": markdown_table_of_named_rows("", rows, list(next(iter(rows.values()))))}
 
 
-def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure error and cost by contact stiffness and time step, and the share of chaotic cases.
 
     The outcome of a chaotic case changes with a tiny change of amplitude, stiffness or step.
     """
-    groups = thin.case_groups()
+    groups = study_part.case_groups()
     # A change in the ninth digit, below the accuracy of any record.
     moved = [CaseGroup(motion.scaled_by(1 + 1e-9), cases) for motion, cases in groups]
 
@@ -234,8 +246,8 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
     reference = (2e-8, "0.125")
     exact, lines, costs = run_with_penetration(reference[0], time_step=steps[reference[1]]), [], {}
-    if thin.checkout is not None:
-        (before,) = run_case_groups_in_subprocess(groups, [{}], checkout=thin.checkout)
+    if study_part.compared_checkout_folder is not None:
+        (before,) = run_case_groups_in_subprocess(groups, [{}], checkout=study_part.compared_checkout_folder)
         costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
             before.processor_time_s
         )
@@ -277,7 +289,7 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
             run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, moved, refinement=8),
         ),
     }
-    heads = ["million block steps", "processor time, s", *ERROR_COLUMNS[2:], ERROR_COLUMNS[0], "marked"]
+    heads = ["million block steps", "processor time, s", *ERROR_COLUMN_TITLES[2:], ERROR_COLUMN_TITLES[0], "marked"]
     return {
         "rigid-limit": markdown_table_of_named_rows("δ/B", costs, heads),
         "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
@@ -291,22 +303,22 @@ def measure_error_by_stiffness_and_step(thin: PartOfDefaultStudy) -> MarkdownByM
 class KernelOutcomes(NamedTuple):
     """Results of a kernel for the cases of all motions, in order: sides, peak rotations over α, and steps."""
 
-    sides: NDArray[Any]
+    fall_sides: NDArray[Any]
     peak_rotations_over_alpha: FloatArray
-    step_counts: NDArray[Any]
+    step_count_by_case: NDArray[Any]
 
 
-def run_planar_blocks(group: CaseGroup, damping: float, use_scene_kernel: bool) -> KernelOutcomes:
+def run_planar_blocks(group: CaseGroup, damping_ratio: float, use_scene_kernel: bool) -> KernelOutcomes:
     """Run blocks with the 2-D kernel for single blocks or, if `general`, with that for scenes."""
     found = simulate_cases(
-        gravestone(Contact(damping_ratio=damping)), *group, NumericalOptions(general=use_scene_kernel)
+        gravestone(Contact(damping_ratio=damping_ratio)), *group, NumericalOptions(general=use_scene_kernel)
     )
     return KernelOutcomes(
         found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps
     )
 
 
-def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
+def run_square_prisms(group: CaseGroup, damping_ratio: float) -> KernelOutcomes:
     """Simulate 3-D square prisms, one face of which points along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
@@ -315,7 +327,7 @@ def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
         shapes = Cases(
             0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], FRICTION_PREVENTING_SLIDING
         )
-        contact = VertexContact(damping_ratio=damping)
+        contact = VertexContact(damping_ratio=damping_ratio)
         found = simulate_cases(Body(RectangularPrism(), contact), ahead, shapes)
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
@@ -323,7 +335,7 @@ def run_square_prisms(group: CaseGroup, damping: float) -> KernelOutcomes:
     return KernelOutcomes(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
-def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
@@ -331,7 +343,8 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
     """
     cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), FRICTION_PREVENTING_SLIDING)
     groups = [
-        CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[:: thin.every_nth_record]
+        CaseGroup(motion, cases)
+        for motion in list(read_motions_of_default_study().values())[:: study_part.every_nth_record]
     ]
     kernels: dict[str, Callable[[CaseGroup, float], KernelOutcomes]] = {
         "kernel for single blocks": partial(run_planar_blocks, use_scene_kernel=False),
@@ -344,7 +357,7 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
     )
     side, peak = (np.concatenate(part) for part in zip(*exact, strict=True))
     firm = np.all([np.concatenate([one.overturned for one in other]) == side for other in (weaker, stronger)], axis=0)
-    rocks = firm & (side == 0) & (peak > MIN_PEAK_ROTATION_OVER_ALPHA)
+    rocks = firm & (side == 0) & (peak > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA)
     squat = np.tile(np.asarray(cases.b_over_h) > 0.39, len(groups))
     lines = []
     for damping in (0.5, 1.0, 2.0, DEFAULT_DAMPING_RATIO, 4.0, 6.0, 10.0):
@@ -353,9 +366,9 @@ def measure_error_by_damping_ratio(thin: PartOfDefaultStudy) -> MarkdownByMarker
             found = KernelOutcomes(
                 *map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True))
             )
-            stands, away = rocks & (found.sides == 0), np.abs(found.peak_rotations_over_alpha - peak)
+            stands, away = rocks & (found.fall_sides == 0), np.abs(found.peak_rotations_over_alpha - peak)
             off = (f"{percentage((away[of] > 0.01).sum(), of.sum()):.1f}" for of in (stands, stands & squat))
-            wrong, spent = (firm & (found.sides != side)).sum(), found.step_counts.sum() / 1e6
+            wrong, spent = (firm & (found.fall_sides != side)).sum(), found.step_count_by_case.sum() / 1e6
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
@@ -370,10 +383,10 @@ FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1
 """Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
-def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_effect_of_high_friction(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
-    shapes = half_circle_azimuths(thin.azimuth_count), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
-    motions, lines, first = list(read_motions_of_default_study().values())[:: thin.every_nth_record], [], None
+    shapes = half_circle_azimuths(study_part.azimuth_count), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
+    motions, lines, first = list(read_motions_of_default_study().values())[:: study_part.every_nth_record], [], None
     with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
         for friction in FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS:
             groups = [CaseGroup(motion, case_grid(*shapes, friction)) for motion in motions]
@@ -399,7 +412,9 @@ def measure_effect_of_high_friction(thin: PartOfDefaultStudy) -> MarkdownByMarke
     return {"most-friction": f"{markdown_table(heads, lines)}\n\n{wrap_text(about)}"}
 
 
-EXPERIMENTS: Final[dict[str, tuple[Callable[[PartOfDefaultStudy], MarkdownByMarker], PartOfDefaultStudy]]] = {
+FUNCTION_AND_STUDY_PART_BY_EXPERIMENT: Final[
+    dict[str, tuple[Callable[[PartOfDefaultStudy], MarkdownByMarker], PartOfDefaultStudy]]
+] = {
     "default-step": (measure_error_by_scheme_and_step, PartOfDefaultStudy(2, 1)),
     "step-and-contact": (measure_wrong_flags_by_step_and_contact, PartOfDefaultStudy(4, 10)),
     "fine-steps": (measure_effects_of_step_control_rules, PartOfDefaultStudy(6, 4)),
@@ -411,20 +426,22 @@ EXPERIMENTS: Final[dict[str, tuple[Callable[[PartOfDefaultStudy], MarkdownByMark
 
 
 def main(
-    names: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(EXPERIMENTS)}; default: all")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(help=f"{', '.join(FUNCTION_AND_STUDY_PART_BY_EXPERIMENT)}; default: all")
+    ] = None,
     checkout: Annotated[Path | None, typer.Option(help="checkout with other sources, for a row of rigid-limit")] = None,
     trial: Annotated[
         bool, typer.Option(help="run two records and one azimuth; print the tables without storing them")
     ] = False,
 ) -> None:
     """Run experiments and write the tables into the docs."""
-    for name in named_parts_or_all_if_none(names, EXPERIMENTS):
-        measure, thin = EXPERIMENTS[name]
+    for name in named_parts_or_all_if_none(names, FUNCTION_AND_STUDY_PART_BY_EXPERIMENT):
+        measure, study_part = FUNCTION_AND_STUDY_PART_BY_EXPERIMENT[name]
         if trial:
-            thin = PartOfDefaultStudy(1, 14, table_folder=ROOT / "results" / "trial")
-            print(*measure(thin._replace(checkout=checkout)).values(), sep="\n\n")
+            study_part = PartOfDefaultStudy(1, 14, table_folder=ROOT / "results" / "trial")
+            print(*measure(study_part._replace(compared_checkout_folder=checkout)).values(), sep="\n\n")
             continue
-        insert_markdown_between_markers_in_docs(measure(thin._replace(checkout=checkout)))
+        insert_markdown_between_markers_in_docs(measure(study_part._replace(compared_checkout_folder=checkout)))
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from overturning.errors import MissingDataError, ResultError
 from overturning.files import atomic_write
 from overturning.records.formats.fema_p695 import ARCHIVE_PATH, RECORD_SET_NAMES
 
-TIME_STAMP: Final = (1980, 1, 1, 0, 0, 0)
+ARCHIVE_MEMBER_TIME_STAMP: Final = (1980, 1, 1, 0, 0, 0)
 """Time stamp of all members: the same records give the same bytes."""
 
 
@@ -129,7 +129,7 @@ def write_archive(members: Mapping[str, str], path: Path) -> None:
     """Write files of text into a compressed zip archive; the same text gives the same bytes with the same zlib."""
     with atomic_write(path) as part, zipfile.ZipFile(part, "w") as archive:
         for name, text in members.items():
-            about = zipfile.ZipInfo(name, TIME_STAMP)
+            about = zipfile.ZipInfo(name, ARCHIVE_MEMBER_TIME_STAMP)
             about.external_attr = 0o644 << 16
             archive.writestr(about, text, zipfile.ZIP_DEFLATED, 9)
 

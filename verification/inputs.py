@@ -16,7 +16,7 @@ from overturning.study.load import load_study
 from overturning.units import STANDARD_GRAVITY
 from verification.tables import ROOT
 
-RECORDS: Final = {
+SOURCE_BY_NAME_OF_SIX_RECORDS: Final = {
     "rinaldi": "nearfield_pulse:9",
     "petrolia": "nearfield_pulse:7",
     "erzincan": "nearfield_pulse:6",
@@ -26,13 +26,13 @@ RECORDS: Final = {
 }
 """Six records of the default study, three with a velocity pulse."""
 
-FRICTIONS: Final = {"sliding": (0.33, 0.58), "rocking": (1.0, 10.0)}
+FRICTIONS_BY_RESPONSE_KIND: Final = {"sliding": (0.33, 0.58), "rocking": (1.0, 10.0)}
 """Frictions with which many blocks slide, and with which they rock, under the six records."""
 
 FRICTION_PREVENTING_SLIDING: Final = 10.0
 """Friction with which nothing slides."""
 
-_CASE_PARAMETERS: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
+_CASE_PARAMETER_NAMES: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
 
 
 class CaseGroup(NamedTuple):
@@ -43,7 +43,7 @@ class CaseGroup(NamedTuple):
 
     def parameters_of_case(self, index: int) -> dict[str, float]:
         """Return azimuth (degrees), height (m), B/H, friction and amplitude of one case."""
-        return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _CASE_PARAMETERS}
+        return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _CASE_PARAMETER_NAMES}
 
     def acceleration_of_case(self, index: int) -> NDArray[np.float64]:
         """Return the ground acceleration of one case along its azimuth, m/s²."""
@@ -54,7 +54,7 @@ class CaseGroup(NamedTuple):
         """Return a group with the same motion and the cases at the given indices."""
         return CaseGroup(
             self.motion,
-            Cases(**{name: np.asarray(getattr(self.cases, name))[case_indices] for name in _CASE_PARAMETERS}),
+            Cases(**{name: np.asarray(getattr(self.cases, name))[case_indices] for name in _CASE_PARAMETER_NAMES}),
         )
 
 
@@ -69,11 +69,11 @@ def read_fema_motion(source: str) -> Motion:
     return Motion.of(read_record(entry, Path()))
 
 
-def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, length: float = 20.0) -> Motion:
-    """Return `length` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
+def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, duration: float = 20.0) -> Motion:
+    """Return `duration` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     first = max(peak - round(time_before_peak / motion.sampling_interval), 0)
-    span = slice(first, first + round(length / motion.sampling_interval))
+    span = slice(first, first + round(duration / motion.sampling_interval))
     return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)
 
 
@@ -92,9 +92,9 @@ def read_motions_of_default_study() -> dict[str, Motion]:
     return {name: Motion.of(read_record(catalogue[name], ROOT)) for name in study.records.use}
 
 
-def half_circle_azimuths(azimuth_count: int, begin: float = 0.0) -> NDArray[np.float64]:
+def half_circle_azimuths(azimuth_count: int, first_azimuth_deg: float = 0.0) -> NDArray[np.float64]:
     """Return equally spaced azimuths over half a circle, degrees; the others are mirror images."""
-    return np.arange(azimuth_count) * 180.0 / azimuth_count + begin
+    return np.arange(azimuth_count) * 180.0 / azimuth_count + first_azimuth_deg
 
 
 def default_study_cases_in_half_circle(azimuth_count: int = 36) -> Cases:
@@ -111,13 +111,15 @@ def default_study_case_groups(azimuth_count: int, every_nth_record: int = 1) -> 
 
 def _case_groups_under_six_records(cases: Cases) -> list[CaseGroup]:
     """Return a group of the cases under each of six real records."""
-    return [CaseGroup(read_fema_motion(source), cases) for source in RECORDS.values()]
+    return [CaseGroup(read_fema_motion(source), cases) for source in SOURCE_BY_NAME_OF_SIX_RECORDS.values()]
 
 
 def block_case_groups_under_records(friction_kind: str) -> list[CaseGroup]:
-    """Return blocks of the default study under six records, with the `FRICTIONS` of "sliding" or "rocking"."""
+    """Return blocks of the default study under six records, with the frictions of "sliding" or "rocking" blocks."""
     return _case_groups_under_six_records(
-        case_grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[friction_kind])
+        case_grid(
+            half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS_BY_RESPONSE_KIND[friction_kind]
+        )
     )
 
 
@@ -133,30 +135,32 @@ def sliding_block_case_groups() -> list[CaseGroup]:
     return _case_groups_under_six_records(case_grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
 
 
-def rocking_case_groups_under_sine_pulses(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[CaseGroup]:
+def rocking_case_groups_under_sine_pulses(
+    pulse_count: int = 12, block_count_per_pulse: int = 48, seed: int = 3
+) -> list[CaseGroup]:
     """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
     The pulses last 0.3 to 2 s and reach six times g·B/H.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     interval, groups = 0.005, []
-    for period in np.geomspace(0.3, 2.0, periods):
+    for period in np.geomspace(0.3, 2.0, pulse_count):
         time = np.arange(int(period / interval) + 2) * interval
         north = np.where(time <= period, np.sin(2 * np.pi * time / period), 0.0)
-        ratio = generator.uniform(0.1, 0.5, blocks)
-        amplitude = generator.uniform(1.0, 6.0, blocks) * STANDARD_GRAVITY * ratio
-        height = generator.uniform(0.5, 2.5, blocks)
+        ratio = generator.uniform(0.1, 0.5, block_count_per_pulse)
+        amplitude = generator.uniform(1.0, 6.0, block_count_per_pulse) * STANDARD_GRAVITY * ratio
+        height = generator.uniform(0.5, 2.5, block_count_per_pulse)
         motion = Motion(north, np.zeros(north.size), sampling_interval=interval)
         groups.append(CaseGroup(motion, Cases(0.0, height, ratio, FRICTION_PREVENTING_SLIDING, amplitude)))
     return groups
 
 
-def every_nth_case(groups: Sequence[CaseGroup], every: int) -> list[CaseGroup]:
+def every_nth_case(groups: Sequence[CaseGroup], nth: int) -> list[CaseGroup]:
     """Return every n-th case of each group."""
-    return [group.subset(np.arange(0, group.cases.case_count, every)) for group in groups]
+    return [group.subset(np.arange(0, group.cases.case_count, nth)) for group in groups]
 
 
-def values_of_every_nth_case(groups: Sequence[CaseGroup], case_values: NDArray[Any], every: int) -> NDArray[Any]:
+def values_of_every_nth_case(groups: Sequence[CaseGroup], case_values: NDArray[Any], nth: int) -> NDArray[Any]:
     """Return the values of the cases that `every_nth_case` selects; `case_values` has those of all cases by group."""
     ends = np.cumsum([group.cases.case_count for group in groups])[:-1]
-    return np.concatenate([part[::every] for part in np.split(case_values, ends)])
+    return np.concatenate([part[::nth] for part in np.split(case_values, ends)])

@@ -1,8 +1,8 @@
 """Outcomes of stones under the motions of the package, for ``src/overturning/surveys/library-outcomes.npz``.
 
-The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `SHIPPED_DEPTH_OVER_WIDTH`, and all B/H of the grid, in
-hours of processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion are
-stored in the folder `--folder`, under a name that contains a hash of the package's source files.
+The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `SHIPPED_DEPTH_TO_WIDTH_RATIOS`, and all B/H of the grid,
+in hours of processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion
+are stored in the folder `--folder`, under a name that contains a hash of the package's source files.
 """
 
 from pathlib import Path
@@ -27,12 +27,12 @@ from verification.tables import ROOT
 SHIPPED_HEIGHT_INDICES: Final = slice(0, 6)
 """Heights of `SIMULATED_HEIGHTS_M` whose outcomes are shipped: those of gravestones, 0.3 to 2.28 m."""
 
-SHIPPED_DEPTH_OVER_WIDTH: Final = (0.0, *SIMULATED_D_OVER_B)
+SHIPPED_DEPTH_TO_WIDTH_RATIOS: Final = (0.0, *SIMULATED_D_OVER_B)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 
 def simulate_outcomes_for_shipped_library(
-    aspect: float, folder: Path, threads: int
+    depth_over_width: float, folder: Path, threads: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
     """Simulate stones with one ratio of depth to width under all motions of the package.
 
@@ -43,9 +43,9 @@ def simulate_outcomes_for_shipped_library(
     sizes: list[tuple[int, int]] = [(h, b) for h, b in np.argwhere(needed).tolist()]
     outcomes = []
     for motion in candidate_motions():
-        found = load_or_simulate_outcomes(motion, aspect, sizes, folder, threads)
+        found = load_or_simulate_outcomes(motion, depth_over_width, sizes, folder, threads)
         outcomes.append(np.stack([found[f"{h}-{b}"] for h, b in sizes]))
-        print(f"D/B {aspect:g}: {motion.name}", flush=True)
+        print(f"D/B {depth_over_width:g}: {motion.name}", flush=True)
     return np.array(sizes), np.stack(outcomes)
 
 
@@ -58,7 +58,7 @@ def main(
         "grid": np.array(simulated_grid_as_text()),
         "motions": np.stack([motion_signature(one) for one in candidate_motions()]),
     }
-    for aspect in SHIPPED_DEPTH_OVER_WIDTH:
+    for aspect in SHIPPED_DEPTH_TO_WIDTH_RATIOS:
         sizes, outcomes = simulate_outcomes_for_shipped_library(aspect, folder, threads)
         members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
     np.savez_compressed(SHIPPED_OUTCOMES_FILE, allow_pickle=False, **members)

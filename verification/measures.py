@@ -14,10 +14,10 @@ from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_dif
 from verification.inputs import CaseGroup
 from verification.timing import TimedResults, run_and_measure_min_processor_time
 
-PeakRotations = NDArray[np.floating[Any]]
+PeakRotationsOverAlpha = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
 
-MIN_PEAK_ROTATION_OVER_ALPHA: Final = 0.05
+MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA: Final = 0.05
 """Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
 
 
@@ -41,19 +41,19 @@ def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settin
     return TimedResults(join_results(found), seconds)
 
 
-def peak_rotation_errors(
-    flags: Flags, peaks: PeakRotations, reference_flags: Flags, reference_peaks: PeakRotations
+def peak_rotation_errors_over_alpha(
+    flags: Flags, peaks: PeakRotationsOverAlpha, reference_flags: Flags, reference_peaks: PeakRotationsOverAlpha
 ) -> FloatArray:
     """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in results and reference."""
-    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > MIN_PEAK_ROTATION_OVER_ALPHA)
+    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA)
     return np.abs(np.asarray(peaks, np.float64) - reference_peaks)[both]
 
 
-def median_rotation_error(
-    flags: Flags, peaks: PeakRotations, reference_flags: Flags, reference_peaks: PeakRotations
+def median_peak_rotation_error_over_alpha(
+    flags: Flags, peaks: PeakRotationsOverAlpha, reference_flags: Flags, reference_peaks: PeakRotationsOverAlpha
 ) -> float:
-    """Return the median error of peak rotation, as a share of α (`peak_rotation_errors`); NaN if no block counts."""
-    errors = peak_rotation_errors(flags, peaks, reference_flags, reference_peaks)
+    """Return the median error of peak rotation, as a share of α; NaN if no block counts."""
+    errors = peak_rotation_errors_over_alpha(flags, peaks, reference_flags, reference_peaks)
     return float(np.median(errors)) if errors.size else float("nan")
 
 
@@ -85,13 +85,13 @@ class ResultDifference(NamedTuple):
     counts_of_all_cases: OutcomeDifferenceCounts
     counts_where_neighbours_agree: OutcomeDifferenceCounts
     """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
-    counts_of_simulated_cases: OutcomeDifferenceCounts
+    counts_of_cases_simulated_in_reference: OutcomeDifferenceCounts
     """Counts over the cases that the reference simulates."""
-    peak_rotation_errors: FloatArray
+    peak_rotation_errors_over_alpha: FloatArray
     """Errors of peak rotation, as a share of α."""
-    unstable_count: int
+    unstable_result_count: int
     block_step_count_of_results: int
-    max_energy_error: float
+    max_relative_energy_error: float
     """Largest energy error of the simulated cases."""
 
     def cost_and_error_columns(self, seconds: float) -> dict[str, float]:
@@ -102,10 +102,14 @@ class ResultDifference(NamedTuple):
             "processor time, s": round(seconds, 2),
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),
-            "median error of peak rotation": round_to_three_digits(np.median(self.peak_rotation_errors)),
-            "90th percentile": round_to_three_digits(np.quantile(self.peak_rotation_errors, 0.9)),
-            "marked": self.unstable_count,
-            "largest energy error": round_to_three_digits(self.max_energy_error),
+            "median error of peak rotation": round_to_three_significant_digits(
+                np.median(self.peak_rotation_errors_over_alpha)
+            ),
+            "90th percentile": round_to_three_significant_digits(
+                np.quantile(self.peak_rotation_errors_over_alpha, 0.9)
+            ),
+            "marked": self.unstable_result_count,
+            "largest energy error": round_to_three_significant_digits(self.max_relative_energy_error),
         }
 
 
@@ -120,14 +124,14 @@ def compare_results(
         count_outcome_differences(right, flags),
         count_outcome_differences(right[firm], flags[firm]),
         count_outcome_differences(right[moves], flags[moves]),
-        peak_rotation_errors(flags, results.peak_rotation, right, reference_results.peak_rotation),
+        peak_rotation_errors_over_alpha(flags, results.peak_rotation, right, reference_results.peak_rotation),
         int((results.status == CaseStatus.UNSTABLE).sum()),
         int(results.block_steps.sum()),
         float(results.energy_error[results.status == CaseStatus.SIMULATED].max(initial=0.0)),
     )
 
 
-def round_to_three_digits(number: Any) -> float:
+def round_to_three_significant_digits(number: Any) -> float:
     """Round a number to three significant digits."""
     return float(f"{number:.3g}")
 

@@ -18,17 +18,17 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final
 
-CONFIGURATION: Final = Path("/etc/slurm/slurm.conf")
+SLURM_CONFIGURATION_FILE: Final = Path("/etc/slurm/slurm.conf")
 
-SNAKEMAKE_OPTIONS: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
+SNAKEMAKE_OPTIONS_FOR_SLURM: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
 """Options that Snakemake needs for this cluster."""
 
-_PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "squeue")
+_REQUIRED_PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "squeue")
 _START_TIMEOUT_S: Final = 30.0  # s, for the node to be idle
 
 _CONFIGURATION_FIRST_LINE: Final = "# A cluster of one node for a test of overturning; to be removed where none runs.\n"
 
-_TEMPLATE: Final = """\
+_CONFIGURATION_TEMPLATE: Final = """\
 ClusterName=one
 SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={controller}
@@ -57,7 +57,7 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 def slurm_unavailable_reason() -> str:
     """Return the reason why the cluster cannot run on this machine; empty if it can."""
-    lacking = [name for name in _PROGRAMS if shutil.which(name) is None]
+    lacking = [name for name in _REQUIRED_PROGRAMS if shutil.which(name) is None]
     if lacking:
         return f"no {', '.join(lacking)} here; install Debian's slurm-wlm and munge"
     if os.geteuid() != 0:
@@ -81,7 +81,7 @@ def run_one_node_slurm(processors: int = 2) -> Iterator[None]:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
         about = {"host": socket.gethostname(), "folder": folder, "processors": processors, "memory": memory}
         ports = dict(zip(("controller", "daemon"), _free_ports(2), strict=True))
-        ending.enter_context(_temporary_slurm_configuration(_TEMPLATE.format(**about, **ports)))
+        ending.enter_context(_temporary_slurm_configuration(_CONFIGURATION_TEMPLATE.format(**about, **ports)))
         own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
         own += [f"--key-file={key}", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/munge.log"]
         ending.enter_context(_background_process(["munged", "--foreground", "--force", *own], folder))
@@ -104,16 +104,16 @@ def _free_ports(count: int) -> list[int]:
 @contextmanager
 def _temporary_slurm_configuration(text: str) -> Iterator[None]:
     """Write a SLURM configuration for a `with` block, and restore the former configuration at its end."""
-    before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else b""
-    CONFIGURATION.parent.mkdir(exist_ok=True)
-    CONFIGURATION.write_text(_CONFIGURATION_FIRST_LINE + text, encoding="utf-8")
+    before = SLURM_CONFIGURATION_FILE.read_bytes() if SLURM_CONFIGURATION_FILE.is_file() else b""
+    SLURM_CONFIGURATION_FILE.parent.mkdir(exist_ok=True)
+    SLURM_CONFIGURATION_FILE.write_text(_CONFIGURATION_FIRST_LINE + text, encoding="utf-8")
     try:
         yield
     finally:
         if before and not before.startswith(_CONFIGURATION_FIRST_LINE.encode()):
-            CONFIGURATION.write_bytes(before)
+            SLURM_CONFIGURATION_FILE.write_bytes(before)
         else:
-            CONFIGURATION.unlink()
+            SLURM_CONFIGURATION_FILE.unlink()
 
 
 @contextmanager

@@ -23,7 +23,7 @@ from verification.tables import (
 )
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
-from verification.work_precision.parts import MEASUREMENTS_BY_PART
+from verification.work_precision.parts import MEASUREMENT_FUNCTIONS_BY_PART
 
 
 def main(
@@ -33,7 +33,7 @@ def main(
 ) -> None:
     """Publish the tables of error against run time and of the map of stability."""
     kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
-    rows = pd.concat([read_table(results / f"{part}.nc") for part in MEASUREMENTS_BY_PART], ignore_index=True)
+    rows = pd.concat([read_table(results / f"{part}.nc") for part in MEASUREMENT_FUNCTIONS_BY_PART], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
     orders = publish_error_against_run_time(rows, root)
     blocks, scenes, stacks = (read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks"))
@@ -73,7 +73,7 @@ def publish_stability_maps(
 def _publish_numbers_and_tables(figures: list[MeasuredNumber], bodies: dict[str, str], root: Path) -> None:
     """Add measured numbers to the summary file, and write all tables into the docs."""
     kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
-    known = write_measured_numbers(figures, kept / "exactness.csv", keep_other_figures=True)
+    known = write_measured_numbers(figures, kept / "exactness.csv", keep_other_stored_numbers=True)
     insert_markdown_between_markers_in_docs(bodies | {"exactness": measured_numbers_table(known)}, root)
 
 

@@ -17,8 +17,8 @@ from verification.tables import ROOT, insert_markdown_between_markers_in_docs
 from verification.timing import run_case_groups_in_subprocess
 from verification.whole_run import compare_whole_runs
 
-SCHEMES = ("centred", "cundall")
-MARKER_BY_STUDY = {"near-fault": "paired-run", "in-space": "paired-run-3d"}
+COMPARED_SCHEMES = ("centred", "cundall")
+DOCS_MARKER_BY_STUDY = {"near-fault": "paired-run", "in-space": "paired-run-3d"}
 """Studies whose complete runs are compared, and the block of docs/measurements.md with the table of each."""
 
 
@@ -30,18 +30,18 @@ def main(
     """Compare the speed of two checkouts: print processor times, million block steps per second, and their ratios."""
     if whole_run:
         tables = {}
-        for name, block in MARKER_BY_STUDY.items():
+        for name, block in DOCS_MARKER_BY_STUDY.items():
             study = (ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")
             print(body := compare_whole_runs(folder.resolve(), pairs, study), flush=True)
             tables[block] = body
         insert_markdown_between_markers_in_docs(tables)
         return
-    groups, settings = default_study_case_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
+    groups, settings = default_study_case_groups(12, 9)[:3], [{"scheme": scheme} for scheme in COMPARED_SCHEMES]
     runs = [
         [run_case_groups_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)]
         for _ in range(pairs)
     ]
-    for number, scheme in enumerate(SCHEMES):
+    for number, scheme in enumerate(COMPARED_SCHEMES):
         times = [[state[number].processor_time_s for state in pair] for pair in runs]
         rates = [
             [state[number].results.block_steps.sum() / state[number].processor_time_s / 1e6 for state in pair]

@@ -13,7 +13,7 @@ import yaml
 from overturning.commands.study import WORKFLOW_FILES_AND_FOLDERS
 from verification.tables import ROOT
 
-CUBE: Final = "cube.nc"
+CUBE_FILE_NAME: Final = "cube.nc"
 _RUN_TIMEOUT_S: Final = 900.0  # s, in which any run must end
 
 
@@ -61,9 +61,9 @@ class WorkflowFolder:
     @property
     def cube_path(self) -> Path:
         """Path of the cube (NetCDF file with all outcomes of the study)."""
-        return self.results / CUBE
+        return self.results / CUBE_FILE_NAME
 
-    def subprocess_arguments(self, *options: str, file: str = CUBE) -> dict[str, Any]:
+    def subprocess_arguments(self, *options: str, file: str = CUBE_FILE_NAME) -> dict[str, Any]:
         """Return arguments of `subprocess` for the command that makes a file of the results (empty: all)."""
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
@@ -74,7 +74,7 @@ class WorkflowFolder:
         wanted = ["--", str((self.results / file).relative_to(self.folder))] if file else []
         return {"args": [*command, *wanted], "cwd": self.folder, "env": environment}
 
-    def run(self, *options: str, file: str = CUBE) -> subprocess.CompletedProcess[str]:
+    def run(self, *options: str, file: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
         """Run the Snakemake command of the study up to a result file and wait for its end."""
         return subprocess.run(
             **self.subprocess_arguments(*options, file=file), capture_output=True, text=True, timeout=_RUN_TIMEOUT_S

@@ -65,8 +65,8 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
 
 
 @njit
-def simulate_block_in_scalar_loop(  # type: ignore[no-untyped-def]
-    is_centred, acceleration, sampling_interval, steps_per_sample, half_width, half_height, stiffness, dashpot, mu
+def peak_rotation_and_steps_by_scalar_loop(  # type: ignore[no-untyped-def]
+    is_centred, acceleration, sampling_interval, steps_per_sample, half_width, half_height, stiffness, dashpot, friction
 ):
     """Return the largest rotation (rad) of a block under a motion, and the number of block steps.
 
@@ -100,7 +100,7 @@ def simulate_block_in_scalar_loop(  # type: ignore[no-untyped-def]
             for p in range(3):
                 guess[p] = mid[p] + 0.5 * dt * a[p]
             end = _solve_implicit_step(
-                matrix, right, rx, rz, new, stretch, guess, pull, mid, 0.5 * dt, stiffness, dashpot, mu, inertia
+                matrix, right, rx, rz, new, stretch, guess, pull, mid, 0.5 * dt, stiffness, dashpot, friction, inertia
             )
             for p in range(3):  # update the position with the new velocities
                 guess[p] = 0.5 * dt * (end[p] - guess[p])
@@ -117,9 +117,9 @@ def simulate_block_in_scalar_loop(  # type: ignore[no-untyped-def]
             slide = (along[q] - at[q]) / dt if not is_centred else end[0] + rz[q] * end[2]
             n = max(stiffness * new[q] + dashpot * rate, 0.0) if new[q] > 0.0 else 0.0
             f = -stiffness * stretch[q] - dashpot * slide
-            if abs(f) > mu * n:
-                f = math.copysign(mu * n, f)
-                stretch[q] = min(max(stretch[q], -mu * n / stiffness), mu * n / stiffness)
+            if abs(f) > friction * n:
+                f = math.copysign(friction * n, f)
+                stretch[q] = min(max(stretch[q], -friction * n / stiffness), friction * n / stiffness)
             a[0], a[1], a[2] = a[0] + f, a[1] + n, a[2] + inertia * (rz[q] * f - rx[q] * n)
             depth[q], spring[q], at[q] = new[q], stretch[q], along[q]
         for p in range(3):

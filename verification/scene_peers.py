@@ -20,9 +20,9 @@ from verification.scenes import fall_sides_of_shaft
 from verification.tables import RESULT_TABLE_FOLDER, ROOT, write_csv
 
 ENGINE_OUTCOMES_FILE: Final = RESULT_TABLE_FOLDER / "three-tier-peers.csv"
-RECORD_NUMBERS: Final = (6, 7, 8, 9, 10)
-CASES_PER_RECORD: Final = 24
-TIME_STEP_S: Final = 1.0 / 960.0
+PULSE_RECORD_NUMBERS: Final = (6, 7, 8, 9, 10)
+CASE_COUNT_PER_RECORD: Final = 24
+ENGINE_TIME_STEP_S: Final = 1.0 / 960.0
 
 
 def choose_random_three_tier_cases() -> pd.DataFrame:
@@ -35,8 +35,8 @@ def choose_random_three_tier_cases() -> pd.DataFrame:
             float(generator.choice([0.2, 0.25, 0.3, 0.35])),
             float(generator.choice([0.5, 0.7, 1.0])),
         )
-        for number in RECORD_NUMBERS
-        for _ in range(CASES_PER_RECORD)
+        for number in PULSE_RECORD_NUMBERS
+        for _ in range(CASE_COUNT_PER_RECORD)
     ]
     return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
 
@@ -50,11 +50,13 @@ def fall_sides_of_shaft_by_engine(cases: pd.DataFrame) -> dict[str, np.ndarray]:
             read_strong_part_of_pulse_record(number),
             Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"]),
         )
-        for number in RECORD_NUMBERS
+        for number in PULSE_RECORD_NUMBERS
         if (rows := cases[cases["record"] == number]).size
     ]
     return {
-        name.lower(): np.concatenate([fall_sides_of_shaft(engine, scene, group, TIME_STEP_S) for group in groups])
+        name.lower(): np.concatenate(
+            [fall_sides_of_shaft(engine, scene, group, ENGINE_TIME_STEP_S) for group in groups]
+        )
         for name, engine in installed_engines(SCENE_ENGINES).items()
     }
 

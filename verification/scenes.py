@@ -42,7 +42,7 @@ from verification.timing import (
     run_case_groups_in_subprocess,
 )
 
-SHAFT_INDEX: Final = 2
+SHAFT_ELEMENT_INDEX: Final = 2
 """Index of the compared element, the topmost of three."""
 COMPARED_ENGINES: Final = ("pymunk", "Box2D")
 
@@ -74,7 +74,7 @@ def three_tier_scene_and_cases() -> tuple[Scene, CaseGroup]:
     )
 
 
-def median_error_percent(results: Any, reference_results_of_cases: Any, case_mask: np.ndarray) -> float:
+def median_peak_rotation_error_percent(results: Any, reference_results_of_cases: Any, case_mask: np.ndarray) -> float:
     """Return the median relative error, percent, of the peak rotations that a mask selects."""
     return 100 * float(
         np.median(
@@ -115,7 +115,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     """
     scene, (motion, cases) = three_tier_scene_and_cases()
     fine, firm = reference_results_and_robust_cases(scene, motion, cases)
-    right = fine.overturned[:, SHAFT_INDEX]
+    right = fine.overturned[:, SHAFT_ELEMENT_INDEX]
     yield MeasuredNumber("cases of the sweep", cases.case_count)
     yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
     yield MeasuredNumber("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
@@ -148,7 +148,7 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
         )
         used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.case_count, minimum_processor_time(used, 2) / cases.case_count
-        same = coarse.overturned[:, SHAFT_INDEX] == right
+        same = coarse.overturned[:, SHAFT_ELEMENT_INDEX] == right
         yield MeasuredNumber(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
         yield MeasuredNumber(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
         yield MeasuredNumber(
@@ -156,10 +156,12 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
         )
         yield MeasuredNumber(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
-        error = median_error_percent(coarse.peak_rotation[:, SHAFT_INDEX], fine.peak_rotation[:, SHAFT_INDEX], stands)
+        error = median_peak_rotation_error_percent(
+            coarse.peak_rotation[:, SHAFT_ELEMENT_INDEX], fine.peak_rotation[:, SHAFT_ELEMENT_INDEX], stands
+        )
         yield MeasuredNumber(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
-        error = median_error_percent(coarse.peak_rotation, fine.peak_rotation, stands)
+        error = median_peak_rotation_error_percent(coarse.peak_rotation, fine.peak_rotation, stands)
         yield MeasuredNumber(f"{label}: median error of all peak rotations", error, "%")
         for name, each in times.items():
             yield MeasuredNumber(
@@ -177,7 +179,7 @@ def fall_sides_of_shaft(
     engine: FallSidesOfSceneFunction,
     scene: Scene,
     group: CaseGroup,
-    step: float = 1 / 240,
+    time_step: float = 1 / 240,
     stop_after_fall: bool = False,
 ) -> np.ndarray:
     """Return the sides to which the shaft falls in an engine; with `stop_after_fall`, a case ends at its fall."""
@@ -187,7 +189,9 @@ def fall_sides_of_shaft(
         placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
         sides.append(
-            fall_sides_of_scene(engine, placed, wave, interval, case["friction"], step, stop_after_fall)[SHAFT_INDEX]
+            fall_sides_of_scene(engine, placed, wave, interval, case["friction"], time_step, stop_after_fall)[
+                SHAFT_ELEMENT_INDEX
+            ]
         )
     return np.array(sides)
 
@@ -198,7 +202,7 @@ def reference_results_and_robust_cases(scene: Scene, motion: Motion, cases: Case
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
         other = simulate_cases(scene, motion, cases, NumericalOptions(scheme=scheme, time_step=step))
-        firm &= other.overturned[:, SHAFT_INDEX] == fine.overturned[:, SHAFT_INDEX]
+        firm &= other.overturned[:, SHAFT_ELEMENT_INDEX] == fine.overturned[:, SHAFT_ELEMENT_INDEX]
     return fine, firm
 
 
@@ -213,8 +217,11 @@ def table_of_errors_by_time_step() -> str:
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)
-        of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT_INDEX)
-        errors = (median_error_percent(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
+        of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT_ELEMENT_INDEX)
+        errors = (
+            median_peak_rotation_error_percent(results.peak_rotation, exact.peak_rotation, part)
+            for part in (stands, of_shaft)
+        )
         time = f"{1e3 * seconds / len(stands):.3g}"
         rows.append((step.replace("auto", "default"), time, *(f"{one:.2g}" for one in errors)))
     return markdown_table(
@@ -222,7 +229,7 @@ def table_of_errors_by_time_step() -> str:
     )
 
 
-def count_changed_flags_of_pillars() -> Iterator[MeasuredNumber]:
+def count_pillar_flags_changed_by_skipping_rest() -> Iterator[MeasuredNumber]:
     """Count flags of three pillars that change if samples at rest are skipped or the amplitude changes by 1e-9.
 
     The flags are overturning flags.
@@ -308,7 +315,7 @@ def main(
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredNumber]]]] = {
         "speed": ("scenes.csv", measure_element_steps_per_second),
         "peers": ("scenes.csv", partial(compare_with_other_engines, peer_cases)),
-        "pillars": ("scenes.csv", count_changed_flags_of_pillars),
+        "pillars": ("scenes.csv", count_pillar_flags_changed_by_skipping_rest),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])
@@ -317,7 +324,7 @@ def main(
             insert_markdown_between_markers_in_docs({"scene-steps": table_of_errors_by_time_step()})
             continue
         file, measure = made[name]
-        figures = write_measured_numbers(list(measure()), RESULT_TABLE_FOLDER / file, keep_other_figures=True)
+        figures = write_measured_numbers(list(measure()), RESULT_TABLE_FOLDER / file, keep_other_stored_numbers=True)
         shown = [figure for figure in figures if not figure.quantity.startswith(others)]
         print(body := measured_numbers_table(shown), flush=True)
         insert_markdown_between_markers_in_docs({"both-kernels" if name == "kernels" else "scene-speed": body})

@@ -24,7 +24,7 @@ from overturning.surveys.library import shipped_candidate_motions
 from overturning.units import CM
 from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
-TIME_STEP_REFINEMENTS: Final = (1, 2, 4, 16)
+TIME_STEP_DIVISORS: Final = (1, 2, 4, 16)
 """Numbers of parts into which the automatic step is divided; the last is the reference."""
 
 NEAR_FIELD_RECORD_COUNT: Final = 28
@@ -40,7 +40,7 @@ MIN_SLIP_M_AND_TWIST_DEG_FOR_RELATIVE_ERROR: Final = {"slip": 0.001, "twist": 0.
 PRINT_FACTOR_AND_UNIT_BY_QUANTITY: Final = {"slip": (1.0 / CM, " cm"), "twist": (1.0, "°")}
 """Factor and unit with which a value is printed."""
 
-EXCEEDING_SHARE_OF_STANDING_STONES: Final = 0.1
+EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES: Final = 0.1
 """Share of the standing stones that exceed the slip or twist in the last columns of the table."""
 
 
@@ -52,7 +52,7 @@ def simulate_gravestone_shaft(
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
     for record, candidate in enumerate(shipped_candidate_motions()[:NEAR_FIELD_RECORD_COUNT]):
-        for refinement in TIME_STEP_REFINEMENTS:
+        for refinement in TIME_STEP_DIVISORS:
             found = simulate_cases(
                 model, candidate.motion, cases, NumericalOptions(refinement=refinement, threads=threads)
             )
@@ -82,10 +82,10 @@ def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
     for name, mine in rows.groupby("model", sort=False):
         by_step = {step: one.set_index("case") for step, one in mine.groupby("refinement")}
         standing = pd.concat([one["overturned"] == 0 for one in by_step.values()], axis=1).all(axis=1)
-        reference = by_step[TIME_STEP_REFINEMENTS[-1]][standing]
+        reference = by_step[TIME_STEP_DIVISORS[-1]][standing]
         for quantity, (factor, unit) in PRINT_FACTOR_AND_UNIT_BY_QUANTITY.items():
-            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDING_SHARE_OF_STANDING_STONES)
-            for refinement in TIME_STEP_REFINEMENTS[:-1]:
+            exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES)
+            for refinement in TIME_STEP_DIVISORS[:-1]:
                 values = by_step[refinement][standing][quantity]
                 error = relative_errors(
                     values.to_numpy(),
@@ -95,7 +95,7 @@ def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
                 lines.append((
                     name, quantity, f"{1 / refinement:g}", error.size,
                     f"{100 * np.median(error):.2g} %", f"{100 * np.quantile(error, 0.9):.2g} %",
-                    f"{factor * values.quantile(1 - EXCEEDING_SHARE_OF_STANDING_STONES):.3g}{unit}",
+                    f"{factor * values.quantile(1 - EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES):.3g}{unit}",
                     f"{exceeded_by_reference:.3g}{unit}",
                 ))  # fmt: skip
     header = (

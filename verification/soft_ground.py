@@ -21,10 +21,10 @@ from verification.tables import (
     write_csv,
 )
 
-STUDY_RESULT_FOLDER: Final = ROOT / "results" / "soft-ground"
+SOFT_GROUND_STUDY_RESULT_FOLDER: Final = ROOT / "results" / "soft-ground"
 
 
-def fall_rates_by_ground(results: StudyResults) -> pd.DataFrame:
+def fall_rate_and_axis_table_by_ground(results: StudyResults) -> pd.DataFrame:
     """Return a table of fall rate and fall axis for each record, ground and amplitude."""
     rows = []
     for ground_name, found in results.population_rates_by_variant.items():
@@ -97,8 +97,8 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
 def main() -> None:
     """Write verification/results/soft-ground.csv, and the tables and sentences on soft ground into the docs."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
-    with open_study_results(STUDY_RESULT_FOLDER, study) as results:
-        write_csv(fall_rates_by_ground(results), RESULT_TABLE_FOLDER / "soft-ground.csv")
+    with open_study_results(SOFT_GROUND_STUDY_RESULT_FOLDER, study) as results:
+        write_csv(fall_rate_and_axis_table_by_ground(results), RESULT_TABLE_FOLDER / "soft-ground.csv")
         insert_markdown_between_markers_in_docs(markdown_by_marker(results))
 
 

@@ -51,7 +51,7 @@ OutcomeArrays = dict[str, np.ndarray]
 
 SINGLE_STONE_STACK_LABEL: Final = "a stack of one stone"
 
-DEFAULT_CASE_GRID: Final[dict[str, Any]] = {
+DEFAULT_CASE_GRID_AXES: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
 }  # fmt: skip
 TIME_STEP_OF_PHYSICS_ENGINES_S: Final = 2e-4
@@ -70,21 +70,24 @@ def rocking_motion_without_overturning(samples: int = 2000) -> Motion:
 
 
 def simulate_case_grid_under_motions(
-    motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = DEFAULT_CASE_GRID, **options: Any
+    motions: list[Motion],
+    amplitude_factor: float = 1.0,
+    case_grid_axes: dict[str, Any] = DEFAULT_CASE_GRID_AXES,
+    **options: Any,
 ) -> OutcomeArrays:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
-    given = {"model": "rectangle", "threads": 2, **grid, **options}
-    found = [simulate_as_arrays(motion.scaled_by(factor), **given) for motion in motions]
+    given = {"model": "rectangle", "threads": 2, **case_grid_axes, **options}
+    found = [simulate_as_arrays(motion.scaled_by(amplitude_factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
-def measure_throughput() -> Iterator[MeasuredNumber]:
+def measure_throughput_and_compile_time_of_3d() -> Iterator[MeasuredNumber]:
     """Measure block steps per second and core of 3-D bodies on vertices or a rim, and the time to compile.
 
     The rim is circular; the time to compile the kernel is that of a first case with an empty cache, imports included.
     """
     grid = {
-        "orientation_deg": DEFAULT_CASE_GRID["orientation_deg"],
+        "orientation_deg": DEFAULT_CASE_GRID_AXES["orientation_deg"],
         "height": [0.6],
         "b_over_h": np.linspace(0.4, 0.5, 16),
     }
@@ -124,7 +127,7 @@ def measure_memory() -> Iterator[MeasuredNumber]:
     yield MeasuredNumber("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
-def prism_outcomes(motion: Motion, cases: Cases, numerics: NumericalOptions) -> OutcomeArrays:
+def prism_outcomes_in_double_precision(motion: Motion, cases: Cases, numerics: NumericalOptions) -> OutcomeArrays:
     """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_simulation(Body(RectangularPrism()), motion, cases, numerics)
     found: OutcomeArrays = {}
@@ -149,7 +152,7 @@ def convergence_order_and_errors_by_quantity(scheme: str) -> dict[str, tuple[flo
     )
     cases = inputs.case_grid(np.arange(5.0, 90.0, 10.0), 0.6, [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], 0.8)
     found = [
-        prism_outcomes(pulse, cases, NumericalOptions(scheme=scheme, refinement=step))
+        prism_outcomes_in_double_precision(pulse, cases, NumericalOptions(scheme=scheme, refinement=step))
         for step in (*TIME_STEP_DIVISORS_OF_CONVERGENCE_TEST, TIME_STEP_DIVISOR_OF_REFERENCE)
     ]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
@@ -177,7 +180,7 @@ def measure_convergence_order() -> Iterator[MeasuredNumber]:
             )
 
 
-def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
+def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
     """Measure time, energy errors and reruns of the study config/in-space.yaml without its ensemble.
 
     The reruns are cases rerun with finer steps; cases marked unstable or undecided are counted, too.
@@ -185,7 +188,7 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(read_motions_of_default_study().values())
-    simulate_case_grid_under_motions(motions[:1], grid={name: values[:1] for name, values in axes.items()})
+    simulate_case_grid_under_motions(motions[:1], case_grid_axes={name: values[:1] for name, values in axes.items()})
 
     def run_cases_and_count_reruns(run: Callable[[Any, int], None], *more: Any) -> None:
         """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
@@ -199,7 +202,7 @@ def measure_shipped_3d_study() -> Iterator[MeasuredNumber]:
 
     with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", run_cases_and_count_reruns):
         found, seconds = run_and_measure_min_processor_time(
-            partial(simulate_case_grid_under_motions, motions, grid=axes), 1, int
+            partial(simulate_case_grid_under_motions, motions, case_grid_axes=axes), 1, int
         )
     status, about = found["status"], "space, config/in-space.yaml"
     yield MeasuredNumber(f"{about}: cases", status.size)
@@ -304,11 +307,15 @@ def compare_with_other_engines(motions: list[Motion], case_count: int) -> Iterat
     for name, engine in installed_engines(ENGINES_3D).items():
         begin, found = time.process_time(), []
         for m, o, _, b, *_ in np.stack(cells, axis=1).tolist():
-            half = 0.3 * DEFAULT_CASE_GRID["b_over_h"][b]
-            prism = Prism(half, half, 0.3, DEFAULT_CASE_GRID["friction"][0])
+            half = 0.3 * DEFAULT_CASE_GRID_AXES["b_over_h"][b]
+            prism = Prism(half, half, 0.3, DEFAULT_CASE_GRID_AXES["friction"][0])
             found.append(
                 fall_azimuth_of_prism(
-                    engine, motions[m], DEFAULT_CASE_GRID["orientation_deg"][o], prism, TIME_STEP_OF_PHYSICS_ENGINES_S
+                    engine,
+                    motions[m],
+                    DEFAULT_CASE_GRID_AXES["orientation_deg"][o],
+                    prism,
+                    TIME_STEP_OF_PHYSICS_ENGINES_S,
                 )
             )
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
@@ -341,8 +348,10 @@ def main(
     every = list(read_motions_of_default_study().values())[:: max(28 // records, 1)]
     chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
     made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
-        "throughput": measure_throughput, "memory": measure_memory, "convergence": measure_convergence_order,
-        "study": measure_shipped_3d_study, "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
+        "throughput": measure_throughput_and_compile_time_of_3d, "memory": measure_memory,
+        "convergence": measure_convergence_order,
+        "study": measure_cost_and_reruns_of_shipped_3d_study,
+        "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
         "stack": measure_run_time_of_three_tier_grave,
         "peers": partial(compare_with_other_engines, chosen, peer_cases),
     }  # fmt: skip
@@ -352,7 +361,7 @@ def main(
                 figures.append(figure)
                 print(*figure, sep=" | ", flush=True)
             known = write_measured_numbers(
-                figures, RESULT_TABLE_FOLDER / "space.csv", keep_other_figures=bool(parts) or name != names[-1]
+                figures, RESULT_TABLE_FOLDER / "space.csv", keep_other_stored_numbers=bool(parts) or name != names[-1]
             )
             insert_markdown_between_markers_in_docs({"space": measured_numbers_table(known)})
 

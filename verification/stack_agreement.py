@@ -22,7 +22,7 @@ from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_mar
 
 MAX_AZIMUTH_DIFFERENCE_DEG: Final = 20.0
 """Difference of two fall azimuths, degrees, up to which they agree."""
-AMPLITUDE_PERTURBATION: Final = 0.01
+RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE: Final = 0.01
 """Change of amplitude under which a robust case keeps its outcome."""
 RELATIVE_AMPLITUDE_CHANGES_TO_TRY: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
 """Changes of amplitude that are searched for the outcome of another solver."""
@@ -34,11 +34,11 @@ OUTCOME_FILE_BY_SOLVER: Final = {
     name: RESULT_TABLE_FOLDER / f"stack-peers-{name.lower()}.csv" for name in STACK_ENGINES
 }
 """Stored outcomes of each solver."""
-AGREEMENT_TABLE: Final = RESULT_TABLE_FOLDER / "stack-peers.csv"
+AGREEMENT_TABLE_FILE: Final = RESULT_TABLE_FOLDER / "stack-peers.csv"
 PROGRAM_LABEL: Final = "this program"
-NO_OUTCOME: Final = "none"
+NO_OUTCOME_TEXT: Final = "none"
 """Text for a case that a solver did not run, or for which this program has no outcome."""
-CASE_COLUMNS: Final = ["case", "record", "orientation_deg", "amplitude", "friction", "sizes"]
+CASE_PARAMETER_COLUMNS: Final = ["case", "record", "orientation_deg", "amplitude", "friction", "sizes"]
 
 
 def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
@@ -75,14 +75,14 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
 
     A case without an outcome at one of the three amplitudes is not robust.
     """
-    factors = (1.0, 1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION)
+    factors = (1.0, 1.0 - RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE, 1.0 + RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE)
     nominal, *others = topmost_stone_outcomes_in_this_program(case, factors)
     changed = [
         f"amplitude × {factor:g}"
         for factor, other in zip(factors[1:], others, strict=True)
         if not (has_outcome(other) and outcomes_agree(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"]))
     ]
-    changed = changed if has_outcome(nominal) else [NO_OUTCOME]
+    changed = changed if has_outcome(nominal) else [NO_OUTCOME_TEXT]
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
@@ -106,7 +106,7 @@ def read_outcomes_of_other_solvers() -> pd.DataFrame:
         [case_parameters_as_table_row(number, case) for number, case in enumerate(draw_random_stack_cases())]
     )
     for name, path in OUTCOME_FILE_BY_SOLVER.items():
-        outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_COLUMNS[1:])
+        outcomes = pd.read_csv(path).set_index("case").drop(columns=CASE_PARAMETER_COLUMNS[1:])
         found = found.join(outcomes.add_prefix(f"{name} "), on="case")
     return found
 
@@ -120,36 +120,37 @@ def collect_outcomes_of_all_solvers(processes: int = 2) -> pd.DataFrame:
     return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM_LABEL} ")], axis=1)
 
 
-def outcome_text(row: pd.Series, name: str) -> str:
-    """Return the outcome in a solver as text: "stands", the fall azimuth, or `NO_OUTCOME`.
+def outcome_text(row: pd.Series, solver: str) -> str:
+    """Return the outcome in a solver as text: "stands", the fall azimuth, or `NO_OUTCOME_TEXT`.
 
     An outcome that is not robust is in brackets.
     """
-    azimuth = row[f"{name} fall_azimuth_deg"]
+    azimuth = row[f"{solver} fall_azimuth_deg"]
     text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
-    unresolved = name == PROGRAM_LABEL and not has_outcome({"status": row[f"{PROGRAM_LABEL} status"]})
-    if unresolved or pd.isna(row[f"{name} robust"]):
-        return NO_OUTCOME
-    return text if row[f"{name} robust"] == 1 else f"({text})"
+    unresolved = solver == PROGRAM_LABEL and not has_outcome({"status": row[f"{PROGRAM_LABEL} status"]})
+    if unresolved or pd.isna(row[f"{solver} robust"]):
+        return NO_OUTCOME_TEXT
+    return text if row[f"{solver} robust"] == 1 else f"({text})"
 
 
-def same_outcome_in_both(row: pd.Series, first: str, second: str) -> bool:
+def same_outcome_in_both(row: pd.Series, first_solver: str, second_solver: str) -> bool:
     """True if two solvers give the same outcome; a case without an outcome agrees with nothing."""
-    return NO_OUTCOME not in (outcome_text(row, first), outcome_text(row, second)) and outcomes_agree(
-        row[f"{first} fall_azimuth_deg"], row[f"{second} fall_azimuth_deg"]
-    )
+    return NO_OUTCOME_TEXT not in (
+        outcome_text(row, first_solver),
+        outcome_text(row, second_solver),
+    ) and outcomes_agree(row[f"{first_solver} fall_azimuth_deg"], row[f"{second_solver} fall_azimuth_deg"])
 
 
-def agreement_counts(table: pd.DataFrame, first_solver: str, second: str) -> dict[str, int]:
+def agreement_counts(table: pd.DataFrame, first_solver: str, second_solver: str) -> dict[str, int]:
     """Count cases, falls in the second solver, equal flags, falls in both, and azimuths within 20° where both fall."""
     counts = dict.fromkeys(("cases", "falls", "flags", "both", "near"), 0)
     for _, row in table.iterrows():
-        fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first_solver, second)]
-        missing = NO_OUTCOME in (outcome_text(row, first_solver), outcome_text(row, second))
+        fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first_solver, second_solver)]
+        missing = NO_OUTCOME_TEXT in (outcome_text(row, first_solver), outcome_text(row, second_solver))
         both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
         for name, value in {"cases": True, "falls": fell[1], "flags": equal, "both": both}.items():
             counts[name] += int(value)
-        counts["near"] += int(both and same_outcome_in_both(row, first_solver, second))
+        counts["near"] += int(both and same_outcome_in_both(row, first_solver, second_solver))
     return counts
 
 
@@ -187,11 +188,11 @@ def agreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
         yield _agreement_table_row(everywhere, *pair, "robust in both solvers")
 
 
-def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: str) -> Sequence[str]:
+def _agreement_table_row(chosen: pd.DataFrame, first_solver: str, second_solver: str, label: str) -> Sequence[str]:
     """Return a row of the table of agreement: two solvers, kind of cases, counts and shares."""
-    n = agreement_counts(chosen, first, second)
+    n = agreement_counts(chosen, first_solver, second_solver)
     return (
-        f"{first}, {second}", label, str(n["cases"]), str(n["falls"]), share_text(n["flags"], n["cases"]),
+        f"{first_solver}, {second_solver}", label, str(n["cases"]), str(n["falls"]), share_text(n["flags"], n["cases"]),
         share_text(n["near"], n["both"]),
     )  # fmt: skip
 
@@ -199,7 +200,7 @@ def _agreement_table_row(chosen: pd.DataFrame, first: str, second: str, label: s
 def summary_rows_of_random_cases(table: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
-        ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME, axis=1)
+        ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME_TEXT, axis=1)
         fell, robust = np.isfinite(table[f"{name} fall_azimuth_deg"])[ran], (table[f"{name} robust"] == 1)[ran]
         seconds = table[f"{name} seconds"].mean() if name in OUTCOME_FILE_BY_SOLVER else math.nan
         yield (
@@ -212,7 +213,7 @@ def disagreement_cause(row: pd.Series, case: StackCase, other_solver: str) -> st
     """Return the cause for which this program and a solver differ on a case that is robust in the solver."""
     other = next(name for name in OUTCOME_FILE_BY_SOLVER if name != other_solver)
     causes = []
-    if outcome_text(row, PROGRAM_LABEL) == NO_OUTCOME:
+    if outcome_text(row, PROGRAM_LABEL) == NO_OUTCOME_TEXT:
         causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM_LABEL} status'])).name.lower()})")
     elif row[f"{PROGRAM_LABEL} robust"] != 1:
         causes.append(f"marginal here ({row[f'{PROGRAM_LABEL} changed_by']})")
@@ -220,11 +221,13 @@ def disagreement_cause(row: pd.Series, case: StackCase, other_solver: str) -> st
         change := amplitude_change_percent_to_reach_azimuth(case, row[f"{other_solver} fall_azimuth_deg"])
     ):
         causes.append(f"same outcome here with {change:+.1f} % of amplitude")
-    if row[f"{other_solver} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(case.stack.sizes[-1][:2]):
+    if row[f"{other_solver} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(
+        case.stack.width_depth_height_by_stone[-1][:2]
+    ):
         causes.append(f"a corner sinks by {1e3 * row[f'{other_solver} sinking']:.0f} mm in {other_solver}")
     if slides_off_or_far_in_either_solver(row, case, other_solver):
         causes.append("slides")
-    if outcome_text(row, other) == NO_OUTCOME:
+    if outcome_text(row, other) == NO_OUTCOME_TEXT:
         return "; ".join(causes) or "unexplained"
     if same_outcome_in_both(row, other, PROGRAM_LABEL):
         causes.append(f"{other} agrees with this program")
@@ -233,11 +236,11 @@ def disagreement_cause(row: pd.Series, case: StackCase, other_solver: str) -> st
     return "; ".join(causes) or f"unexplained: {other} agrees with {other_solver}"
 
 
-def slides_off_or_far_in_either_solver(row: pd.Series, case: StackCase, peer: str) -> bool:
-    """True if a stone slides off in this program or in the solver `peer`, or if it slides far in the solver."""
-    fallen = int(row[f"{peer} fallen_stone"])
-    upright = fallen >= 0 and row[f"{peer} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
-    far = row[f"{peer} slip"] > LARGE_SLIP_TO_WIDTH_RATIO * min(case.stack.sizes[-1][:2])
+def slides_off_or_far_in_either_solver(row: pd.Series, case: StackCase, other_solver: str) -> bool:
+    """True if a stone slides off in this program or in the solver `other_solver`, or if it slides far in the solver."""
+    fallen = int(row[f"{other_solver} fallen_stone"])
+    upright = fallen >= 0 and row[f"{other_solver} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
+    far = row[f"{other_solver} slip"] > LARGE_SLIP_TO_WIDTH_RATIO * min(case.stack.width_depth_height_by_stone[-1][:2])
     return bool(row[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)
 
 
@@ -249,7 +252,8 @@ def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
             if not same_outcome_in_both(row, PROGRAM_LABEL, peer):
                 case = cases[row["case"]]
                 yield (
-                    peer, str(row["case"]), str(len(case.stack.sizes)), f"{case.stack.friction:.2f}",
+                    peer, str(row["case"]), str(len(case.stack.width_depth_height_by_stone)),
+                    f"{case.stack.friction:.2f}",
                     *(outcome_text(row, name) for name in (PROGRAM_LABEL, *OUTCOME_FILE_BY_SOLVER)),
                     disagreement_cause(row, case, peer),
                 )  # fmt: skip
@@ -258,7 +262,7 @@ def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
 def publish_agreement_with_solvers() -> None:
     """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
     table = collect_outcomes_of_all_solvers()
-    write_csv(table, AGREEMENT_TABLE)
+    write_csv(table, AGREEMENT_TABLE_FILE)
     differ = list(disagreement_table_rows(table))
     drawn = ("", "cases with an outcome", "fall", "robust", "robust ones that fall", "s per case")
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")

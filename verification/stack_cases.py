@@ -91,11 +91,16 @@ def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_c
 
 def min_acceleration_to_open_or_slide_a_joint(stack: BoxStack) -> float:
     """Return the smallest constant acceleration that opens a joint (contact of two stones) or lets it slide, m/s²."""
-    volumes = np.array([math.prod(size) for size in stack.sizes])
-    feet = np.array(stack.centre_heights) - 0.5 * np.array([size[2] for size in stack.sizes])
+    volumes = np.array([math.prod(size) for size in stack.width_depth_height_by_stone])
+    feet = np.array(stack.centre_heights_at_rest) - 0.5 * np.array(
+        [size[2] for size in stack.width_depth_height_by_stone]
+    )
     opens = [
-        0.5 * min(size[:2]) * volumes[k:].sum() / (volumes[k:] * (np.array(stack.centre_heights)[k:] - feet[k])).sum()
-        for k, size in enumerate(stack.sizes)
+        0.5
+        * min(size[:2])
+        * volumes[k:].sum()
+        / (volumes[k:] * (np.array(stack.centre_heights_at_rest)[k:] - feet[k])).sum()
+        for k, size in enumerate(stack.width_depth_height_by_stone)
     ]
     return STANDARD_GRAVITY * min(stack.friction, *opens)
 
@@ -103,7 +108,7 @@ def min_acceleration_to_open_or_slide_a_joint(stack: BoxStack) -> float:
 def scene_of_stack(stack: BoxStack) -> Scene:
     """Return the scene of a stack on the ground; friction is given by each case, not by the scene."""
     elements = [Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0))]
-    for number, (width, depth, height) in enumerate(stack.sizes):
+    for number, (width, depth, height) in enumerate(stack.width_depth_height_by_stone):
         below = elements[-1].name
         elements.append(Element(name=f"stone-{number}", width=width, depth=depth, height=height, stands_on=below))
     return Scene(name="stack", reference=elements[-1].name, elements=tuple(elements))
@@ -111,7 +116,7 @@ def scene_of_stack(stack: BoxStack) -> Scene:
 
 def case_parameters_as_table_row(number: int, case: StackCase) -> dict[str, Any]:
     """Return the parameters of a case as columns of a table."""
-    sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.sizes)
+    sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.width_depth_height_by_stone)
     return {
         "case": number, "record": case.record_id, "orientation_deg": case.orientation_deg,
         "amplitude": case.amplitude_factor,

@@ -19,7 +19,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.engines import resample_acceleration
 
-DENSITY: Final = 2650.0
+STONE_DENSITY_KG_M3: Final = 2650.0
 """Density of all stones, kg/m³."""
 MAX_SIMULATED_TIME_AFTER_RECORD_S: Final = 4.0
 """Simulated time after the record, s."""
@@ -29,7 +29,7 @@ MIN_DROP_TO_HEIGHT_RATIO_OF_FALLEN_STONE: Final = 0.1
 """Drop of the centre from which a stone counts as fallen, as a share of its height."""
 FALL_CHECK_INTERVAL_S: Final = 0.01
 """Time between two tests for a fall, s."""
-MAX_UPRIGHT_TILT: Final = math.radians(0.2)
+MAX_UPRIGHT_TILT_RAD: Final = math.radians(0.2)
 MIN_SIMULATED_TIME_AFTER_RECORD_S: Final = 0.5
 """Tilt below which a stone stands upright, rad, and time after the record after which upright stones end a run, s."""
 CONTACT_SEARCH_DISTANCE_M: Final = 1e-3
@@ -41,13 +41,13 @@ FRICTION_TO_NORMAL_IMPEDANCE_RATIO: Final = 100
 class BoxStack(NamedTuple):
     """Stack of boxes: width along x, depth and height, m, of each from the lowest up, and their friction."""
 
-    sizes: tuple[tuple[float, float, float], ...]
+    width_depth_height_by_stone: tuple[tuple[float, float, float], ...]
     friction: float
 
     @property
-    def centre_heights(self) -> list[float]:
+    def centre_heights_at_rest(self) -> list[float]:
         """Heights of the centres at rest, m, from the lowest stone up."""
-        heights = np.array([size[2] for size in self.sizes])
+        heights = np.array([size[2] for size in self.width_depth_height_by_stone])
         return (np.cumsum(heights) - 0.5 * heights).tolist()
 
 
@@ -56,16 +56,21 @@ class TopmostStoneOutcome(NamedTuple):
 
     fall_azimuth_deg: float
     """Azimuth to which its axis points at the time of the first fall, degrees; NaN if all stones stand."""
-    fall_time: float
+    first_fall_time: float
     """Time at which the first stone counts as fallen, s; NaN if all stand."""
-    fallen_stone: int
+    lowest_fallen_stone_index: int
     """Index of the lowest stone that counts as fallen at that time; -1 if all stand."""
-    tilt_deg: float
+    tilt_of_fallen_or_peak_of_topmost_deg: float
     """Tilt of the fallen stone at that time, degrees; the largest tilt of the topmost stone if all stand."""
-    slip: float
+    max_slip_of_upright_stones: float
     """Largest horizontal distance of a base from the centre of the face below while that stone stands upright, m."""
-    sinking: float
+    max_corner_penetration: float
     """Largest depth of a corner of a base below the face that it stands on, m: an error of the solver's contacts."""
+
+    def table_columns(self) -> dict[str, float]:
+        """Return the outcome as columns of the table of a solver's outcomes."""
+        names = ("fall_azimuth_deg", "fall_time", "fallen_stone", "tilt_deg", "slip", "sinking")
+        return dict(zip(names, self, strict=True))
 
 
 StonePoses: TypeAlias = list[tuple[FloatArray, FloatArray]]
@@ -85,8 +90,8 @@ def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
 
     bodies = "".join(
         f'<body pos="0 0 {z}"><freejoint/>'
-        f'<geom type="box" size="{b / 2} {d / 2} {h / 2}" mass="{DENSITY * b * d * h}"/></body>'
-        for (b, d, h), z in zip(stack.sizes, stack.centre_heights, strict=True)
+        f'<geom type="box" size="{b / 2} {d / 2} {h / 2}" mass="{STONE_DENSITY_KG_M3 * b * d * h}"/></body>'
+        for (b, d, h), z in zip(stack.width_depth_height_by_stone, stack.centre_heights_at_rest, strict=True)
     )
     model = engine.MjModel.from_xml_string(
         f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic"
@@ -129,7 +134,7 @@ _UNIT_CUBE_VERTICES: Final = [
 _UNIT_CUBE_TRIANGLE_VERTICES: Final = [
     1, 3, 2, 1, 4, 3, 5, 6, 7, 5, 7, 8, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 4, 8, 3, 8, 7, 4, 1, 5, 4, 5, 8
 ]  # fmt: skip
-_BASE_SIZE: Final = (20.0, 20.0, 1.0)
+_BASE_SIZE_M: Final = (20.0, 20.0, 1.0)
 _UNIT_CUBE_BOTTOM_CORNERS: Final = np.array(_UNIT_CUBE_VERTICES[:4])
 
 
@@ -138,13 +143,17 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
     waves = ground_accelerations_along_stack_axes(motion, orientation_deg)
     solver = _load_lmgc90().LMGC90Solver()
     solver.initialize(time_step, 0.5, False)
-    solver.set_materials([DENSITY])
+    solver.set_materials([STONE_DENSITY_KG_M3])
     solver.add_one_tact_behav("iqsc0", "IQS_CLB", [stack.friction])
     solver.set_see_tables(CONTACT_SEARCH_DISTANCE_M)
-    solver.set_nb_bodies(1 + len(stack.sizes))
-    for size, centre in zip((_BASE_SIZE, *stack.sizes), (-0.5 * _BASE_SIZE[2], *stack.centre_heights), strict=True):
+    solver.set_nb_bodies(1 + len(stack.width_depth_height_by_stone))
+    for size, centre in zip(
+        (_BASE_SIZE_M, *stack.width_depth_height_by_stone),
+        (-0.5 * _BASE_SIZE_M[2], *stack.centre_heights_at_rest),
+        strict=True,
+    ):
         corners = [side * length for corner in _UNIT_CUBE_VERTICES for side, length in zip(corner, size, strict=True)]
-        driven = 6 if size is _BASE_SIZE else 0
+        driven = 6 if size is _BASE_SIZE_M else 0
         solver.set_one_polyr("s0001", [0.0, 0.0, centre], _UNIT_CUBE_TRIANGLE_VERTICES, corners, driven, 0)
     interval = motion.sampling_interval
     for axis, wave in enumerate(waves, start=1):
@@ -157,7 +166,7 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
     steps = int((motion.sample_count * interval + MAX_SIMULATED_TIME_AFTER_RECORD_S) / time_step)
     # The rows of a frame are the principal axes of inertia, whose order is the solver's choice.
     initial = [np.reshape(frame, (3, 3)) for frame in solver.get_initial_state().init_body_frames]
-    origin = np.array([0.0, 0.0, 0.5 * _BASE_SIZE[2]])
+    origin = np.array([0.0, 0.0, 0.5 * _BASE_SIZE_M[2]])
     try:
         for step in range(1, steps + 1):
             state = solver.compute_one_step()
@@ -191,8 +200,8 @@ def min_tilt_to_count_as_fallen(stack: BoxStack, stone: int) -> float:
 
 def critical_angle(stack: BoxStack, stone: int) -> float:
     """Return the tilt about the nearest edge of its contact area at which a stone is in balance, rad."""
-    width = min(side for size in stack.sizes[max(stone - 1, 0) : stone + 1] for side in size[:2])
-    return math.atan2(width, stack.sizes[stone][2])
+    width = min(side for size in stack.width_depth_height_by_stone[max(stone - 1, 0) : stone + 1] for side in size[:2])
+    return math.atan2(width, stack.width_depth_height_by_stone[stone][2])
 
 
 def topmost_stone_outcome_in_engine(
@@ -203,10 +212,10 @@ def topmost_stone_outcome_in_engine(
     A stone has fallen when its tilt exceeds `min_tilt_to_count_as_fallen`, or its centre is lower than at rest by a
     tenth of its height. The run ends with the first fall, or after the record, once all stones stand upright.
     """
-    heights = [size[2] for size in stack.sizes]
+    heights = [size[2] for size in stack.width_depth_height_by_stone]
     lowest = [
         z - MIN_DROP_TO_HEIGHT_RATIO_OF_FALLEN_STONE * height
-        for z, height in zip(stack.centre_heights, heights, strict=True)
+        for z, height in zip(stack.centre_heights_at_rest, heights, strict=True)
     ]
     largest = [min_tilt_to_count_as_fallen(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
@@ -221,7 +230,10 @@ def topmost_stone_outcome_in_engine(
                 return TopmostStoneOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
         peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip_of_upright_stones_m(stack, poses, tilts))
         sinking = max(sinking, _largest_corner_penetration_m(stack, poses))
-        if number * FALL_CHECK_INTERVAL_S > end + MIN_SIMULATED_TIME_AFTER_RECORD_S and max(tilts) < MAX_UPRIGHT_TILT:
+        if (
+            number * FALL_CHECK_INTERVAL_S > end + MIN_SIMULATED_TIME_AFTER_RECORD_S
+            and max(tilts) < MAX_UPRIGHT_TILT_RAD
+        ):
             break
     return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
@@ -229,9 +241,9 @@ def topmost_stone_outcome_in_engine(
 def _largest_slip_of_upright_stones_m(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:
     """Return the largest distance of the base of an upright stone from the centre of the face below, m."""
     below, largest = np.zeros(2), 0.0
-    for (place, turn), (_, _, height), tilt in zip(poses, stack.sizes, tilts, strict=True):
+    for (place, turn), (_, _, height), tilt in zip(poses, stack.width_depth_height_by_stone, tilts, strict=True):
         half = 0.5 * height * turn[:2, 2]
-        if tilt < MAX_UPRIGHT_TILT:
+        if tilt < MAX_UPRIGHT_TILT_RAD:
             largest = max(largest, float(np.hypot(*(place[:2] - half - below))))
         below = place[:2] + half
     return largest
@@ -241,7 +253,11 @@ def _largest_corner_penetration_m(stack: BoxStack, poses: StonePoses) -> float:
     """Return the largest penetration of a corner of a stone's base into the face below, m."""
     largest = 0.0
     for (place, turn), size, (low_place, low_turn), low_size in zip(
-        poses[1:], stack.sizes[1:], poses[:-1], stack.sizes[:-1], strict=True
+        poses[1:],
+        stack.width_depth_height_by_stone[1:],
+        poses[:-1],
+        stack.width_depth_height_by_stone[:-1],
+        strict=True,
     ):
         corners = (place + (_UNIT_CUBE_BOTTOM_CORNERS * size) @ turn.T - low_place) @ low_turn
         above = (np.abs(corners[:, :2]) <= 0.5 * np.array(low_size[:2])).all(axis=1)

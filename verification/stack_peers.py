@@ -21,8 +21,8 @@ import typer
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from verification.stack_agreement import (
-    AMPLITUDE_PERTURBATION,
     OUTCOME_FILE_BY_SOLVER,
+    RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE,
     outcomes_agree,
     publish_agreement_with_solvers,
 )
@@ -50,7 +50,7 @@ def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> It
     """Yield label, motion and time step of the runs that must agree in a robust case; the first is the nominal one."""
     yield "", case.strong_part_of_scaled_record, time_step
     yield "half the step", case.strong_part_of_scaled_record, 0.5 * time_step
-    for factor in (1.0 - AMPLITUDE_PERTURBATION, 1.0 + AMPLITUDE_PERTURBATION):
+    for factor in (1.0 - RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE, 1.0 + RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE):
         yield f"amplitude × {factor:g}", case.strong_part_of_scaled_record.scaled_by(factor), time_step
 
 
@@ -66,7 +66,7 @@ def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[
             changed = label
             break
     assert nominal is not None
-    return nominal._asdict() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
+    return nominal.table_columns() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
 
 
 def run_all_cases_in_solver(engine_name: str, processes: int) -> pd.DataFrame:

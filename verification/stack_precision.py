@@ -33,9 +33,9 @@ from verification.tables import (
     write_csv,
 )
 
-CASE_COUNT: Final = 60
+COMPARED_CASE_COUNT: Final = 60
 """Number of cases."""
-TIME_STEPS_BY_SOLVER: Final = {
+TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE: Final = {
     PROGRAM_LABEL: (1.0, 0.5, 0.25, 0.125, 0.03125),
     "MuJoCo": (4e-3, 2e-3, 1e-3, 5e-4, 1.25e-4),
     "LMGC90": (2e-3, 1e-3, 5e-4, 2e-4),
@@ -69,29 +69,29 @@ def fall_azimuth_and_run_time_in_program(case: StackCase, step_to_automatic_step
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
 
 
-def fall_azimuth_and_run_time_in_solver(solver: str, step: float, case: StackCase) -> tuple[float, float]:
+def fall_azimuth_and_run_time_in_solver(solver: str, time_step: float, case: StackCase) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
     if solver == PROGRAM_LABEL:
-        return fall_azimuth_and_run_time_in_program(case, step)
+        return fall_azimuth_and_run_time_in_program(case, time_step)
     begin = time.process_time()
     found = topmost_stone_outcome_in_engine(
-        STACK_ENGINES[solver], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, step
+        STACK_ENGINES[solver], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, time_step
     )
     return found.fall_azimuth_deg, time.process_time() - begin
 
 
 def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
     """Run all cases in a solver with all its steps; return one row per case and step."""
-    cases = draw_random_stack_cases()[:CASE_COUNT]
+    cases = draw_random_stack_cases()[:COMPARED_CASE_COUNT]
     fall_azimuth_and_run_time_in_program(cases[0], 1.0)  # compiles the kernel
     with ProcessPoolExecutor(processes) as pool:
         made = [
             list(pool.map(partial(fall_azimuth_and_run_time_in_solver, solver, step), cases))
-            for step in TIME_STEPS_BY_SOLVER[solver]
+            for step in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver]
         ]
     return pd.DataFrame([
         {"solver": solver, "step": step, "case": number, "fall_azimuth_deg": azimuth, "seconds": seconds}
-        for step, found in zip(TIME_STEPS_BY_SOLVER[solver], made, strict=True)
+        for step, found in zip(TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver], made, strict=True)
         for number, (azimuth, seconds) in enumerate(found)
     ])  # fmt: skip
 
@@ -99,7 +99,7 @@ def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
 def error_against_run_time_table(rows: pd.DataFrame) -> str:
     """Return the table of wrong flags and azimuths against run time, as Markdown."""
     lines = []
-    for solver, steps in TIME_STEPS_BY_SOLVER.items():
+    for solver, steps in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE.items():
         mine = rows[rows["solver"] == solver]
         reference = mine[mine["step"] == steps[-1]]["fall_azimuth_deg"].to_numpy()
         for step in steps[:-1]:
@@ -124,7 +124,7 @@ def main(
 ) -> None:
     """Measure error against run time of stacks, and write the table of docs/validation.md."""
     kept = pd.read_csv(RESULT_TABLE_PATH) if RESULT_TABLE_PATH.is_file() else pd.DataFrame()
-    for solver in named_parts_or_all_if_none(solvers, TIME_STEPS_BY_SOLVER):
+    for solver in named_parts_or_all_if_none(solvers, TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE):
         if solver != PROGRAM_LABEL and find_spec(MODULE_NAME_BY_STACK_ENGINE[solver]) is None:
             raise ArgumentError(f"{solver} is not installed: make peers")
         others = kept[kept["solver"] != solver] if len(kept) else kept

@@ -42,9 +42,9 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> s
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def measured_numbers_table(figures: Iterable[MeasuredNumber]) -> str:
+def measured_numbers_table(numbers: Iterable[MeasuredNumber]) -> str:
     """Return measured numbers as a Markdown table; rows measured at an earlier commit name it."""
-    rows, now = list(figures), current_commit()
+    rows, now = list(numbers), current_commit()
     if all(one.commit in ("", now) for one in rows):
         return markdown_table(("", "measured"), [(one.quantity, text_of_value_and_unit(one)) for one in rows])
     return markdown_table(
@@ -95,28 +95,28 @@ def wrap_text(text: str, first_prefix: str = "") -> str:
     )
 
 
-def text_of_value_and_unit(figure: MeasuredNumber) -> str:
+def text_of_value_and_unit(measured: MeasuredNumber) -> str:
     """Return value and unit of a measured number as text, with four digits."""
-    number = f"{figure.value:.4g}" if abs(figure.value) < 1e4 else f"{figure.value:,.0f}"
-    return f"{number} {figure.unit}".strip()
+    number = f"{measured.value:.4g}" if abs(measured.value) < 1e4 else f"{measured.value:,.0f}"
+    return f"{number} {measured.unit}".strip()
 
 
 def write_measured_numbers(
-    figures: Sequence[MeasuredNumber], path: Path, keep_other_figures: bool = False
+    new_numbers: Sequence[MeasuredNumber], path: Path, keep_other_stored_numbers: bool = False
 ) -> list[MeasuredNumber]:
     """Write measured numbers as CSV and return the new content of the file.
 
     Parameters
     ----------
-    figures : sequence of Figure
-        Measured figures.
+    new_numbers : sequence of MeasuredNumber
+        Numbers that were just measured.
     path : Path
         CSV file.
-    keep_other_figures : bool
-        Keep figures of the file that were not measured again.
+    keep_other_stored_numbers : bool
+        True to keep numbers of the file that were not measured again; False to remove them.
     """
-    new = {one.quantity: one._replace(commit=current_commit()) for one in figures}
-    if keep_other_figures and path.is_file():
+    new = {one.quantity: one._replace(commit=current_commit()) for one in new_numbers}
+    if keep_other_stored_numbers and path.is_file():
         new = {one.quantity: one for one in read_measured_numbers(path)} | new
     with atomic_write(path) as part:
         pd.DataFrame(list(new.values())).to_csv(part, index=False, float_format="%.6g", lineterminator="\n")

@@ -59,8 +59,8 @@ class CostOfCommandSteps(NamedTuple):
 class WholeRunCost(NamedTuple):
     """Cost of one complete run of a study."""
 
-    wall_s: float
-    processor_s: float
+    elapsed_time_s: float
+    processor_time_s: float
     time_to_first_map_s: float  # time until the first polar map exists
     step_cost_by_command: dict[str, CostOfCommandSteps]  # by command
     cube_sha256: str
@@ -109,9 +109,9 @@ def measure_whole_run() -> list[MeasuredNumber]:
     rows = []
     for run, what in ((served, QUANTITY_PREFIX_WITH_FORK_SERVER), (own, QUANTITY_PREFIX_WITHOUT_FORK_SERVER)):
         rows += [
-            MeasuredNumber(f"{what}: time on two cores", run.wall_s, "s"),
-            MeasuredNumber(f"{what}: processor time", run.processor_s, "s"),
-            MeasuredNumber(f"{what}: first polar map after", 100.0 * run.time_to_first_map_s / run.wall_s, "%"),
+            MeasuredNumber(f"{what}: time on two cores", run.elapsed_time_s, "s"),
+            MeasuredNumber(f"{what}: processor time", run.processor_time_s, "s"),
+            MeasuredNumber(f"{what}: first polar map after", 100.0 * run.time_to_first_map_s / run.elapsed_time_s, "%"),
         ]
     for command in (
         name
@@ -171,11 +171,11 @@ def _times_by_table_row_name(run: WholeRunCost) -> dict[str, float]:
     steps = {
         f"processor time of `{name}`, s": cost.total_processor_time_s for name, cost in run.step_cost_by_command.items()
     }
-    rest = run.processor_s - sum(steps.values())
+    rest = run.processor_time_s - sum(steps.values())
     return {
-        "time on two cores, s": run.wall_s,
+        "time on two cores, s": run.elapsed_time_s,
         "time until the first polar map, s": run.time_to_first_map_s,
-        "processor time, s": run.processor_s,
+        "processor time, s": run.processor_time_s,
         **steps,
         "processor time of Snakemake and of what starts the steps, s": rest,
     }

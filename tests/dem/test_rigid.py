@@ -13,7 +13,10 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import strong_part_of_near_field_record
 from tests.dem.reference.rigid_impact import fall_side_and_peak_rotation, normalised_restoring_moment
-from verification.reference.closed_forms import rocking_frequency_parameter, velocity_ratio_at_impact
+from verification.reference.closed_forms import (
+    angular_velocity_after_over_before_impact,
+    rocking_frequency_parameter,
+)
 
 G = STANDARD_GRAVITY
 
@@ -89,7 +92,7 @@ def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h
         now = done.t[-1]
         if done.t_events[1].size:
             return side, 0.5 * math.pi / alpha
-        state = [0.0, velocity_ratio_at_impact(b_over_h) * done.y[1, -1]]
+        state = [0.0, angular_velocity_after_over_before_impact(b_over_h) * done.y[1, -1]]
         side = -side if abs(state[1]) > 1e-5 * math.sqrt(square) else 0
     return 0, peak / alpha
 
@@ -138,7 +141,7 @@ def block_fall_side_and_peak_rotation_by_small_steps(
     alpha, square = math.atan(b_over_h), rocking_frequency_parameter(height, b_over_h) ** 2
     wave = np.append(along, 0.0) / G
     return fall_side_and_peak_rotation(
-        wave, interval, b_over_h, alpha, float(square), float(velocity_ratio_at_impact(b_over_h))
+        wave, interval, b_over_h, alpha, float(square), float(angular_velocity_after_over_before_impact(b_over_h))
     )
 
 

@@ -8,14 +8,18 @@ from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from overturning.motion.motion import Motion
 from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_case_groups_under_sine_pulses
-from verification.measures import convergence_order, median_rotation_error, run_case_groups
+from verification.measures import convergence_order, median_peak_rotation_error_over_alpha, run_case_groups
 from verification.work_precision.boundaries import (
     RELATIVE_BRACKET_HALF_WIDTH,
     bisect_boundaries,
     falling_and_standing_b_over_h,
-    find_boundaries,
+    find_falling_cases_with_standing_neighbour,
 )
-from verification.work_precision.parts import SchemeSetting, flags_and_peak_rotations, run_rigid_rocking_blocks
+from verification.work_precision.parts import (
+    SchemeSetting,
+    flags_and_peak_rotations_over_alpha,
+    run_rigid_rocking_blocks,
+)
 
 pytestmark = pytest.mark.long
 
@@ -43,9 +47,11 @@ def test_convergence_order_is_exact_for_a_power_law() -> None:
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
 def test_peak_rotation_converges_with_the_time_step(scheme: str, least: float) -> None:
     groups = [blocks_under_decaying_sine()]
-    right = flags_and_peak_rotations(groups, soft_contact_setting("centred", 0.004))
+    right = flags_and_peak_rotations_over_alpha(groups, soft_contact_setting("centred", 0.004))
     errors = [
-        median_rotation_error(*flags_and_peak_rotations(groups, soft_contact_setting(scheme, step)), *right)
+        median_peak_rotation_error_over_alpha(
+            *flags_and_peak_rotations_over_alpha(groups, soft_contact_setting(scheme, step)), *right
+        )
         for step in RELATIVE_STEPS
     ]
     assert errors[0] > errors[-1] > 0
@@ -62,9 +68,11 @@ def test_a_stiff_contact_has_smaller_rotation_errors_at_the_longest_stable_step(
     groups, steps = [CaseGroup(blocks_under_decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
     def median_rotation_errors_by_time_step(penetration: float) -> np.ndarray:
-        right = flags_and_peak_rotations(groups, SchemeSetting("centred", 0.016, penetration))
-        found = [flags_and_peak_rotations(groups, SchemeSetting("centred", step, penetration)) for step in steps]
-        return np.array([median_rotation_error(*one, *right) for one in found])
+        right = flags_and_peak_rotations_over_alpha(groups, SchemeSetting("centred", 0.016, penetration))
+        found = [
+            flags_and_peak_rotations_over_alpha(groups, SchemeSetting("centred", step, penetration)) for step in steps
+        ]
+        return np.array([median_peak_rotation_error_over_alpha(*one, *right) for one in found])
 
     rigid, soft_one = (
         median_rotation_errors_by_time_step(DEFAULT_STATIC_PENETRATION_RATIO),
@@ -94,7 +102,7 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
     """
     cases = case_grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
     groups = [CaseGroup(blocks_under_decaying_sine().motion, cases)]
-    where = find_boundaries(groups, run_case_groups(groups).results.overturned, 30)
+    where = find_falling_cases_with_standing_neighbour(groups, run_case_groups(groups).results.overturned, 30)
     assert len(where) >= 12
     low, high = falling_and_standing_b_over_h(where)
     near = bisect_boundaries(groups, where, {}, low, high, 24)
@@ -118,7 +126,7 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
 
 def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None:
     groups = every_nth_case([blocks_under_decaying_sine()], 2)
-    where = find_boundaries(groups, run_case_groups(groups).results.overturned, 3)
+    where = find_falling_cases_with_standing_neighbour(groups, run_case_groups(groups).results.overturned, 3)
     assert where
     low, high = falling_and_standing_b_over_h(where)
     found = bisect_boundaries(groups, where, {}, low, high)
@@ -126,14 +134,15 @@ def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None
     assert (found < high).all()
     for factor, falls in ((0.9995, True), (1.0005, False)):
         cases = Cases(b_over_h=found * factor, **{
-            name: [place.falling_case[name] for place in where] for name in ("azimuth_deg", "height", "friction")
+            name: [place.parameters_of_falling_case[name] for place in where]
+            for name in ("azimuth_deg", "height", "friction")
         })  # fmt: skip
         assert ((run_cases(groups[0].motion, cases).overturned != 0) == falls).all()
 
 
 def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
     groups = [blocks_under_decaying_sine()]
-    where = find_boundaries(groups, run_case_groups(groups).results.overturned, 2)
+    where = find_falling_cases_with_standing_neighbour(groups, run_case_groups(groups).results.overturned, 2)
     low, high = falling_and_standing_b_over_h(where)
     exact = bisect_boundaries(groups, where, {}, low, high, 3)
     low[0] = np.nan
@@ -143,10 +152,12 @@ def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
 
 
 def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -> None:
-    groups = rocking_case_groups_under_sine_pulses(periods=3, blocks=12)
+    groups = rocking_case_groups_under_sine_pulses(pulse_count=3, block_count_per_pulse=12)
     right = run_rigid_rocking_blocks(groups)
     errors = [
-        median_rotation_error(*flags_and_peak_rotations(groups, SchemeSetting("centred", 0.5, delta)), *right)
+        median_peak_rotation_error_over_alpha(
+            *flags_and_peak_rotations_over_alpha(groups, SchemeSetting("centred", 0.5, delta)), *right
+        )
         for delta in (2e-4, 2e-5)
     ]
     assert errors[1] < 0.5 * errors[0]

@@ -11,9 +11,9 @@ from overturning.units import STANDARD_GRAVITY
 from verification import example_survey
 from verification.example_survey import (
     DIRECTION_NOTATION_BY_SITE,
-    PAGE,
+    EXAMPLE_SURVEY_FILE,
     ROSE_DIAGRAM_FILE,
-    SURVEY,
+    SURVEY_DOCS_PAGE_FILE,
     InventedStone,
     direction_in_notation,
     invent_stones,
@@ -30,12 +30,14 @@ def test_the_example_survey_equals_the_output_of_its_script(
     invented_stones: dict[str, list[InventedStone]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(example_survey, "invent_stones", lambda: invented_stones)
-    assert SURVEY.read_text(encoding="utf-8") == example_survey.survey_text(), "python -m verification.example_survey"
+    assert EXAMPLE_SURVEY_FILE.read_text(encoding="utf-8") == example_survey.survey_csv_text(), (
+        "python -m verification.example_survey"
+    )
 
 
 def test_the_survey_page_shows_the_output_of_its_commands() -> None:
-    page = PAGE.read_text(encoding="utf-8")
-    for mark, block in example_survey.survey_command_outputs().items():
+    page = SURVEY_DOCS_PAGE_FILE.read_text(encoding="utf-8")
+    for mark, block in example_survey.survey_command_output_by_marker().items():
         assert f"<!-- {mark}:begin -->\n\n{example_survey.fenced_code_block(block)}\n\n<!-- {mark}:end -->" in page, (
             "python -m verification.example_survey"
         )
@@ -48,14 +50,14 @@ def test_the_survey_page_shows_the_output_of_its_commands() -> None:
         *DIRECTION_NOTATION_BY_SITE
     ], "a line for each site"
     header, *rows = [line.strip() for line in page.split("\n") if line.startswith("        ") and ";" in line]
-    lines = SURVEY.read_text(encoding="utf-8").splitlines()
+    lines = EXAMPLE_SURVEY_FILE.read_text(encoding="utf-8").splitlines()
     assert header in lines
     assert set(rows) <= set(lines)
     assert ROSE_DIAGRAM_FILE.read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_the_example_survey_is_read_as_it_was_invented(invented_stones: dict[str, list[InventedStone]]) -> None:
-    stones = overturning.read_survey(SURVEY)
+    stones = overturning.read_survey(EXAMPLE_SURVEY_FILE)
     assert stones.attrs["warnings"] == []
     assert Counter(stones["site"]) == dict.fromkeys(DIRECTION_NOTATION_BY_SITE, 20)
     true_stones = [stone for site in DIRECTION_NOTATION_BY_SITE for stone in invented_stones[site]]

@@ -18,22 +18,22 @@ from overturning.statistics.bootstrap import (
 from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import main, score_models_with_intervals, scores_by_damping_ratio
 from verification.shaking_table.clouds import (
-    PRISMS,
-    RECTANGLES,
+    PRISM_DISTRIBUTION,
+    RECTANGLE_DISTRIBUTION,
     StoneDistribution,
     StonesWithSimulatedOutcomes,
     is_in_any_size_neighbourhood,
     sample_stones,
     simulate_stones,
 )
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
+from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    ENSEMBLE_AND_PEAKS_MODEL,
-    NEIGHBOURHOOD_CENTRES_B_OVER_H,
-    NEIGHBOURHOOD_CENTRES_HEIGHT,
-    PEAKS_MODEL,
-    PRISMS_MODEL,
-    RECTANGLES_MODEL,
+    ENSEMBLE_AND_PEAKS_MODEL_NAME,
+    NEIGHBOURHOOD_CENTRE_B_OVER_H,
+    NEIGHBOURHOOD_CENTRE_HEIGHTS_M,
+    PGA_PGV_LOGISTIC_MODEL_NAME,
+    PRISMS_MODEL_NAME,
+    RECTANGLES_MODEL_NAME,
     fall_shares_by_size_neighbourhood,
     index_of_most_likely_size_neighbourhood,
     split_odd_and_even_tests,
@@ -85,19 +85,27 @@ def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
     probabilities, fell = np.tile([0.01, 0.01, 0.99], 20), np.tile([False, False, True], 20)
     first, last = reliability_bins(probabilities, fell, motions, 40)
     bound = 0.05 ** (1 / 20)
-    assert (first.fallen_share, first.interval_low, first.interval_high) == (0.0, 0.0, pytest.approx(1 - bound))
-    assert (last.fallen_share, last.interval_low, last.interval_high) == (1.0, pytest.approx(bound), 1.0)
+    assert (first.fallen_share, first.fallen_share_interval_low, first.fallen_share_interval_high) == (
+        0.0,
+        0.0,
+        pytest.approx(1 - bound),
+    )
+    assert (last.fallen_share, last.fallen_share_interval_low, last.fallen_share_interval_high) == (
+        1.0,
+        pytest.approx(bound),
+        1.0,
+    )
 
 
-@pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", [RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION], ids=lambda kind: kind.name)
 def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: StoneDistribution) -> None:
     rows = sample_stones(kind, 256)
-    for name, (low, high) in kind.bounds.items():
+    for name, (low, high) in kind.bounds_by_parameter.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
         assert high * 0.95 < rows[name].max() <= high
 
 
-@pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", [RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION], ids=lambda kind: kind.name)
 def test_stones_outside_all_size_neighbourhoods_do_not_change_fall_fractions(kind: StoneDistribution) -> None:
     rows = sample_stones(kind, 256)
     near, fell = is_in_any_size_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
@@ -116,12 +124,12 @@ def test_prisms_and_rectangles_fall_only_under_strong_motion() -> None:
     pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
     one = ShakingTableTests(
         np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 8.0 * pulse], 0.005, np.array([0.1, 8.0]), np.ones(2),
-        dict.fromkeys(SPECIMENS, np.zeros(2, bool)),
+        dict.fromkeys(SPECIMEN_NUMBERS, np.zeros(2, bool)),
     )  # fmt: skip
-    for kind in (RECTANGLES, PRISMS):
+    for kind in (RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION):
         found = simulate_stones(kind, one, stone_count=64)
-        assert not found.fell[0].any()
-        assert found.fell[1][found.b_over_h < 0.2].mean() > 0.8
+        assert not found.fell_by_test_and_stone[0].any()
+        assert found.fell_by_test_and_stone[1][found.b_over_h < 0.2].mean() > 0.8
 
 
 def invented_overturning_acceleration(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -135,12 +143,12 @@ def synthetic_shaking_table_tests(
     """Return equally many tests of each of twelve motions; a stone falls if the peak exceeds its threshold."""
     return ShakingTableTests(
         laboratory_test_numbers=np.arange(peak.size),
-        played_record=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
-        acceleration=[np.zeros(2)] * peak.size,
+        played_record_names=np.repeat([f"RSN{i}" for i in range(12)], peak.size // 12),
+        accelerations=[np.zeros(2)] * peak.size,
         sampling_interval=0.005,
-        pga=peak,
-        pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, peak.size)),
-        fell=dict.fromkeys(SPECIMENS, peak > threshold),
+        measured_pga=peak,
+        measured_pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, peak.size)),
+        fell_by_specimen=dict.fromkeys(SPECIMEN_NUMBERS, peak > threshold),
     )
 
 
@@ -149,7 +157,7 @@ def synthetic_tests_and_stones() -> tuple[ShakingTableTests, StonesWithSimulated
     """Return 300 tests of twelve motions on a rectangle of B/H 0.15 and height 0.8 m, and the simulated stones."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
-    rows = sample_stones(RECTANGLES, 4096)
+    rows = sample_stones(RECTANGLE_DISTRIBUTION, 4096)
     fell = peak[:, None] * rows["amplitude"] > invented_overturning_acceleration(rows["b_over_h"], rows["height"])
     threshold = invented_overturning_acceleration(np.array(0.15), np.array(0.8)) * np.exp(
         generator.normal(0, 0.35, 300)
@@ -172,11 +180,11 @@ def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     centre = index_of_most_likely_size_neighbourhood(
-        fall_fractions_by_size_neighbourhood, tests.fell[1], np.arange(150)
+        fall_fractions_by_size_neighbourhood, tests.fell_by_specimen[1], np.arange(150)
     )
-    shape, size = divmod(centre, NEIGHBOURHOOD_CENTRES_HEIGHT.size)
+    shape, size = divmod(centre, NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size)
     assert invented_overturning_acceleration(
-        NEIGHBOURHOOD_CENTRES_B_OVER_H[shape], NEIGHBOURHOOD_CENTRES_HEIGHT[size]
+        NEIGHBOURHOOD_CENTRE_B_OVER_H[shape], NEIGHBOURHOOD_CENTRE_HEIGHTS_M[size]
     ) == pytest.approx(invented_overturning_acceleration(np.array(0.15), np.array(0.8)), rel=0.15)
 
 
@@ -187,19 +195,24 @@ def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
     tests, _ = synthetic_tests_and_stones
     rows, held = score_models_with_intervals(
         tests,
-        {RECTANGLES_MODEL: fall_fractions_by_size_neighbourhood, PRISMS_MODEL: fall_fractions_by_size_neighbourhood},
-        draws=40,
+        {
+            RECTANGLES_MODEL_NAME: fall_fractions_by_size_neighbourhood,
+            PRISMS_MODEL_NAME: fall_fractions_by_size_neighbourhood,
+        },
+        bootstrap_sample_count=40,
     )
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
-        for model in (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL):
+        for model in (PGA_PGV_LOGISTIC_MODEL_NAME, RECTANGLES_MODEL_NAME, ENSEMBLE_AND_PEAKS_MODEL_NAME):
             assert values[split, 1, model, "AUC"] > 0.94
             assert values[split, 1, model, "Brier score"] < 0.11
     assert (rows["low"] <= rows["value"] + 0.02).all()
-    assert np.isfinite(held["motion left out", RECTANGLES_MODEL, 1]).all()
-    for one in reliability_bins(held["motion left out", RECTANGLES_MODEL, 1], tests.fell[1], tests.played_record, 40):
-        if np.isfinite(one.interval_low):  # at least eight motions
-            assert one.interval_low - 0.25 <= one.mean_probability <= one.interval_high + 0.25
+    assert np.isfinite(held["motion left out", RECTANGLES_MODEL_NAME, 1]).all()
+    for one in reliability_bins(
+        held["motion left out", RECTANGLES_MODEL_NAME, 1], tests.fell_by_specimen[1], tests.played_record_names, 40
+    ):
+        if np.isfinite(one.fallen_share_interval_low):  # at least eight motions
+            assert one.fallen_share_interval_low - 0.25 <= one.mean_probability <= one.fallen_share_interval_high + 0.25
 
 
 def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
@@ -208,7 +221,7 @@ def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
     tests, made = synthetic_tests_and_stones
     found = scores_by_damping_ratio(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
-    assert sum(count for count, _ in found.values()) == made.relative_damping_ratio.size
+    assert sum(count for count, _ in found.values()) == made.damping_ratio_over_default.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
 
 
@@ -217,7 +230,7 @@ def test_no_shaking_table_test_is_predicted_from_its_own_motion(
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     for learn, predict in splits_leaving_out_one_motion(tests):
-        assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
+        assert not set(tests.played_record_names[learn]) & set(tests.played_record_names[predict])
     learn, predict = next(split_odd_and_even_tests(tests))
     assert (tests.laboratory_test_numbers[learn] % 2 == 1).all()
     assert (tests.laboratory_test_numbers[predict] % 2 == 0).all()
@@ -233,9 +246,9 @@ def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
     }  # fmt: skip
     np.savez(tmp_path / "tests.npz", **whole)
     tests = read_shaking_table_tests(tmp_path)
-    assert tests.acceleration[1] == pytest.approx([2, 2.5, 3, 3.5, 4, 4.5])
-    assert set(tests.played_record) == {"RSN1"}
-    assert tests.fell[1].tolist() == [False, True]
+    assert tests.accelerations[1] == pytest.approx([2, 2.5, 3, 3.5, 4, 4.5])
+    assert set(tests.played_record_names) == {"RSN1"}
+    assert tests.fell_by_specimen[1].tolist() == [False, True]
     np.savez(tmp_path / "tests.npz", **{key: value for key, value in whole.items() if key != "pgv"})
     with pytest.raises(ResultError, match="no array 'pgv'"):
         read_shaking_table_tests(tmp_path)

@@ -11,8 +11,8 @@ from overturning.model.scan import ScannedStone, stone_from_surface
 from tests.model.solids import column_with_overhanging_slab, mass_properties_of_solid_from_its_boxes, write_mesh
 from tests.verification.test_shaking_table import synthetic_shaking_table_tests
 from verification.shaking_table import scan
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests
-from verification.shaking_table.models import PEAKS_MODEL, fall_prediction_models_by_name
+from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests
+from verification.shaking_table.models import PGA_PGV_LOGISTIC_MODEL_NAME, fall_prediction_models_by_name
 from verification.shaking_table.scan import (
     BOULDER_ORIENTATIONS_DEG,
     fall_probability_by_orientation_and_test,
@@ -22,7 +22,7 @@ from verification.shaking_table.scan import (
     splits_into_halves_of_motions,
 )
 from verification.shaking_table.scan_page import (
-    SCAN_MODEL,
+    SCAN_MODEL_NAME,
     fall_share_table_by_max_bearing_height,
     fitted_orientation_table,
     scan_orientation_model,
@@ -60,7 +60,7 @@ def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
     assert shares.shape == (BOULDER_ORIENTATIONS_DEG.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
     for learn, _ in splits_into_halves_of_motions(tests):
-        chosen = index_of_most_likely_orientation(shares, tests.fell[1], learn)
+        chosen = index_of_most_likely_orientation(shares, tests.fell_by_specimen[1], learn)
         assert min(abs(chosen - TRUE_YAW_INDEX), abs(BOULDER_ORIENTATIONS_DEG.size - chosen - TRUE_YAW_INDEX)) <= 2
 
 
@@ -70,7 +70,7 @@ def test_no_motion_is_in_both_halves_of_the_tests(
     tests, _ = synthetic_tests_and_falls
     predicted = []
     for learn, predict in splits_into_halves_of_motions(tests):
-        assert not set(tests.played_record[learn]) & set(tests.played_record[predict])
+        assert not set(tests.played_record_names[learn]) & set(tests.played_record_names[predict])
         assert abs(len(learn) - len(predict)) <= 20
         predicted.append(predict)
     assert np.array_equal(np.sort(np.concatenate(predicted)), np.arange(240))
@@ -83,14 +83,16 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     shares = fall_probability_by_orientation_and_test(fell)
     unknown = np.full((576, 240), 0.5)
     models = {
-        PEAKS_MODEL: fall_prediction_models_by_name(tests, unknown, unknown)[PEAKS_MODEL],
-        SCAN_MODEL: scan_orientation_model(tests, shares),
+        PGA_PGV_LOGISTIC_MODEL_NAME: fall_prediction_models_by_name(tests, unknown, unknown)[
+            PGA_PGV_LOGISTIC_MODEL_NAME
+        ],
+        SCAN_MODEL_NAME: scan_orientation_model(tests, shares),
     }
     rows = scores_on_unseen_tests(tests, models)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
-    assert values["half of the motions", 1, SCAN_MODEL, "F1"] > 0.85
+    assert values["half of the motions", 1, SCAN_MODEL_NAME, "F1"] > 0.85
     assert isinstance(rows, pd.DataFrame)
-    own = rows[rows["model"] == SCAN_MODEL]
+    own = rows[rows["model"] == SCAN_MODEL_NAME]
     assert (own["low"] <= own["value"] + 0.02).all()
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
     assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
@@ -118,7 +120,7 @@ def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, mon
     pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
     tests = ShakingTableTests(
         np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 9.0 * pulse], 0.005, np.array([0.1, 9.0]), np.ones(2),
-        dict.fromkeys(SPECIMENS, np.zeros(2, bool)),
+        dict.fromkeys(SPECIMEN_NUMBERS, np.zeros(2, bool)),
     )  # fmt: skip
     stone = stone_from_surface(column_with_overhanging_slab(), [], "statue").shape
     assert isinstance(stone, ScannedStone)

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from verification.slip_and_twist import TIME_STEP_REFINEMENTS, slip_and_twist_error_table
+from verification.slip_and_twist import TIME_STEP_DIVISORS, slip_and_twist_error_table
 
 
 def test_slip_errors_of_standing_stones_are_relative_to_the_finest_step() -> None:
@@ -14,9 +14,9 @@ def test_slip_errors_of_standing_stones_are_relative_to_the_finest_step() -> Non
     longest = [0.011, 0.018, 0.040, 0.0010, 0.090]
     rows = pd.DataFrame([
         {"model": "on the ground", "refinement": refinement, "case": case, "slip": slip, "twist": 100.0 * slip,
-         "overturned": float(refinement == TIME_STEP_REFINEMENTS[0] and case == 4)}
-        for refinement in TIME_STEP_REFINEMENTS
-        for case, slip in enumerate(longest if refinement == TIME_STEP_REFINEMENTS[0] else reference)
+         "overturned": float(refinement == TIME_STEP_DIVISORS[0] and case == 4)}
+        for refinement in TIME_STEP_DIVISORS
+        for case, slip in enumerate(longest if refinement == TIME_STEP_DIVISORS[0] else reference)
     ])  # fmt: skip
     table = [
         [cell.strip() for cell in line.split("|")[1:-1]] for line in slip_and_twist_error_table(rows).split("\n")[2:]

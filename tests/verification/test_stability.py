@@ -13,7 +13,7 @@ from overturning.model.cases import Cases
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from verification.stability.cases import (
-    ADVERSARIAL_MOTIONS,
+    ADVERSARIAL_MOTION_KINDS,
     StabilityCase,
     cases_under_adversarial_motions,
     motion_of_case,
@@ -26,8 +26,8 @@ from verification.stability.checks import (
 )
 from verification.stability.figures import draw_block_outcomes_as_points
 from verification.stability.maps import (
-    BLOCK_COLUMN_MEANINGS,
-    DIMENSIONLESS_GROUPS,
+    BLOCK_COLUMN_LONG_NAMES_AND_UNITS,
+    DIMENSIONLESS_GROUP_NAMES,
     collect_stability_map_rows,
     contact_law_of_block_case,
     simulate_and_check_block_case,
@@ -41,25 +41,32 @@ STABLE_CASE = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("n
 def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
     cases = [
         *space_filling_cases(256, 5),
-        *(case for case in cases_under_adversarial_motions(2, 5) if case.motion != "ten minutes"),
+        *(case for case in cases_under_adversarial_motions(2, 5) if case.motion_kind != "ten minutes"),
     ]
-    found = collect_stability_map_rows(partial(simulate_and_check_block_case, budget=STEP_BUDGET), cases)
-    assert set(found) == set(BLOCK_COLUMN_MEANINGS)
-    assert found[found["ending"] == CheckedOutcome.SILENT].empty
-    marked = ~np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
+    found = collect_stability_map_rows(partial(simulate_and_check_block_case, max_block_steps=STEP_BUDGET), cases)
+    assert set(found) == set(BLOCK_COLUMN_LONG_NAMES_AND_UNITS)
+    assert found[found["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING].empty
+    marked = ~np.isin(found["ending"], (CheckedOutcome.ALL_CHECKS_HOLD, CheckedOutcome.NOT_SIMULATED_AT_REST))
     assert (found["overturned"][marked] == -128).all()
     assert (found["overturned"][~marked] != -128).all()
-    assert {CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET} <= set(
-        found["ending"].tolist()
-    )
+    assert {
+        CheckedOutcome.ALL_CHECKS_HOLD,
+        CheckedOutcome.NOT_SIMULATED_AT_REST,
+        CheckedOutcome.NUMERICALLY_UNSTABLE,
+        CheckedOutcome.OVER_STEP_BUDGET,
+    } <= set(found["ending"].tolist())
     # A case may finish the sample in which its budget ends.
     per_sample = found["block_steps"].max() - STEP_BUDGET
     assert per_sample < STEP_BUDGET
 
 
-@pytest.mark.parametrize("name", ADVERSARIAL_MOTIONS)
+@pytest.mark.parametrize("name", ADVERSARIAL_MOTION_KINDS)
 def test_adversarial_motions_have_the_properties_in_their_names(name: str) -> None:
-    case = next(case for case in cases_under_adversarial_motions(8, 1) if case.motion == name and case.peak > 0)
+    case = next(
+        case
+        for case in cases_under_adversarial_motions(8, 1)
+        if case.motion_kind == name and case.peak_horizontal_acceleration > 0
+    )
     motion = motion_of_case(case, 0)
     match name:
         case "impulse":
@@ -100,8 +107,8 @@ def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
 
 
 def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> None:
-    outcome = simulate_and_check_block_case(replace(STABLE_CASE, stiffness=1e18), 0)
-    assert outcome["ending"] == CheckedOutcome.REFUSED
+    outcome = simulate_and_check_block_case(replace(STABLE_CASE, normal_stiffness_per_corner=1e18), 0)
+    assert outcome["ending"] == CheckedOutcome.ARGUMENT_REFUSED
     assert outcome["reason"] == "stiffness"
     assert outcome["overturned"] == -128
 
@@ -109,9 +116,15 @@ def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> N
 @pytest.mark.long
 def test_the_figure_of_twenty_thousand_block_cases_is_a_small_file(tmp_path: Path) -> None:
     random = np.random.Generator(np.random.PCG64(3))
-    rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in DIMENSIONLESS_GROUPS}
+    rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in DIMENSIONLESS_GROUP_NAMES}
     rows["ending"] = random.choice(
-        [CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET], 20_000
+        [
+            CheckedOutcome.ALL_CHECKS_HOLD,
+            CheckedOutcome.NOT_SIMULATED_AT_REST,
+            CheckedOutcome.NUMERICALLY_UNSTABLE,
+            CheckedOutcome.OVER_STEP_BUDGET,
+        ],
+        20_000,
     )
     rows["damping"][:5] = np.nan
     for name in ("one", "two"):

@@ -19,14 +19,14 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
-from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, SCENES, sample_parameters_of_scene_cases
+from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, SCENE_NAMES, sample_parameters_of_scene_cases
 from verification.stability.checks import (
     CheckedOutcome,
     find_failed_scene_check,
     min_acceleration_ratio_to_start_rocking,
 )
 from verification.stability.maps import (
-    SCENE_COLUMN_MEANINGS,
+    SCENE_COLUMN_LONG_NAMES_AND_UNITS,
     collect_stability_map_rows,
     simulate_and_check_scene_cases,
 )
@@ -47,20 +47,23 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     settings = [
         setting
         for setting in sample_parameters_of_scene_cases(8, 1, 7)
-        if setting.common_parameters.motion != "ten minutes"
+        if setting.common_parameters.motion_kind != "ten minutes"
     ]
-    assert {setting.scene for setting in settings} == set(SCENES)
+    assert {setting.scene_name for setting in settings} == set(SCENE_NAMES)
     found = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings, threads=2)
-    assert set(found) == set(SCENE_COLUMN_MEANINGS)
+    assert set(found) == set(SCENE_COLUMN_LONG_NAMES_AND_UNITS)
     assert len(found["ending"]) == len(settings) * CASE_COUNT_PER_SCENE_SETTING
-    silent = found["ending"] == CheckedOutcome.SILENT
+    silent = found["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
-    answered = np.isin(found["ending"], (CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
+    answered = np.isin(found["ending"], (CheckedOutcome.ALL_CHECKS_HOLD, CheckedOutcome.NOT_SIMULATED_AT_REST))
     assert (found["fallen"][answered] >= 0).all()
     assert (found["fallen"][~answered] == -1).all()
-    assert {CheckedOutcome.RIGHT, CheckedOutcome.AT_REST, CheckedOutcome.UNSTABLE, CheckedOutcome.OVER_BUDGET} <= set(
-        found["ending"].tolist()
-    )
+    assert {
+        CheckedOutcome.ALL_CHECKS_HOLD,
+        CheckedOutcome.NOT_SIMULATED_AT_REST,
+        CheckedOutcome.NUMERICALLY_UNSTABLE,
+        CheckedOutcome.OVER_STEP_BUDGET,
+    } <= set(found["ending"].tolist())
     assert (found["fallen"] > 1).any(), "some stacks come down"
     assert (found["as_block"][found["scene"] != "gravestone"] == -1).all()
     compared = found["as_block"][found["scene"] == "gravestone"]
@@ -71,7 +74,7 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
         np.testing.assert_array_equal(values, found[name][: 4 * CASE_COUNT_PER_SCENE_SETTING], name)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", SCENE_NAMES)
 def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name: str) -> None:
     made = prepare_scene(load_shipped_scene(name))
     assert min_acceleration_ratio_to_start_rocking(made.elements) == pytest.approx(
@@ -109,7 +112,7 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
     assert find_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found) == "fell below the threshold of rocking"
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", SCENE_NAMES)
 def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
     """A scene with too soft contacts is marked unstable, even without motion.
 
@@ -189,7 +192,7 @@ def test_a_stone_in_the_air_when_the_simulation_ends_does_not_count_as_fallen() 
     """
     number = 341
     setting = sample_parameters_of_scene_cases(160, 2, 1)[number]
-    assert (setting.scene, setting.common_parameters.motion) == ("three-tier", "vertical above g")
+    assert (setting.scene_name, setting.common_parameters.motion_kind) == ("three-tier", "vertical above g")
     ending = simulate_and_check_scene_cases(setting, number, Path(__file__).parents[2])["ending"]
-    assert (ending != CheckedOutcome.SILENT).all()
+    assert (ending != CheckedOutcome.WRONG_WITHOUT_WARNING).all()
     assert (ending[4], ending[7]) == (CheckedOutcome(CaseStatus.UNDECIDED), CheckedOutcome(CaseStatus.SIMULATED))

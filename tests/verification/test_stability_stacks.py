@@ -16,8 +16,8 @@ from tests.dem.test_stack import acceleration_components_with_plateau
 from verification.stability.checks import CheckedOutcome
 from verification.stability.maps import collect_stability_map_rows
 from verification.stability.stacks import (
-    MAX_PENETRATION_RATIO_OF_STIFF_CONTACT,
-    STACK_COLUMN_MEANINGS,
+    MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT,
+    STACK_COLUMN_LONG_NAMES_AND_UNITS,
     ParametersOfStackCases,
     find_failed_stack_check,
     random_stack_settings,
@@ -31,13 +31,13 @@ pytestmark = pytest.mark.long
 def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     settings = random_stack_settings(16, 7)
     rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
-    assert set(rows) == set(STACK_COLUMN_MEANINGS)
-    silent = rows["ending"] == CheckedOutcome.SILENT
+    assert set(rows) == set(STACK_COLUMN_LONG_NAMES_AND_UNITS)
+    silent = rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
     assert not silent.any(), rows["reason"][silent].tolist()
-    answered = rows["ending"].isin((CheckedOutcome.RIGHT, CheckedOutcome.AT_REST))
+    answered = rows["ending"].isin((CheckedOutcome.ALL_CHECKS_HOLD, CheckedOutcome.NOT_SIMULATED_AT_REST))
     assert ((rows["fallen"] >= 0) == answered).all()
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
-    assert answered[rows["penetration_ratio"] < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT].mean() > 0.6
+    assert answered[rows["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT].mean() > 0.6
     assert (rows["fallen"] > 1).any(), "some stacks come down"
     again = collect_stability_map_rows(simulate_and_check_stack_cases, settings[:3])
     assert again.equals(rows[: len(again)])
@@ -47,9 +47,10 @@ def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]
     """Return a setting with two stones, of which the upper falls, its motion, and the results of its case."""
     setting = replace(
         random_stack_settings(1, 1)[0],
-        sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), density=np.array([2650.0, 2650.0]),
-        penetration_ratio=2e-6, damping_ratio=1.0, friction=np.array([0.7]), amplitude_factors=np.array([1.0]),
-        orientation_deg=np.array([0.0]),
+        stone_sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), stone_densities=np.array([2650.0, 2650.0]),
+        static_penetration_to_width_ratio=2e-6, contact_damping_ratio=1.0, friction_by_case=np.array([0.7]),
+        amplitude_factor_by_case=np.array([1.0]),
+        orientation_deg_by_case=np.array([0.0]),
     )  # fmt: skip
     motion = Motion(*acceleration_components_with_plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
     found = simulate_cases(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
@@ -83,6 +84,6 @@ def test_the_stack_checks_detect_a_wrong_outcome(changes: dict[str, Any], reason
 def test_the_stack_checks_detect_falls_under_shaking_too_weak_to_open_a_joint() -> None:
     setting, motion, found = simulated_stack_case()
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
-        weak = replace(setting, amplitude_factors=np.array([amplitude]))
+        weak = replace(setting, amplitude_factor_by_case=np.array([amplitude]))
         assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)
     np.testing.assert_allclose(setting.min_joint_opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

@@ -15,7 +15,7 @@ import pytest
 from tests.dem.near_field import near_field_motion_and_component_azimuths as installed_near_field
 from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.stack_agreement import (
-    CASE_COLUMNS,
+    CASE_PARAMETER_COLUMNS,
     OUTCOME_FILE_BY_SOLVER,
     has_outcome,
     outcomes_agree,
@@ -37,7 +37,7 @@ def test_the_stored_stack_cases_are_reproduced_from_the_seed(name: str) -> None:
     installed_near_field(6)  # skips where the records are not installed
     kept, cases = pd.read_csv(OUTCOME_FILE_BY_SOLVER[name]), random_stack_cases()
     drawn = pd.DataFrame([case_parameters_as_table_row(number, cases[number]) for number in kept["case"]])
-    pd.testing.assert_frame_equal(kept[CASE_COLUMNS], drawn[CASE_COLUMNS], check_dtype=False)
+    pd.testing.assert_frame_equal(kept[CASE_PARAMETER_COLUMNS], drawn[CASE_PARAMETER_COLUMNS], check_dtype=False)
     assert kept["case"].tolist() == list(range(len(cases)))
     assert kept["sinking"].notna().all()
     robust = kept[kept["robust"] == 1]

@@ -63,7 +63,7 @@ def test_new_measured_numbers_replace_old_ones(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
     write_measured_numbers([MeasuredNumber("speed", 3.0, "x"), MeasuredNumber("cases", 20_000)], path)
     assert write_measured_numbers(
-        [MeasuredNumber("speed", 2.5, "x")], path, keep_other_figures=True
+        [MeasuredNumber("speed", 2.5, "x")], path, keep_other_stored_numbers=True
     ) == read_measured_numbers(path)
     assert measured_numbers_table(read_measured_numbers(path)).splitlines()[2:] == [
         "| speed | 2.5 x |",
@@ -77,7 +77,7 @@ def test_a_table_names_the_commit_of_each_number_measured_earlier(tmp_path: Path
     (row,) = read_measured_numbers(path)
     assert row.commit == current_commit()
     path.write_text(path.read_text(encoding="utf-8").replace(current_commit(), "0123e456"), encoding="utf-8")
-    known = write_measured_numbers([MeasuredNumber("cases", 1)], path, keep_other_figures=True)
+    known = write_measured_numbers([MeasuredNumber("cases", 1)], path, keep_other_stored_numbers=True)
     lines = ["| speed | 2.5 x | 0123e456 |", f"| cases | 1 | {current_commit()} |"]
     assert measured_numbers_table(known).splitlines()[2:] == lines
     assert current_commit() in commit_and_machine_line()
@@ -139,9 +139,9 @@ def test_cost_at_equal_error_is_found_on_a_non_monotonic_curve() -> None:
     """Errors 4, 1 and 2 % at 1, 2 and 4 s: 2 % is first reached between 1 and 2 s, at √2 s, not at 4 s."""
     rows = [("centred", 0.1, 2.0), ("cundall", 4.0, 2.0), ("cundall", 2.0, 1.0), ("cundall", 1.0, 4.0)]
     curve = pd.DataFrame([(name, cost, *(error,) * 4) for name, cost, error in rows])
-    curve.columns = pd.Index(["scheme", "processor time, s", *experiments.ERROR_COLUMNS])
+    curve.columns = pd.Index(["scheme", "processor time, s", *experiments.ERROR_COLUMN_TITLES])
     assert experiments.cost_ratio_table_at_equal_error(curve).count("| 1/14 |") == 4
-    curve.loc[0, experiments.ERROR_COLUMNS] = [0.5, 8.0, 4.0, 1.0]
+    curve.loc[0, experiments.ERROR_COLUMN_TITLES] = [0.5, 8.0, 4.0, 1.0]
     shares = [line.split(" | ")[-1] for line in experiments.cost_ratio_table_at_equal_error(curve).splitlines()[2:]]
     assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]
 

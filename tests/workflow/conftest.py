@@ -14,7 +14,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.study.load import load_study_from_file_or_json
-from verification.project import CUBE, WorkflowFolder
+from verification.project import CUBE_FILE_NAME, WorkflowFolder
 
 SMALL_STUDY = """\
 name: small
@@ -52,7 +52,7 @@ class WorkflowFolderWithPlanning(WorkflowFolder):
         super().__init__(folder, study, "--cores", str(cores), "--set-scatter", f"sweep={chunks}")
         self._chunks = chunks
 
-    def run(self, *options: str, file: str = CUBE) -> subprocess.CompletedProcess[str]:
+    def run(self, *options: str, file: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
         """Run Snakemake and check that it uses the profile of the workflow."""
         done = super().run(*options, file=file)
         head, _, done.stderr = done.stderr.partition("\n")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning, result_file_contents
+from tests.workflow.conftest import SMALL_STUDY_YAML, WorkflowFolderWithPlanning, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import cause_fault_and_describe_failure
 from verification.faults.kinds import FAULT_KINDS, FaultKind
@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.workflow, pytest.mark.long]
 def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
     """Runs of the small study on a one-node SLURM cluster, started in the background for a later test."""
     with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(run_study_on_slurm, SMALL_STUDY, 2)
+        yield pool.submit(run_study_on_slurm, SMALL_STUDY_YAML, 2)
 
 
 def test_a_resumed_run_gives_results_with_the_same_bytes(
@@ -56,7 +56,9 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
         FaultKind("killed", kill_snakemake_after_first_motion_file, 1),
         faults["a byte of a partial result changed"],
     ):
-        assert cause_fault_and_describe_failure(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
+        assert (
+            cause_fault_and_describe_failure(kind, place, random.Random(1), 0.0, wanted, skips_further_run=True) == ""
+        )
     place.execute_commands(place.plan().commands)
     one, other = result_file_contents(checkout_with_finished_run.results), result_file_contents(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
@@ -78,7 +80,7 @@ def test_a_slurm_configuration_is_restored_unless_a_killed_test_left_it(
     killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "slurm" / "slurm.conf"
-    monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
+    monkeypatch.setattr(one_node_slurm, "SLURM_CONFIGURATION_FILE", file)
     with one_node_slurm._temporary_slurm_configuration("ClusterName=one\n"):
         written = file.read_text(encoding="utf-8")
     assert "ClusterName=one\n" in written

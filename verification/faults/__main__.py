@@ -12,7 +12,7 @@ from typing import Annotated, Final
 import typer
 
 from overturning.study.resume import DAMAGED_FILE_LOG_PREFIX
-from verification.faults.kinds import FAULT_KINDS, STUDY, FaultKind, unmount_results_folder_at_exit
+from verification.faults.kinds import FAULT_KINDS, FAULT_TEST_STUDY_YAML, FaultKind, unmount_results_folder_at_exit
 from verification.project import WorkflowFolder
 from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
@@ -20,15 +20,20 @@ SEED: Final = 18
 
 
 def cause_fault_and_describe_failure(
-    fault_kind: FaultKind, place: WorkflowFolder, dice: random.Random, seconds: float, expected_cube: bytes, brief: bool
+    fault_kind: FaultKind,
+    place: WorkflowFolder,
+    dice: random.Random,
+    undisturbed_run_time_s: float,
+    expected_cube: bytes,
+    skips_further_run: bool,
 ) -> str:
     """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
 
-    Unless `brief`, a further run must find nothing to do.
+    Unless `skips_further_run`, a further run must find nothing to do.
     """
     with unmount_results_folder_at_exit(place):
         try:
-            damaged = fault_kind.fault(place, dice, seconds)
+            damaged = fault_kind.fault_function(place, dice, undisturbed_run_time_s)
         except AssertionError as other:
             return f"while it lasted: {other}"
         done = place.run()
@@ -38,7 +43,7 @@ def cause_fault_and_describe_failure(
             return f"{damaged}: damage was not noticed: {done.stderr}"
         if place.cube_path.read_bytes() != expected_cube:
             return "another cube"
-        if not brief and "Nothing to be done" not in (more := place.run()).stdout:
+        if not skips_further_run and "Nothing to be done" not in (more := place.run()).stdout:
             return f"a further run does something: {more.stdout}{more.stderr}"
     return ""
 
@@ -51,15 +56,18 @@ def cause_faults_and_count_survived(
     With `brief`, existing compiled kernels are used, and no further run is made.
     """
     options = ("--cores", "1", "--set-scatter", "sweep=2")
-    study, dice = WorkflowFolder(folder / "study", STUDY, *options, own_kernels=not brief), random.Random(seed)
-    seconds = _time_undisturbed_run(study)
+    study, dice = (
+        WorkflowFolder(folder / "study", FAULT_TEST_STUDY_YAML, *options, own_kernels=not brief),
+        random.Random(seed),
+    )
+    seconds = _measure_undisturbed_run_time_s(study)
     wanted = study.cube_path.read_bytes()
     fresh = study.copy_to(folder / "fresh")
     for name in ("results", ".snakemake"):
         shutil.rmtree(fresh.folder / name)
     if not brief:  # the kernels have been compiled now
         again = fresh.copy_to(folder / "again")
-        seconds = _time_undisturbed_run(again)
+        seconds = _measure_undisturbed_run_time_s(again)
         assert again.cube_path.read_bytes() == wanted
     found = {}
     for kind, times in fault_kinds:
@@ -76,7 +84,7 @@ def cause_faults_and_count_survived(
     return found
 
 
-def _time_undisturbed_run(place: WorkflowFolder) -> float:
+def _measure_undisturbed_run_time_s(place: WorkflowFolder) -> float:
     """Run a study without a fault and return the elapsed time, s."""
     begin = time.monotonic()
     done = place.run()

@@ -21,7 +21,7 @@ from verification.project import WorkflowFolder
 FaultFunction = Callable[[WorkflowFolder, random.Random, float], Path | None]
 """Function of a project, a random generator and the time of an undisturbed run, s; returns the damaged file, if any."""
 
-STUDY: Final = """\
+FAULT_TEST_STUDY_YAML: Final = """\
 name: faults
 records: {use: [rinaldi, petrolia]}
 azimuth: {step: 45}
@@ -32,10 +32,10 @@ ensemble: {members: 0}
 verification: none
 """
 PART_FILES, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
-STUDY_JOB_COUNT: Final = (
+FAULT_TEST_STUDY_JOB_COUNT: Final = (
     8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
 )
-FREE_DISK_SPACE_KB: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
+TOO_SMALL_FREE_DISK_SPACES_KB: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
 def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psutil.Process]:
@@ -51,10 +51,10 @@ def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psuti
         time.sleep(0.01)
 
 
-def kill_process_group_during_run(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
+def kill_process_group_during_run(place: WorkflowFolder, dice: random.Random, undisturbed_run_time_s: float) -> None:
     """Kill the process group of a run at a random moment."""
     run = place.start()
-    time.sleep(dice.uniform(0.05, 0.95) * seconds)
+    time.sleep(dice.uniform(0.05, 0.95) * undisturbed_run_time_s)
     os.killpg(run.pid, signal.SIGKILL)
     run.wait()
 
@@ -64,7 +64,7 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) ->
 
     def kill_during_run(place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
         """Start a run and kill the process at a random moment."""
-        run, chosen = place.start(), dice.randrange(STUDY_JOB_COUNT)
+        run, chosen = place.start(), dice.randrange(FAULT_TEST_STUDY_JOB_COUNT)
         for number, job in enumerate(iterate_jobs_of_running_study(run)):
             if number == chosen:
                 time.sleep(dice.uniform(0.0, max_delay_s))
@@ -111,7 +111,9 @@ def fill_disk(place: WorkflowFolder, dice: random.Random, _seconds: float) -> No
     next(iterate_jobs_of_running_study(run))
     other = results / "other"
     with other.open("wb") as file:
-        os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(FREE_DISK_SPACE_KB))
+        os.posix_fallocate(
+            file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(TOO_SMALL_FREE_DISK_SPACES_KB)
+        )
     errors = run.communicate()[1]
     assert run.returncode != 0, "the run did not fail"
     assert "no space left" in errors, errors
@@ -145,9 +147,11 @@ def start_second_run_during_first(place: WorkflowFolder, _dice: random.Random, _
     assert first.wait() == 0
 
 
-def simulate_clock_set_back_after_kill(place: WorkflowFolder, dice: random.Random, seconds: float) -> None:
+def simulate_clock_set_back_after_kill(
+    place: WorkflowFolder, dice: random.Random, undisturbed_run_time_s: float
+) -> None:
     """Set the clock back by two hours after a run was killed: move all file times into the future."""
-    kill_process_group_during_run(place, dice, seconds)
+    kill_process_group_during_run(place, dice, undisturbed_run_time_s)
     for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
         if path.is_file():
             moment = path.stat().st_mtime + 7200
@@ -204,7 +208,7 @@ class FaultKind(NamedTuple):
     """Kind of fault: its label, function, number of repetitions, and conditions."""
 
     label: str
-    fault: FaultFunction
+    fault_function: FaultFunction
     repeat_count: int
     needs_finished_study: bool = False
     """True: applied to a finished study; False: to one that has not begun."""

@@ -5,7 +5,7 @@ the whole step, dashpots half a step earlier. Momenta are known at half steps, p
 momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
 its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
 of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole
-steps; `advance_momenta_by_steps` converts them.
+steps; `advance_momenta_with_last_forces` converts them.
 """
 
 from collections.abc import Iterator
@@ -95,16 +95,15 @@ class CundallRoundBaseLoopTag(NamedTuple):
     has_round_base: bool = True
 
 
-class ContactWrench(NamedTuple):
+class ContactWrenchPerMass(NamedTuple):
     """Contact force of the base on a body and its moment, summed over contact points, divided by the mass."""
 
     force: Vector3
-    moment: Vector3
-    """Moment about the centre."""
+    moment_about_centre: Vector3
     non_spring_force: Vector3
     """Force without the springs."""
-    non_spring_moment: Vector3
-    """Moment of the force without the springs."""
+    non_spring_moment_about_centre: Vector3
+    """Moment about the centre of the force without the springs."""
     released_normal_energy_over_half_stiffness: float
     """Energy released by normal springs, over half their stiffness, m²."""
     released_tangential_energy_over_half_stiffness: float
@@ -114,22 +113,22 @@ class ContactWrench(NamedTuple):
 class ContactTotals(NamedTuple):
     """Contact force on a body in a step, and largest penetration of its contact points."""
 
-    wrench: ContactWrench
+    wrench: ContactWrenchPerMass
     max_penetration: float
     """Largest penetration, m."""
 
 
-sum_of_wrenches = create_elementwise_tuple_functions(ContactWrench).plus
+sum_of_wrenches_per_mass = create_elementwise_tuple_functions(ContactWrenchPerMass).plus
 
 
 class ContactPoint(NamedTuple):
     """Contact point of a body: position from its centre, penetration, and displacement in the last step, m."""
 
-    arm: Vector3
-    depth: float
-    last_step_displacement_x: float
-    last_step_displacement_y: float
-    penetration_increase: float
+    position_from_centre: Vector3
+    penetration: float
+    displacement_in_step_x: float
+    displacement_in_step_y: float
+    penetration_increase_in_step: float
 
 
 @njit(**INLINE_OPTIONS)
@@ -168,7 +167,7 @@ def apply_contact_law(
     history: BodyContactPointState,
     dashpot_rate: float,
     contact_flags: tuple[bool, bool, float, float],
-) -> tuple[ContactWrench, BodyContactPointState]:
+) -> tuple[ContactWrenchPerMass, BodyContactPointState]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
     `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
@@ -176,25 +175,29 @@ def apply_contact_law(
     tilting share of the base (`BaseContactState.tilting_friction_share_in_flat_landing`).
     """
     waiting, flat, begun, base_tilting = contact_flags
-    depth = 0.0 if waiting & (contact_point.depth > 0.0) else contact_point.depth
+    depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
     inside, was = depth > 0.0, history.penetration > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
-    sinking = 0.0 if history.penetration == 0.0 else contact_point.penetration_increase
+    sinking = 0.0 if history.penetration == 0.0 else contact_point.penetration_increase_in_step
     n = body.point_normal_stiffness_per_mass * depth + dashpot_rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
-        (history.tangential_spring_stretch_x + contact_point.last_step_displacement_x if was else 0.0),
-        (history.tangential_spring_stretch_y + contact_point.last_step_displacement_y if was else 0.0),
+        (history.tangential_spring_stretch_x + contact_point.displacement_in_step_x if was else 0.0),
+        (history.tangential_spring_stretch_y + contact_point.displacement_in_step_y if was else 0.0),
     )
     most = body.friction * n
     hx, hy = (
-        -(body.point_tangential_stiffness_per_mass * tx) - dashpot_rate * contact_point.last_step_displacement_x,
-        -(body.point_tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.last_step_displacement_y,
+        -(body.point_tangential_stiffness_per_mass * tx) - dashpot_rate * contact_point.displacement_in_step_x,
+        -(body.point_tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.displacement_in_step_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, contact_point.arm, body_state.velocity_relative_to_base, body_state.angular_velocity, (flat, base_tilting)
+        body,
+        contact_point.position_from_centre,
+        body_state.velocity_relative_to_base,
+        body_state.angular_velocity,
+        (flat, base_tilting),
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(
@@ -215,19 +218,23 @@ def apply_contact_law(
     shortened = (history.tangential_spring_stretch_x + kx) * (tx - kx) + (history.tangential_spring_stretch_y + ky) * (
         ty - ky
     )
-    lever = Vector3(contact_point.arm.x, contact_point.arm.y, tilting * contact_point.arm.z)
+    lever = Vector3(
+        contact_point.position_from_centre.x,
+        contact_point.position_from_centre.y,
+        tilting * contact_point.position_from_centre.z,
+    )
     # The springs are stretched at the point itself, at the full lever arm.
     moment = cross_product(lever, force)
     of_springs = cross_product(
-        contact_point.arm,
+        contact_point.position_from_centre,
         Vector3(body.point_tangential_stiffness_per_mass * kx, body.point_tangential_stiffness_per_mass * ky, -spring),
     )
-    wrench = ContactWrench(force, moment, damping, plus(moment, of_springs), opened, shortened)
+    wrench = ContactWrenchPerMass(force, moment, damping, plus(moment, of_springs), opened, shortened)
     return wrench, BodyContactPointState(
         tangential_spring_stretch_x=kx,
         tangential_spring_stretch_y=ky,
-        position_x_or_rim_point_velocity_x=body_state.centre_position.x + contact_point.arm.x,
-        position_y_or_rim_point_velocity_y=body_state.centre_position.y + contact_point.arm.y,
+        position_x_or_rim_point_velocity_x=body_state.centre_position.x + contact_point.position_from_centre.x,
+        position_y_or_rim_point_velocity_y=body_state.centre_position.y + contact_point.position_from_centre.y,
         penetration=depth,
         normal_force_per_mass=n,
         slid_in_last_step=0.0,
@@ -236,17 +243,17 @@ def apply_contact_law(
 
 
 @njit(**INLINE_OPTIONS)
-def add_contact_pair(
+def add_forces_of_contact_pair(
     totals: ContactTotals,
-    first_wrench: ContactWrench,
-    second_wrench: ContactWrench,
-    first_depth: float,
-    second_depth: float,
+    first_wrench: ContactWrenchPerMass,
+    second_wrench: ContactWrenchPerMass,
+    first_penetration: float,
+    second_penetration: float,
 ) -> ContactTotals:
     """Add the forces of a pair of opposite contact points to the totals of a body."""
     return ContactTotals(
-        sum_of_wrenches(totals.wrench, sum_of_wrenches(first_wrench, second_wrench)),
-        updated_maximum(totals.max_penetration, updated_maximum(second_depth, first_depth)),
+        sum_of_wrenches_per_mass(totals.wrench, sum_of_wrenches_per_mass(first_wrench, second_wrench)),
+        updated_maximum(totals.max_penetration, updated_maximum(second_penetration, first_penetration)),
     )
 
 
@@ -274,7 +281,7 @@ def advance_body_one_step(
     w = angular_velocity_from_momentum(
         body.inverse_of_inertia_per_mass,
         body_axes,
-        extrapolate_vector(body_state.angular_momentum_per_mass, half, t.moment),
+        extrapolate_vector(body_state.angular_momentum_per_mass, half, t.moment_about_centre),
     )
     work = account.base_motion_work_per_mass + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
@@ -282,10 +289,10 @@ def advance_body_one_step(
         + body.point_tangential_stiffness_per_mass * t.released_tangential_energy_over_half_stiffness
     )
     loss = account.lost_energy_per_mass + (
-        let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment, w))
+        let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment_about_centre, w))
     )
     spin = account.supplied_vertical_angular_momentum_per_mass + dt * (
-        t.moment.z + (body_state.centre_position.x * a.y - body_state.centre_position.y * a.x)
+        t.moment_about_centre.z + (body_state.centre_position.x * a.y - body_state.centre_position.y * a.x)
     )
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
@@ -304,7 +311,7 @@ def advance_body_one_step(
     # Momenta half a step later, position one step later.
     v, momentum = (
         extrapolate_vector(body_state.velocity_relative_to_base, dt, a),
-        extrapolate_vector(body_state.angular_momentum_per_mass, dt, t.moment),
+        extrapolate_vector(body_state.angular_momentum_per_mass, dt, t.moment_about_centre),
     )
     w = angular_velocity_from_momentum(body.inverse_of_inertia_per_mass, body_axes, momentum)
     w = angular_velocity_from_momentum(
@@ -318,7 +325,7 @@ def advance_body_one_step(
         angular_momentum_per_mass=momentum,
         angular_velocity=w,
         acceleration_relative_to_base=a,
-        contact_moment_per_mass=t.moment,
+        contact_moment_per_mass=t.moment_about_centre,
         ticks_since_sample_start=body_state.ticks_since_sample_start + TICKS_PER_STEP,
     )
     return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
@@ -326,36 +333,29 @@ def advance_body_one_step(
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
-FIELDS_UNUSED_BY_CUNDALL: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
 CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactTotals)
-CONTACT_TOTALS_SIZE: Final = CONTACT_TOTALS_LAYOUT.size
+CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES: Final = CONTACT_TOTALS_LAYOUT.size
 load_acting, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactTotals)
-zero_wrench = create_elementwise_tuple_functions(ContactWrench).zero
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    InertialAccelerations3D, unused_fields=FIELDS_UNUSED_BY_CUNDALL
-).load
+zero_wrench_per_mass = create_elementwise_tuple_functions(ContactWrenchPerMass).zero
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_peaks, load_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).load,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount, unused_fields=FIELDS_UNUSED_BY_CUNDALL).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).load,
 )
 store_state, store_frame = (STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
 store_peaks, store_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).store,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        BodyEnergyAndMomentumAccount, unused_fields=FIELDS_UNUSED_BY_CUNDALL
-    ).store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-        ContactPointAtStepStartAndEnd, "old", unused_fields=FIELDS_UNUSED_BY_CUNDALL
-    ),
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old"),
 )
-VERTEX_ROW_SIZE: Final = VERTEX_ROW_LAYOUT.size
+VERTEX_VALUE_COUNT_OF_ALL_LANES: Final = VERTEX_ROW_LAYOUT.size
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -364,7 +364,7 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_rows: Any, columns
     for j in range(columns):
         s = load_state(state, j)
         store_frame(state, j, rotation_matrix(s.rotation))
-        store_acting(contact_rows, j, ContactTotals(zero_wrench(), -1.0))
+        store_acting(contact_rows, j, ContactTotals(zero_wrench_per_mass(), -1.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -392,7 +392,7 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.arm.z, left),
+                vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.position_from_centre.z, left),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting_friction_share_in_flat_landing,
@@ -405,7 +405,7 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.arm.z, right),
+                vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.position_from_centre.z, right),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting_friction_share_in_flat_landing,
@@ -414,7 +414,9 @@ def add_vertex_contact_forces(
         store_memory(first_vertex_rows, j, left)
         store_memory(opposite_vertex_rows, j, right)
         store_acting(
-            contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration)
+            contact_rows,
+            j,
+            add_forces_of_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration),
         )
 
 
@@ -454,7 +456,9 @@ def add_rim_contact_forces(
         store_memory(first_point_rows, j, left)
         store_memory(opposite_point_rows, j, right)
         store_acting(
-            contact_rows, j, add_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration)
+            contact_rows,
+            j,
+            add_forces_of_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration),
         )
 
 
@@ -472,7 +476,7 @@ def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def advance_momenta_by_steps(state: Any, columns: int, step_count: float) -> None:
+def advance_momenta_with_last_forces(state: Any, columns: int, step_count: float) -> None:
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
@@ -533,15 +537,18 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
         ticks: float,  # noqa: ARG001
     ) -> None:
         """Advance all bodies by the time steps of one sampling interval."""
-        half, acting = count // 2 * VERTEX_ROW_SIZE, cache_line_aligned_zeros(CONTACT_TOTALS_SIZE)
-        advance_momenta_by_steps(state, columns, -0.5)
+        half, acting = (
+            count // 2 * VERTEX_VALUE_COUNT_OF_ALL_LANES,
+            cache_line_aligned_zeros(CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES),
+        )
+        advance_momenta_with_last_forces(state, columns, -0.5)
         for _ in range(steps):
             compute_axes_and_reset_contact_forces(state, acting, columns)
             update_base_contacts(state, vertices, half, base, columns, has_rim)
-            for pair in range(0, half, VERTEX_ROW_SIZE):
+            for pair in range(0, half, VERTEX_VALUE_COUNT_OF_ALL_LANES):
                 one, other = (
-                    vertices[pair : pair + VERTEX_ROW_SIZE],
-                    vertices[half + pair : half + pair + VERTEX_ROW_SIZE],
+                    vertices[pair : pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
+                    vertices[half + pair : half + pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
@@ -549,7 +556,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
                 else:
                     add_vertex_contact_forces(state, acting, one, other, columns)
             advance_all_bodies(state, acting, columns)
-        advance_momenta_by_steps(state, columns, 0.5)
+        advance_momenta_with_last_forces(state, columns, 0.5)
 
     return advance_bodies_by_sampling_interval
 

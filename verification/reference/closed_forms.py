@@ -14,19 +14,19 @@ def rocking_frequency_parameter(height: float, b_over_h: float) -> float:
     return math.sqrt(0.75 * STANDARD_GRAVITY / radius)
 
 
-def velocity_ratio_at_impact(b_over_h: float) -> float:
+def angular_velocity_after_over_before_impact(b_over_h: float) -> float:
     """Return the ratio of angular velocities after and before an impact, 1 − 1.5 sin²α (Housner 1963, eq. 9)."""
     return 1.0 - 1.5 * b_over_h**2 / (1.0 + b_over_h**2)
 
 
-def rocking_threshold_acceleration(b_over_h: float, upward: float = 0.0) -> float:
+def rocking_threshold_acceleration(b_over_h: float, upward_acceleration: float = 0.0) -> float:
     """Return the horizontal acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
-    return (STANDARD_GRAVITY + upward) * b_over_h
+    return (STANDARD_GRAVITY + upward_acceleration) * b_over_h
 
 
-def sliding_threshold_acceleration(friction: float, upward: float = 0.0) -> float:
+def sliding_threshold_acceleration(friction: float, upward_acceleration: float = 0.0) -> float:
     """Return the horizontal acceleration at which a rigid block begins to slide as a whole, μ (g + a_up), m/s²."""
-    return (STANDARD_GRAVITY + upward) * friction
+    return (STANDARD_GRAVITY + upward_acceleration) * friction
 
 
 def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) -> float:
@@ -59,21 +59,21 @@ def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) 
 def rocking_amplitude_after_impact(b_over_h: float, tilt: float) -> float:
     """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
     alpha = math.atan(b_over_h)
-    lost = velocity_ratio_at_impact(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
+    lost = angular_velocity_after_over_before_impact(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
     return alpha - math.acos(math.cos(alpha) + lost)
 
 
 def time_and_velocity_at_end_of_bounce(
-    speed: float, stiffness_over_mass: float, dashpot_over_mass: float, gravity: float = STANDARD_GRAVITY
+    impact_speed: float, stiffness_over_mass: float, dashpot_over_mass: float, gravity: float = STANDARD_GRAVITY
 ) -> tuple[float, float]:
     """Compute the time and velocity at which a mass leaves a spring and dashpot that cannot pull.
 
-    The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = speed, as long as ω² U + 2c U̇
+    The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = impact_speed, as long as ω² U + 2c U̇
     > 0.
 
     Parameters
     ----------
-    speed : float
+    impact_speed : float
         Downward velocity at touch, m/s.
     stiffness_over_mass : float
         ω² = K/m, 1/s².
@@ -102,7 +102,7 @@ def time_and_velocity_at_end_of_bounce(
 
     def penetration_and_rate(t: float) -> tuple[float, float]:
         """Return the penetration, m, and its rate, m/s, at a time."""
-        a, b = -rest, (speed - c * rest) / omega
+        a, b = -rest, (impact_speed - c * rest) / omega
         decay = math.exp(-c * t)
         depth = rest + decay * (a * math.cos(omega * t) + b * math.sin(omega * t))
         rate_of_depth = decay * ((b * omega - c * a) * math.cos(omega * t) - (a * omega + c * b) * math.sin(omega * t))

@@ -38,13 +38,23 @@ def peak_and_final_slip(acceleration: ArrayLike, sampling_interval: float, frict
 
 
 def _slide_for_sampling_interval(
-    displacement: float, velocity: float, left: float, right: float, length: float, limit: float
+    displacement: float,
+    velocity: float,
+    acceleration_at_start: float,
+    acceleration_at_end: float,
+    sampling_interval: float,
+    friction_limit: float,
 ) -> tuple[float, float, float]:
-    """Return displacement and velocity after one sampling interval, and the largest displacement in it."""
-    slope = (right - left) / length
+    """Return displacement and velocity after one sampling interval, and the largest absolute displacement in it.
+
+    Displacement and velocity of the block are relative to the base; the accelerations are those of the base, and
+    `friction_limit` is μ g.
+    """
+    length, limit = sampling_interval, friction_limit
+    slope = (acceleration_at_end - acceleration_at_start) / length
     t, peak = 0.0, abs(displacement)
     while t < length:
-        ground = left + slope * t
+        ground = acceleration_at_start + slope * t
         if velocity == 0.0:
             if abs(ground) <= limit:
                 start = _time_until_sliding(ground, slope, limit)
@@ -68,15 +78,19 @@ def _slide_for_sampling_interval(
     return displacement, velocity, peak
 
 
-def _time_until_sliding(ground: float, slope: float, limit: float) -> float:
-    """Return the time until the ground acceleration, ground + slope t, exceeds the limit μ g."""
+def _time_until_sliding(base_acceleration: float, slope: float, friction_limit: float) -> float:
+    """Return the time until the base acceleration, base_acceleration + slope t, exceeds the limit μ g."""
     if slope == 0.0:
         return math.inf
-    return max((math.copysign(limit, slope) - ground) / slope, 0.0)
+    return max((math.copysign(friction_limit, slope) - base_acceleration) / slope, 0.0)
 
 
-def _time_until_stop(velocity: float, first: float, second: float, remaining_time: float) -> float:
-    """Return the first positive time at which the velocity, velocity + first t + second t²/2, is zero, or `rest`."""
+def _time_until_stop(velocity: float, acceleration: float, acceleration_rate: float, remaining_time: float) -> float:
+    """Return the first positive time at which the velocity is zero; `remaining_time` if there is none before.
+
+    The velocity is velocity + acceleration t + acceleration_rate t²/2; all are relative to the base.
+    """
+    first, second = acceleration, acceleration_rate
     if velocity == 0.0:
         # Sliding has just begun; the velocity returns to zero at −2 first/second.
         roots = [-2.0 * first / second] if second else []

@@ -10,7 +10,7 @@ import pandas as pd
 import typer
 
 from verification.scale import large, on_paper, same_bytes
-from verification.scale.made import SETTINGS_OF_3D_STUDY
+from verification.scale.made import MILLION_CASE_3D_STUDY_SETTINGS
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     MeasuredNumber,
@@ -26,7 +26,7 @@ from verification.tables import (
 
 SELECTABLE_PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
 MEASURED_NUMBERS_FILE = RESULT_TABLE_FOLDER / "scale.csv"
-RUNS_FILE = RESULT_TABLE_FOLDER / "scale-bytes.csv"
+STUDY_RUNS_TABLE_FILE = RESULT_TABLE_FOLDER / "scale-bytes.csv"
 
 
 def main(
@@ -40,7 +40,7 @@ def main(
     if {"bytes", "slurm"} & set(chosen):
         runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
-            runs += same_bytes.run_study_on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
+            runs += same_bytes.run_study_on_slurm(files=(same_bytes.CUBE_FILE_NAME, same_bytes.REPORT_FILE_NAME))
         insert_markdown_between_markers_in_docs(
             {"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))}
         )
@@ -49,14 +49,14 @@ def main(
         "gather": large.measure_merging_of_parts_into_cube,
         "lazy": lambda folder: large.measure_report_on_cube_larger_than_memory(folder, records),
         "lazy-space": lambda folder: large.measure_report_on_cube_larger_than_memory(
-            folder, records, SETTINGS_OF_3D_STUDY, "synthetic cube in space"
+            folder, records, MILLION_CASE_3D_STUDY_SETTINGS, "synthetic cube in space"
         ),
         "planning": lambda _: on_paper.measure_planning_per_record(),
     }
     for name, measure in measures.items():
         if name in chosen:
             with tempfile.TemporaryDirectory(prefix="scale-") as folder:
-                write_measured_numbers(measure(Path(folder)), MEASURED_NUMBERS_FILE, keep_other_figures=True)
+                write_measured_numbers(measure(Path(folder)), MEASURED_NUMBERS_FILE, keep_other_stored_numbers=True)
     figures = read_measured_numbers(MEASURED_NUMBERS_FILE)
     insert_markdown_between_markers_in_docs({"scale": measured_numbers_table(figures)})
     if {one.quantity for one in figures} >= on_paper.QUANTITIES_NEEDED_TO_EXTRAPOLATE:
@@ -66,10 +66,10 @@ def main(
 def merge_with_stored_runs_and_store(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.requested_result_file): run for run in runs}
-    if RUNS_FILE.is_file():
-        old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(RUNS_FILE))]
+    if STUDY_RUNS_TABLE_FILE.is_file():
+        old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(STUDY_RUNS_TABLE_FILE))]
         known = {(run.way, run.requested_result_file): run for run in old} | known
-    write_csv(pd.DataFrame(list(known.values())), RUNS_FILE)
+    write_csv(pd.DataFrame(list(known.values())), STUDY_RUNS_TABLE_FILE)
     return list(known.values())
 
 

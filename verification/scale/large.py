@@ -18,25 +18,25 @@ from verification.scale.made import (
 )
 from verification.tables import MeasuredNumber
 
-SNAKEMAKE_MEMORY_MB: Final = 250.0
+ASSUMED_SNAKEMAKE_MEMORY_MB: Final = 250.0
 """Memory assumed for Snakemake itself, MB."""
 
 
 class ResourceUse(NamedTuple):
     """Elapsed and processor time, s, and peak memory, MB, of a process, and its longest selected output line."""
 
-    seconds: float
-    processor_s: float
-    memory_mb: float  # largest resident set
-    longest_output_line_bytes: int = 0  # bytes of the longest selected line of its output
+    elapsed_time_s: float
+    processor_time_s: float
+    peak_memory_mb: float  # largest resident set
+    longest_selected_output_line_bytes: int = 0  # bytes of the longest selected line of its output
 
 
-def run_subcommand(*command: object) -> ResourceUse:
+def run_subcommand_and_measure_resource_use(*command: object) -> ResourceUse:
     """Run a subcommand of the package and return its resource use."""
-    return run_program([sys.executable, "-m", "overturning.cli", *map(str, command)])
+    return run_program_and_measure_resource_use([sys.executable, "-m", "overturning.cli", *map(str, command)])
 
 
-def run_program(args: list[str], line_start: bytes = b"", **where: Any) -> ResourceUse:
+def run_program_and_measure_resource_use(args: list[str], line_start: bytes = b"", **where: Any) -> ResourceUse:
     """Run a program; return its resource use and the longest output line that begins with `line_start`.
 
     Raises a RuntimeError if it fails.
@@ -61,19 +61,21 @@ def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[Meas
     write_study(study, folder / "study.json")
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study(own, folder / "own.json")
-    run_subcommand("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
+    run_subcommand_and_measure_resource_use(
+        "read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc"
+    )
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunks}.nc"
-    took = run_subcommand(
+    took = run_subcommand_and_measure_resource_use(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
         "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
     )  # fmt: skip
     cases = study.cases_per_record / chunks
     return [
         MeasuredNumber("real chunk: cases", cases),
-        MeasuredNumber("real chunk: processor time", took.processor_s, "s"),
-        MeasuredNumber("real chunk: peak memory of its process", took.memory_mb, "MB"),
-        MeasuredNumber("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MEMORY_MB, "MB"),
+        MeasuredNumber("real chunk: processor time", took.processor_time_s, "s"),
+        MeasuredNumber("real chunk: peak memory of its process", took.peak_memory_mb, "MB"),
+        MeasuredNumber("two such processes and Snakemake", 2 * took.peak_memory_mb + ASSUMED_SNAKEMAKE_MEMORY_MB, "MB"),
         MeasuredNumber("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
     ]
 
@@ -86,7 +88,7 @@ def measure_merging_of_parts_into_cube(
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     parts = write_synthetic_partial_results(study, folder / "sweep", chunks)
-    took = run_subcommand(
+    took = run_subcommand_and_measure_resource_use(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
         "--chunks", chunks, "--output", folder / "cube.nc",
     )  # fmt: skip
@@ -94,8 +96,8 @@ def measure_merging_of_parts_into_cube(
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
     return [
         MeasuredNumber("synthetic parts: cases", cases),
-        MeasuredNumber("synthetic parts: gathering", took.seconds, "s"),
-        MeasuredNumber("synthetic parts: peak memory of gathering", took.memory_mb, "MB"),
+        MeasuredNumber("synthetic parts: gathering", took.elapsed_time_s, "s"),
+        MeasuredNumber("synthetic parts: peak memory of gathering", took.peak_memory_mb, "MB"),
         MeasuredNumber("synthetic parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
         MeasuredNumber("synthetic cube alone: disk per case", of_cube / cases, "bytes"),
     ]
@@ -122,10 +124,12 @@ def measure_report_on_cube_larger_than_memory(
 
     def add_time_and_memory(what: str, took: ResourceUse) -> None:
         """Add time and peak memory of a process to the measured figures."""
-        found.append(MeasuredNumber(f"{cube}: {what}, time", took.seconds, "s"))
-        found.append(MeasuredNumber(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
+        found.append(MeasuredNumber(f"{cube}: {what}, time", took.elapsed_time_s, "s"))
+        found.append(MeasuredNumber(f"{cube}: {what}, peak memory", took.peak_memory_mb, "MB"))
 
-    add_time_and_memory("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
+    add_time_and_memory(
+        "intensities", run_subcommand_and_measure_resource_use("rotate", *base, "--output", folder / "intensity.nc")
+    )
     for what, call in (
         (
             "figures of a record",
@@ -146,18 +150,24 @@ cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "inte
 write = partial(write_figure_in_study_formats, load_study_from_file_or_json(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
-        add_time_and_memory(what, run_program([sys.executable, "-c", program]))
+        add_time_and_memory(what, run_program_and_measure_resource_use([sys.executable, "-c", program]))
     drawn_cases = folder / "figures" / "illustrative"
     add_time_and_memory(
         "illustrative cases",
-        run_subcommand("illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases),
+        run_subcommand_and_measure_resource_use(
+            "illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases
+        ),
     )
     # The report needs figures of each record: copy those of the first.
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
     add_time_and_memory(
-        "findings", run_subcommand("findings", folder / "cube.nc", "--output", folder / "findings.json")
+        "findings",
+        run_subcommand_and_measure_resource_use("findings", folder / "cube.nc", "--output", folder / "findings.json"),
     )
-    add_time_and_memory("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
+    add_time_and_memory(
+        "report",
+        run_subcommand_and_measure_resource_use("report", "--results", folder, "--output", folder / "report.html"),
+    )
     return found

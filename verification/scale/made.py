@@ -21,13 +21,13 @@ from overturning.study.scenes import NOMINAL_VARIANT, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
 
-FALLEN_SHARE: Final = 0.3
+FALLEN_SHARE_OF_SYNTHETIC_CELLS: Final = 0.3
 """Share of the cells that fall, as in the default study."""
 
-SHARE_OF_CELLS_WITH_ENSEMBLE: Final = 0.6
+SHARE_OF_SYNTHETIC_CELLS_WITH_ENSEMBLE: Final = 0.6
 """Share of the cells with an ensemble."""
 
-GRID: Final = {
+MILLION_CASE_2D_GRID: Final = {
     "azimuth": {"step": 1},
     "height": {"start": 0.5, "stop": 0.9, "step": 0.1},
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.01},
@@ -35,12 +35,12 @@ GRID: Final = {
 }
 """Grid of 1,008,000 2-D cases."""
 
-SETTINGS_OF_3D_STUDY: Final = {
+MILLION_CASE_3D_STUDY_SETTINGS: Final = {
     "body": {"plan": "rectangle", "aspect": [1, 2]},
     "orientation": {"step": 1},
     "ensemble": {"members": 24},
     "population": {},
-} | {name: GRID[name] for name in ("height", "b_over_h", "friction")}
+} | {name: MILLION_CASE_2D_GRID[name] for name in ("height", "b_over_h", "friction")}
 """Settings of a study with 1,008,000 3-D cases."""
 
 
@@ -48,7 +48,7 @@ def synthetic_study(records: int, grid: dict[str, Any] | None = None) -> Study:
     """Return a study with `records` records; the default grid has a million 2-D cases for each."""
     names = [f"made-{number:03d}" for number in range(records)]
     about = {"name": "made", "verification": "none", "figures": {"formats": ["png"], "dpi": 72}}
-    return study_from_content(about | {"records": {"use": names}} | (grid or GRID), "made")
+    return study_from_content(about | {"records": {"use": names}} | (grid or MILLION_CASE_2D_GRID), "made")
 
 
 def synthetic_records(study: Study) -> Iterator[Record]:
@@ -74,7 +74,13 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
     generator = np.random.default_rng(seed)
     if variable.name == "overturned" and variable.is_odd_under_mirroring:
         return generator.choice(
-            np.array([-1, 0, 1], np.int8), shape, p=[FALLEN_SHARE / 2, 1 - FALLEN_SHARE, FALLEN_SHARE / 2]
+            np.array([-1, 0, 1], np.int8),
+            shape,
+            p=[
+                FALLEN_SHARE_OF_SYNTHETIC_CELLS / 2,
+                1 - FALLEN_SHARE_OF_SYNTHETIC_CELLS,
+                FALLEN_SHARE_OF_SYNTHETIC_CELLS / 2,
+            ],
         )
     if variable.name.endswith("overturned"):
         return synthetic_fall_flags_of_3d_body(variable, shape, seed).astype(np.int8)
@@ -84,7 +90,7 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
         return np.full(shape, members if variable.name == "members" else 0, variable.dtype)
     values: NDArray[Any] = generator.random(shape, np.float32)
     if variable.name == "overturning_time":
-        values[generator.random(shape, np.float32) > FALLEN_SHARE] = np.nan
+        values[generator.random(shape, np.float32) > FALLEN_SHARE_OF_SYNTHETIC_CELLS] = np.nan
     if variable.name.endswith("fall_azimuth"):
         return np.where(synthetic_fall_flags_of_3d_body(variable, shape, seed), 360 * values, np.float32(np.nan))
     if variable.name == "residual_twist":
@@ -94,13 +100,16 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
     if variable.name.startswith(("probability", "scramble", "fall_")):
         # Shares of members; NaN for cells without an ensemble.
         values = np.round(values * 0.5 * members) / np.float32(members)
-        values[generator.random(shape, np.float32) > SHARE_OF_CELLS_WITH_ENSEMBLE] = np.nan
+        values[generator.random(shape, np.float32) > SHARE_OF_SYNTHETIC_CELLS_WITH_ENSEMBLE] = np.nan
     return values
 
 
 def synthetic_fall_flags_of_3d_body(variable: OutcomeVariable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
     """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
-    return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLEN_SHARE
+    return (
+        np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32)
+        < FALLEN_SHARE_OF_SYNTHETIC_CELLS
+    )
 
 
 def write_synthetic_partial_results(

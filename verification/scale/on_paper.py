@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Final
 
 from verification.project import WorkflowFolder
-from verification.scale.large import ResourceUse, run_program
+from verification.scale.large import ResourceUse, run_program_and_measure_resource_use
 from verification.tables import MeasuredNumber
 
-RECORD_COUNT: Final = 10_000
-CASES_PER_RECORD: Final = 1_000_000
-CHUNKS_PER_RECORD: Final = 8
-MAX_ARGUMENT_BYTES: Final = 32 * resource.getpagesize()
+EXTRAPOLATED_RECORD_COUNT: Final = 10_000
+EXTRAPOLATED_CASE_COUNT_PER_RECORD: Final = 1_000_000
+EXTRAPOLATED_CHUNK_COUNT_PER_RECORD: Final = 8
+MAX_COMMAND_ARGUMENT_BYTES: Final = 32 * resource.getpagesize()
 """Largest argument of a command, bytes (Linux: MAX_ARG_STRLEN); the command of a rule is one argument."""
 
 
@@ -23,7 +23,7 @@ QUANTITIES_NEEDED_TO_EXTRAPOLATE: Final = {
     *("real chunk: processor time", "real chunk: cases", "real chunk: disk per case"),
     *("synthetic parts: gathering", "synthetic parts: cases", "synthetic cube: cells", "synthetic cube: report, time"),
     *("synthetic cube: figures of all records together, time", "synthetic cube: figures of a record, time"),
-    *(f"planning: {name} per record, {CHUNKS_PER_RECORD} chunks each" for name in ("time", "memory")),
+    *(f"planning: {name} per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each" for name in ("time", "memory")),
 }
 """Figures that the extrapolation needs."""
 
@@ -38,23 +38,25 @@ def measure_planning_of_study(records: int) -> ResourceUse:
         # Few cases of each, which planning does not count, so that the disk would hold them.
         study = {"name": "scale", "records": {"pulses": pulses}, "verification": "none", "b_over_h": [0.3]}
         project = WorkflowFolder(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
-        how = project.subprocess_arguments("--set-scatter", f"sweep={CHUNKS_PER_RECORD}", file="")
-        return run_program(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
+        how = project.subprocess_arguments("--set-scatter", f"sweep={EXTRAPOLATED_CHUNK_COUNT_PER_RECORD}", file="")
+        return run_program_and_measure_resource_use(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
 def measure_planning_per_record(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredNumber]:
     """Measure time and memory of planning per additional record, from two studies, and the longest command."""
     less, more = measure_planning_of_study(small_record_count), measure_planning_of_study(large_record_count)
     per_record = {
-        "time": ((more.seconds - less.seconds) / (large_record_count - small_record_count), "s"),
-        "memory": ((more.memory_mb - less.memory_mb) / (large_record_count - small_record_count), "MB"),
+        "time": ((more.elapsed_time_s - less.elapsed_time_s) / (large_record_count - small_record_count), "s"),
+        "memory": ((more.peak_memory_mb - less.peak_memory_mb) / (large_record_count - small_record_count), "MB"),
     }
     each = [
-        MeasuredNumber(f"planning: {name} per record, {CHUNKS_PER_RECORD} chunks each", *value)
+        MeasuredNumber(f"planning: {name} per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each", *value)
         for name, value in per_record.items()
     ]
-    label = f"planning: longest command, {large_record_count} records in {CHUNKS_PER_RECORD} chunks each"
-    return [*each, MeasuredNumber(label, more.longest_output_line_bytes, "bytes")]
+    label = (
+        f"planning: longest command, {large_record_count} records in {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"
+    )
+    return [*each, MeasuredNumber(label, more.longest_selected_output_line_bytes, "bytes")]
 
 
 def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredNumber]:
@@ -62,26 +64,32 @@ def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[Measure
 
     The figures are those of `large` and `measure_planning_per_record`.
     """
-    cases = RECORD_COUNT * CASES_PER_RECORD
+    cases = EXTRAPOLATED_RECORD_COUNT * EXTRAPOLATED_CASE_COUNT_PER_RECORD
     per_case = measured_figures["real chunk: processor time"] / measured_figures["real chunk: cases"]
     gathering = measured_figures["synthetic parts: gathering"] / measured_figures["synthetic parts: cases"]
     disk = measured_figures["real chunk: disk per case"]
-    planning = measured_figures[f"planning: time per record, {CHUNKS_PER_RECORD} chunks each"] * RECORD_COUNT
-    memory = measured_figures[f"planning: memory per record, {CHUNKS_PER_RECORD} chunks each"] * RECORD_COUNT
+    planning = (
+        measured_figures[f"planning: time per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"]
+        * EXTRAPOLATED_RECORD_COUNT
+    )
+    memory = (
+        measured_figures[f"planning: memory per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"]
+        * EXTRAPOLATED_RECORD_COUNT
+    )
     reports = (
         measured_figures["synthetic cube: report, time"]
         + measured_figures["synthetic cube: figures of all records together, time"]
     )
     reports = (
         reports / measured_figures["synthetic cube: cells"]
-        + measured_figures["synthetic cube: figures of a record, time"] / CASES_PER_RECORD
+        + measured_figures["synthetic cube: figures of a record, time"] / EXTRAPOLATED_CASE_COUNT_PER_RECORD
     )
     # Per chunk: a part, a benchmark and logs; per record: a motion, one to three figures, and their logs.
-    files = RECORD_COUNT * (CHUNKS_PER_RECORD * 3 + 7)
+    files = EXTRAPOLATED_RECORD_COUNT * (EXTRAPOLATED_CHUNK_COUNT_PER_RECORD * 3 + 7)
     return [
         MeasuredNumber("cases", cases),
         MeasuredNumber("sweep: core hours", per_case * cases / 3600, "h"),
-        MeasuredNumber("sweep: jobs", RECORD_COUNT * CHUNKS_PER_RECORD),
+        MeasuredNumber("sweep: jobs", EXTRAPOLATED_RECORD_COUNT * EXTRAPOLATED_CHUNK_COUNT_PER_RECORD),
         MeasuredNumber("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
         MeasuredNumber("files", files),
         MeasuredNumber("gathering, one process", gathering * cases / 3600, "h"),

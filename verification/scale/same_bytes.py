@@ -14,10 +14,10 @@ from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, sweep_part_path
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import simulate_and_write_cases_of_record
-from verification.one_node_slurm import SNAKEMAKE_OPTIONS, run_one_node_slurm, slurm_unavailable_reason
-from verification.project import CUBE, WorkflowFolder
+from verification.one_node_slurm import SNAKEMAKE_OPTIONS_FOR_SLURM, run_one_node_slurm, slurm_unavailable_reason
+from verification.project import CUBE_FILE_NAME, WorkflowFolder
 
-STUDY: Final = """\
+STUDY_YAML: Final = """\
 name: scale
 records: {use: [rinaldi, petrolia]}
 azimuth: {step: 10, also: [32]}
@@ -27,19 +27,25 @@ ensemble: {members: 16}
 verification: none
 """
 
-SMALL_STUDY: Final = (
-    STUDY.replace("step: 10", "step: 60")
+SMALL_STUDY_YAML: Final = (
+    STUDY_YAML.replace("step: 10", "step: 60")
     .replace("0.05", "0.25")
     .replace("rinaldi, petrolia", "rinaldi")
     .replace("16", "0")
 )
-"""A smaller version of `STUDY` that takes a few seconds."""
+"""A smaller version of `STUDY_YAML` that takes a few seconds."""
 
-REPORT: Final = "report.html"
+REPORT_FILE_NAME: Final = "report.html"
 
 SLURM_OPTIONS: Final = (
     *("--workflow-profile", "profiles/slurm"),
-    *(*SNAKEMAKE_OPTIONS, "--slurm-init-seconds-before-status-checks", "6", "--seconds-between-status-checks", "6"),
+    *(
+        *SNAKEMAKE_OPTIONS_FOR_SLURM,
+        "--slurm-init-seconds-before-status-checks",
+        "6",
+        "--seconds-between-status-checks",
+        "6",
+    ),
     *("--latency-wait", "10"),
 )
 """The profile of the project for SLURM, with the options of the one-node cluster.
@@ -64,7 +70,9 @@ def temporary_project_with_study(study: str) -> Iterator[WorkflowFolder]:
         yield WorkflowFolder(Path(name) / "project", study)
 
 
-def run_study_up_to_result_file(project: WorkflowFolder, way: str, *options: str, file: str = CUBE) -> StudyRun:
+def run_study_up_to_result_file(
+    project: WorkflowFolder, way: str, *options: str, file: str = CUBE_FILE_NAME
+) -> StudyRun:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = project.run(*options, file=file)
@@ -74,7 +82,7 @@ def run_study_up_to_result_file(project: WorkflowFolder, way: str, *options: str
     return StudyRun(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
 
 
-def run_study_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> StudyRun:
+def run_study_locally(study: str, cores: int, chunks: int, file: str = CUBE_FILE_NAME) -> StudyRun:
     """Run a study on some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
     with temporary_project_with_study(study) as folder:
@@ -83,7 +91,9 @@ def run_study_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> 
         )
 
 
-def run_study_on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[StudyRun]:
+def run_study_on_slurm(
+    study: str = STUDY_YAML, chunks: int = 3, files: tuple[str, ...] = (CUBE_FILE_NAME,)
+) -> list[StudyRun]:
     """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
     if slurm_unavailable_reason():
         return []
@@ -113,7 +123,7 @@ def simulate_study_without_snakemake(folder: WorkflowFolder, way: str, client: o
         )
     merge_outcome_files_into_cube(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
-    return StudyRun(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
+    return StudyRun(way, CUBE_FILE_NAME, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
 
 
 def run_study_on_dask(study: str, workers: int = 2) -> StudyRun:
@@ -127,7 +137,7 @@ def run_study_on_dask(study: str, workers: int = 2) -> StudyRun:
             return simulate_study_without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
 
 
-def run_study_in_every_local_way(study: str = STUDY) -> list[StudyRun]:
+def run_study_in_every_local_way(study: str = STUDY_YAML) -> list[StudyRun]:
     """Run the study in every way that needs no SLURM cluster; make its report once, on one core."""
     cubes = [run_study_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
-    return [*cubes, run_study_on_dask(study), run_study_locally(study, 1, 1, REPORT)]
+    return [*cubes, run_study_on_dask(study), run_study_locally(study, 1, 1, REPORT_FILE_NAME)]

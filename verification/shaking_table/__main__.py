@@ -16,12 +16,17 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.contact import DEFAULT_DAMPING_RATIO
 from verification.shaking_table import page
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, StonesWithSimulatedOutcomes, simulate_stones
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
+from verification.shaking_table.clouds import (
+    PRISM_DISTRIBUTION,
+    RECTANGLE_DISTRIBUTION,
+    StonesWithSimulatedOutcomes,
+    simulate_stones,
+)
+from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    PEAKS_MODEL,
-    PRISMS_MODEL,
-    RECTANGLES_MODEL,
+    PGA_PGV_LOGISTIC_MODEL_NAME,
+    PRISMS_MODEL_NAME,
+    RECTANGLES_MODEL_NAME,
     fall_prediction_models_by_name,
     fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
@@ -37,32 +42,37 @@ from verification.shaking_table.scores import (
 )
 from verification.tables import RESULT_TABLE_FOLDER, ROOT, insert_markdown_between_markers_in_docs, write_csv
 
-SPLITS = {"odd to even": split_odd_and_even_tests, "motion left out": splits_leaving_out_one_motion}
-_LOW, _HIGH = (DEFAULT_DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
+TEST_SPLIT_FUNCTION_BY_NAME = {
+    "odd to even": split_odd_and_even_tests,
+    "motion left out": splits_leaving_out_one_motion,
+}
+_LOW, _HIGH = (DEFAULT_DAMPING_RATIO * end for end in RECTANGLE_DISTRIBUTION.bounds_by_parameter["damping"])
 DAMPING_RATIO_CLASS_BOUNDS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
 
 
 def score_models_with_intervals(
-    tests: ShakingTableTests, fractions: Mapping[str, FloatArray], draws: int = BOOTSTRAP_SAMPLE_COUNT
+    tests: ShakingTableTests,
+    fall_shares_by_model: Mapping[str, FloatArray],
+    bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 
-    `fractions` are the shares of each neighbourhood that fall, by model.
+    `fall_shares_by_model` are the shares of each neighbourhood that fall, by model.
     """
     rows, probabilities = [], {}
-    for split, divide in SPLITS.items():
-        for specimen in SPECIMENS:
-            fell = tests.fell[specimen]
+    for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
+        for specimen in SPECIMEN_NUMBERS:
+            fell = tests.fell_by_specimen[specimen]
             held = {
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size)
                 for name, model in fall_prediction_models_by_name(
-                    tests, fractions[RECTANGLES_MODEL], fractions[PRISMS_MODEL]
+                    tests, fall_shares_by_model[RECTANGLES_MODEL_NAME], fall_shares_by_model[PRISMS_MODEL_NAME]
                 ).items()
             }
-            known = np.isfinite(held[PEAKS_MODEL])
-            samples = bootstrap_samples_of_test_indices(tests.played_record[known], draws)
-            motion_count = np.unique(tests.played_record[known]).size
+            known = np.isfinite(held[PGA_PGV_LOGISTIC_MODEL_NAME])
+            samples = bootstrap_samples_of_test_indices(tests.played_record_names[known], bootstrap_sample_count)
+            motion_count = np.unique(tests.played_record_names[known]).size
             outcome, predicted = fell[known], {name: p[known] for name, p in held.items()}
             drawn = {
                 name: np.array([prediction_scores(p[s], outcome[s]) for s in samples]) for name, p in predicted.items()
@@ -73,7 +83,7 @@ def score_models_with_intervals(
                 for place, what in enumerate(SCORE_NAMES):
                     low, high = bootstrap_interval_over_motions(drawn[name][:, place], motion_count)
                     over = bootstrap_interval_over_motions(
-                        drawn[name][:, place] - drawn[PEAKS_MODEL][:, place], motion_count
+                        drawn[name][:, place] - drawn[PGA_PGV_LOGISTIC_MODEL_NAME][:, place], motion_count
                     )
                     rows.append({
                         "split": split, "specimen": specimen, "model": name, "score": what,
@@ -88,14 +98,19 @@ def scores_by_damping_ratio(
 ) -> dict[str, tuple[int, FloatArray]]:
     """Return number and scores, shape (specimens, scores), of the rectangles of each class of damping ratio."""
     found: dict[str, tuple[int, FloatArray]] = {}
-    ratio = stones.relative_damping_ratio * DEFAULT_DAMPING_RATIO
+    ratio = stones.damping_ratio_over_default * DEFAULT_DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIO_CLASS_BOUNDS):
         own = (low <= ratio) & (ratio < high)
-        part = StonesWithSimulatedOutcomes(stones.b_over_h[own], stones.height[own], ratio[own], stones.fell[:, own])
+        part = StonesWithSimulatedOutcomes(
+            stones.b_over_h[own],
+            stones.height[own],
+            stones.damping_ratio_over_default[own],
+            stones.fell_by_test_and_stone[:, own],
+        )
         fractions = fall_shares_by_size_neighbourhood(part)
-        model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[RECTANGLES_MODEL], []
-        for specimen in SPECIMENS:
-            fell = tests.fell[specimen]
+        model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[RECTANGLES_MODEL_NAME], []
+        for specimen in SPECIMEN_NUMBERS:
+            fell = tests.fell_by_specimen[specimen]
             p = predict_unseen_tests(model, specimen, split_odd_and_even_tests(tests), fell.size)
             rows.append(prediction_scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
         found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
@@ -115,7 +130,7 @@ def main(
     except ResultError as error:
         print(f"skipped: {error}")
         return
-    kinds = {RECTANGLES_MODEL: RECTANGLES, PRISMS_MODEL: PRISMS}
+    kinds = {RECTANGLES_MODEL_NAME: RECTANGLE_DISTRIBUTION, PRISMS_MODEL_NAME: PRISM_DISTRIBUTION}
     made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
     fractions = {name: fall_shares_by_size_neighbourhood(one) for name, one in made.items()}
     rows, probabilities = score_models_with_intervals(tests, fractions)
@@ -123,7 +138,7 @@ def main(
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
     insert_markdown_between_markers_in_docs(
         page.markdown_by_marker(tests, fractions, rows)
-        | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[RECTANGLES_MODEL]))
+        | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[RECTANGLES_MODEL_NAME]))
     )
 
 

@@ -23,12 +23,12 @@ from overturning.motion.motion import Motion
 from verification.shaking_table.data import ShakingTableTests
 
 SEED: Final = 1
-AMPLITUDE_RANGE: Final = (1 / 1.15, 1.15)
+AMPLITUDE_FACTOR_RANGE: Final = (1 / 1.15, 1.15)
 PRISM_DEPTH_OVER_WIDTH: Final = 1.15
 """D/B of the prisms, as for the boulder: 0.77 m / 0.67 m."""
 
-NEIGHBOURHOOD_CENTRES_B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
-NEIGHBOURHOOD_CENTRES_HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
+NEIGHBOURHOOD_CENTRE_B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
+NEIGHBOURHOOD_CENTRE_HEIGHTS_M: Final = np.geomspace(0.40, 1.60, 16)
 """Centres of the neighbourhoods: B/H, and height in m."""
 
 NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H: Final = np.log(1.3)
@@ -43,7 +43,7 @@ class StoneDistribution(NamedTuple):
 
     name: str
     stone_count: int
-    bounds: dict[str, tuple[float, float]]
+    bounds_by_parameter: dict[str, tuple[float, float]]
     simulate_falls: Callable[[Motion, StoneParameters], NDArray[np.bool_]]
 
 
@@ -52,9 +52,9 @@ class StonesWithSimulatedOutcomes(NamedTuple):
 
     b_over_h: FloatArray
     height: FloatArray
-    relative_damping_ratio: FloatArray
+    damping_ratio_over_default: FloatArray
     """Damping ratio divided by that of the default contact."""
-    fell: NDArray[np.bool_]
+    fell_by_test_and_stone: NDArray[np.bool_]
 
 
 def _rectangles_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[np.bool_]:
@@ -84,14 +84,15 @@ def _prisms_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[n
     return np.asarray(simulate_cases(RectangularPrism(), motion, cases, NumericalOptions()).overturned == 1)
 
 
-_COMMON_BOUNDS: Final[dict[str, tuple[float, float]]] = {
-    "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE_RANGE,
+_COMMON_PARAMETER_BOUNDS: Final[dict[str, tuple[float, float]]] = {
+    "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE_FACTOR_RANGE,
 }  # fmt: skip
-RECTANGLES: Final = StoneDistribution(
-    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_COMMON_BOUNDS}, _rectangles_fall
+RECTANGLE_DISTRIBUTION: Final = StoneDistribution(
+    "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_COMMON_PARAMETER_BOUNDS}, _rectangles_fall
 )
-PRISMS: Final = StoneDistribution(
-    "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_COMMON_BOUNDS, "orientation": (0.0, 90.0)},
+PRISM_DISTRIBUTION: Final = StoneDistribution(
+    "prisms", 384,
+    {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_COMMON_PARAMETER_BOUNDS, "orientation": (0.0, 90.0)},
     _prisms_fall,
 )  # fmt: skip
 
@@ -102,10 +103,10 @@ _UNIFORMLY_DISTRIBUTED_PARAMETERS: Final = ("friction", "orientation")
 
 def sample_stones(distribution: StoneDistribution, stone_count: int) -> StoneParameters:
     """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
-    unit = qmc.Sobol(len(distribution.bounds), seed=SEED).random(stone_count).T
+    unit = qmc.Sobol(len(distribution.bounds_by_parameter), seed=SEED).random(stone_count).T
     return {
         name: low + (high - low) * u if name in _UNIFORMLY_DISTRIBUTED_PARAMETERS else low * (high / low) ** u
-        for (name, (low, high)), u in zip(distribution.bounds.items(), unit, strict=True)
+        for (name, (low, high)), u in zip(distribution.bounds_by_parameter.items(), unit, strict=True)
     }
 
 
@@ -115,8 +116,8 @@ def is_in_any_size_neighbourhood(stone_parameters: StoneParameters) -> NDArray[n
     ends = [
         (np.log(centres[[0, -1]]), width)
         for centres, width in (
-            (NEIGHBOURHOOD_CENTRES_B_OVER_H, NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H),
-            (NEIGHBOURHOOD_CENTRES_HEIGHT, NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT),
+            (NEIGHBOURHOOD_CENTRE_B_OVER_H, NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H),
+            (NEIGHBOURHOOD_CENTRE_HEIGHTS_M, NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT),
         )
     ]
     return np.logical_and.reduce([
@@ -150,14 +151,14 @@ def simulate_stones(
     chosen = is_in_any_size_neighbourhood(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
     key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())
-    key.update(b"".join(one.tobytes() for one in tests.acceleration))
+    key.update(b"".join(one.tobytes() for one in tests.accelerations))
     path = cache_folder / f"{distribution.name}-{stone_count}-{key.hexdigest()[:16]}.npy" if cache_folder else None
     members = int(chosen.sum())
     if path is not None and path.is_file():
         packed: NDArray[Any] = np.load(path)
         fell = np.unpackbits(packed, axis=1, count=members).astype(bool)
     else:
-        fell = np.zeros((len(tests.acceleration), members), dtype=bool)
+        fell = np.zeros((len(tests.accelerations), members), dtype=bool)
         begin = time.monotonic()
         # The kernel releases Python's lock, so one test is planned while another one runs.
         with ThreadPoolExecutor(threads) as pool:

@@ -13,12 +13,12 @@ from overturning.errors import ResultError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-SOURCE: Final = (
+TESTS_SOURCE: Final = (
     "github.com/ZhiangChen/virtual_shake_robot_pybullet, commit 9f239e7e21280702be9ba7a40ed9b47a35868a52, folder "
     "data/Shake_Table_Response"
 )
-FILE: Final = "tests.npz"
-SPECIMENS: Final = (1, 2)
+TESTS_FILE_NAME: Final = "tests.npz"
+SPECIMEN_NUMBERS: Final = (1, 2)
 _ARRAY_NAMES: Final = (
     "acceleration", "scale", "start", "sampling_interval", "test", "motion", "pga_g", "pgv", "overturned_1",
     "overturned_2",
@@ -32,19 +32,19 @@ class ShakingTableTests:
     __test__ = False  # tell pytest that this class is not a test case
 
     laboratory_test_numbers: NDArray[np.int64]  # as numbered by the laboratory
-    played_record: NDArray[np.str_]
+    played_record_names: NDArray[np.str_]
     """Record that was played, without its component. Tests of one record are not independent."""
-    acceleration: list[FloatArray]
-    """Measured acceleration along the axis of the table, m/s²."""
+    accelerations: list[FloatArray]
+    """Measured acceleration along the axis of the table in each test, m/s²."""
     sampling_interval: float  # s
-    pga: FloatArray  # of the measured motion, m/s²
-    pgv: FloatArray  # m/s
-    fell: dict[int, NDArray[np.bool_]]
+    measured_pga: FloatArray  # of the measured motion, m/s²
+    measured_pgv: FloatArray  # of the measured motion, m/s
+    fell_by_specimen: dict[int, NDArray[np.bool_]]
     """True where a specimen fell, by specimen."""
 
     def measured_motion(self, index: int) -> Motion:
         """Return the measured ground motion of one test, towards azimuth 0."""
-        along = self.acceleration[index]
+        along = self.accelerations[index]
         return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)
 
 
@@ -56,9 +56,9 @@ def read_shaking_table_tests(folder: Path) -> ShakingTableTests:
     ResultError
         If the file or one of its arrays is missing.
     """
-    path = folder / FILE
+    path = folder / TESTS_FILE_NAME
     if not path.is_file():
-        raise ResultError(f"{folder}: no {FILE}; for its contents and source see docs/shaking-table.md")
+        raise ResultError(f"{folder}: no {TESTS_FILE_NAME}; for its contents and source see docs/shaking-table.md")
     with np.load(path, allow_pickle=False) as stored:
         missing = [name for name in _ARRAY_NAMES if name not in stored]
         if missing:
@@ -70,10 +70,10 @@ def read_shaking_table_tests(folder: Path) -> ShakingTableTests:
     record = np.array([str(name).split("_")[0] for name in data["motion"]])
     return ShakingTableTests(
         laboratory_test_numbers=data["test"].astype(np.int64),
-        played_record=record,
-        acceleration=[samples[first:end] for first, end in pairwise(start)],
+        played_record_names=record,
+        accelerations=[samples[first:end] for first, end in pairwise(start)],
         sampling_interval=float(data["sampling_interval"]),
-        pga=data["pga_g"].astype(np.float64) * STANDARD_GRAVITY,
-        pgv=data["pgv"].astype(np.float64),
-        fell={one: data[f"overturned_{one}"] == 1 for one in SPECIMENS},
+        measured_pga=data["pga_g"].astype(np.float64) * STANDARD_GRAVITY,
+        measured_pgv=data["pgv"].astype(np.float64),
+        fell_by_specimen={one: data[f"overturned_{one}"] == 1 for one in SPECIMEN_NUMBERS},
     )

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.logistic import fit_logistic_model
 from verification.shaking_table.clouds import (
-    NEIGHBOURHOOD_CENTRES_B_OVER_H,
-    NEIGHBOURHOOD_CENTRES_HEIGHT,
+    NEIGHBOURHOOD_CENTRE_B_OVER_H,
+    NEIGHBOURHOOD_CENTRE_HEIGHTS_M,
     NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H,
     NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT,
     StonesWithSimulatedOutcomes,
@@ -30,12 +30,12 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
     Half a fall and half a stand are added to each count, so that no share is 0 or 1 and all likelihoods are finite.
     """
     log_b, log_h = np.log(stones.b_over_h), np.log(stones.height)
-    fell = stones.fell.astype(np.float32)  # exact: no count comes near 2**24
+    fell = stones.fell_by_test_and_stone.astype(np.float32)  # exact: no count comes near 2**24
     made = []
-    for shape in np.log(NEIGHBOURHOOD_CENTRES_B_OVER_H):
+    for shape in np.log(NEIGHBOURHOOD_CENTRE_B_OVER_H):
         near = np.abs(log_b - shape) < NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H
         members = (
-            np.abs(log_h[near] - np.log(NEIGHBOURHOOD_CENTRES_HEIGHT)[:, None]) < NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT
+            np.abs(log_h[near] - np.log(NEIGHBOURHOOD_CENTRE_HEIGHTS_M)[:, None]) < NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT
         )
         counts = members.astype(np.float32) @ fell[:, near].T
         made.append((counts + 0.5) / (members.sum(axis=1) + 1)[:, None])
@@ -43,55 +43,65 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
 
 
 def index_of_most_likely_size_neighbourhood(
-    fractions: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices
+    fall_shares_by_neighbourhood: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices
 ) -> int:
     """Return the index of the neighbourhood of B/H and height that best predicts the tests to learn from."""
-    p, y = fractions[:, learning_tests], fell[learning_tests]
+    p, y = fall_shares_by_neighbourhood[:, learning_tests], fell[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
 
 
 def fall_prediction_models_by_name(
-    tests: ShakingTableTests, rectangle_fractions: FloatArray, prism_fractions: FloatArray
+    tests: ShakingTableTests, rectangle_fall_shares: FloatArray, prism_fall_shares: FloatArray
 ) -> dict[str, FallPredictionModel]:
     """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
-    peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
+    peaks = np.log(np.column_stack([tests.measured_pga, tests.measured_pgv]))
 
-    def prediction_by_most_likely_neighbourhood(fractions: FloatArray) -> FallPredictionModel:
+    def prediction_by_most_likely_neighbourhood(fall_shares_by_neighbourhood: FloatArray) -> FallPredictionModel:
         """Return the model that predicts the share of falls in the most likely neighbourhood."""
 
-        def predict_by_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+        def predict_by_fall_share(
+            specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices
+        ) -> FloatArray:
             """Predict with the neighbourhood that best fits the tests to learn from."""
             return np.asarray(
-                fractions[index_of_most_likely_size_neighbourhood(fractions, tests.fell[specimen], learn)][predict]
+                fall_shares_by_neighbourhood[
+                    index_of_most_likely_size_neighbourhood(
+                        fall_shares_by_neighbourhood, tests.fell_by_specimen[specimen], learning_tests
+                    )
+                ][predicted_tests]
             )
 
         return predict_by_fall_share
 
-    def predict_by_pga_and_pgv(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+    def predict_by_pga_and_pgv(specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices) -> FloatArray:
         """Predict by logistic regression on PGA and PGV only."""
-        return _fall_probabilities_by_logistic_regression(peaks, tests, specimen, learn, predict)
+        return _fall_probabilities_by_logistic_regression(peaks, tests, specimen, learning_tests, predicted_tests)
 
-    def predict_by_pga_pgv_and_fall_share(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+    def predict_by_pga_pgv_and_fall_share(
+        specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices
+    ) -> FloatArray:
         """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
-        share = rectangle_fractions[
-            index_of_most_likely_size_neighbourhood(rectangle_fractions, tests.fell[specimen], learn)
+        share = rectangle_fall_shares[
+            index_of_most_likely_size_neighbourhood(
+                rectangle_fall_shares, tests.fell_by_specimen[specimen], learning_tests
+            )
         ]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
-        return _fall_probabilities_by_logistic_regression(predictors, tests, specimen, learn, predict)
+        return _fall_probabilities_by_logistic_regression(predictors, tests, specimen, learning_tests, predicted_tests)
 
     return {
-        PEAKS_MODEL: predict_by_pga_and_pgv,
-        RECTANGLES_MODEL: prediction_by_most_likely_neighbourhood(rectangle_fractions),
-        ENSEMBLE_AND_PEAKS_MODEL: predict_by_pga_pgv_and_fall_share,
-        PRISMS_MODEL: prediction_by_most_likely_neighbourhood(prism_fractions),
+        PGA_PGV_LOGISTIC_MODEL_NAME: predict_by_pga_and_pgv,
+        RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_shares),
+        ENSEMBLE_AND_PEAKS_MODEL_NAME: predict_by_pga_pgv_and_fall_share,
+        PRISMS_MODEL_NAME: prediction_by_most_likely_neighbourhood(prism_fall_shares),
     }
 
 
-PEAKS_MODEL: Final = "logistic of PGA and PGV"
-RECTANGLES_MODEL: Final = "ensemble of rectangles"
-ENSEMBLE_AND_PEAKS_MODEL: Final = "ensemble, PGA and PGV in a logistic"
-PRISMS_MODEL: Final = "ensemble of 3-D prisms"
+PGA_PGV_LOGISTIC_MODEL_NAME: Final = "logistic of PGA and PGV"
+RECTANGLES_MODEL_NAME: Final = "ensemble of rectangles"
+ENSEMBLE_AND_PEAKS_MODEL_NAME: Final = "ensemble, PGA and PGV in a logistic"
+PRISMS_MODEL_NAME: Final = "ensemble of 3-D prisms"
 
 
 def _fall_probabilities_by_logistic_regression(
@@ -102,8 +112,10 @@ def _fall_probabilities_by_logistic_regression(
     predicted_tests: TestIndices,
 ) -> FloatArray:
     """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
-    fell = tests.fell[specimen][learning_tests].astype(np.float64)
-    fit = fit_logistic_model(predictors[learning_tests], fell, tests.played_record[learning_tests], intervals=False)
+    fell = tests.fell_by_specimen[specimen][learning_tests].astype(np.float64)
+    fit = fit_logistic_model(
+        predictors[learning_tests], fell, tests.played_record_names[learning_tests], intervals=False
+    )
     return fit.fall_probability(predictors[predicted_tests])
 
 
@@ -115,8 +127,8 @@ def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestInd
 
 def splits_leaving_out_one_motion(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield a split for each motion: predict its tests and learn from the tests of all other motions."""
-    for name in np.unique(tests.played_record):
-        own = tests.played_record == name
+    for name in np.unique(tests.played_record_names):
+        own = tests.played_record_names == name
         yield np.flatnonzero(~own), np.flatnonzero(own)
 
 

@@ -18,20 +18,25 @@ from overturning.figures.style import (
     use_package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests
+from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests
 from verification.shaking_table.models import (
-    ENSEMBLE_AND_PEAKS_MODEL,
-    NEIGHBOURHOOD_CENTRES_B_OVER_H,
-    NEIGHBOURHOOD_CENTRES_HEIGHT,
-    PEAKS_MODEL,
-    PRISMS_MODEL,
-    RECTANGLES_MODEL,
+    ENSEMBLE_AND_PEAKS_MODEL_NAME,
+    NEIGHBOURHOOD_CENTRE_B_OVER_H,
+    NEIGHBOURHOOD_CENTRE_HEIGHTS_M,
+    PGA_PGV_LOGISTIC_MODEL_NAME,
+    PRISMS_MODEL_NAME,
+    RECTANGLES_MODEL_NAME,
     index_of_most_likely_size_neighbourhood,
 )
 from verification.shaking_table.scores import SCORE_NAMES, ReliabilityBin, reliability_bins
 from verification.tables import iterate_rows, markdown_table
 
-MODELS_IN_RELIABILITY_DIAGRAMS: Final = (PEAKS_MODEL, RECTANGLES_MODEL, ENSEMBLE_AND_PEAKS_MODEL, PRISMS_MODEL)
+MODELS_IN_RELIABILITY_DIAGRAMS: Final = (
+    PGA_PGV_LOGISTIC_MODEL_NAME,
+    RECTANGLES_MODEL_NAME,
+    ENSEMBLE_AND_PEAKS_MODEL_NAME,
+    PRISMS_MODEL_NAME,
+)
 TEST_SPLIT_OF_RELIABILITY_DIAGRAM: Final = "motion left out"
 
 
@@ -40,13 +45,13 @@ def draw_reliability_diagrams(
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
     with use_package_matplotlib_settings():
-        figure, panels = create_panel_grid(len(SPECIMENS), len(MODELS_IN_RELIABILITY_DIAGRAMS), 10.4, 5.6)
-        for row, specimen in enumerate(SPECIMENS):
+        figure, panels = create_panel_grid(len(SPECIMEN_NUMBERS), len(MODELS_IN_RELIABILITY_DIAGRAMS), 10.4, 5.6)
+        for row, specimen in enumerate(SPECIMEN_NUMBERS):
             for column, model in enumerate(MODELS_IN_RELIABILITY_DIAGRAMS):
                 bins = reliability_bins(
                     probabilities[TEST_SPLIT_OF_RELIABILITY_DIAGRAM, model, specimen],
-                    tests.fell[specimen],
-                    tests.played_record,
+                    tests.fell_by_specimen[specimen],
+                    tests.played_record_names,
                 )
                 _draw_reliability_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
@@ -62,8 +67,8 @@ def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
     axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED_LINE_STYLE)
     x, y = [one.mean_probability for one in bins], [one.fallen_share for one in bins]
     spread = [
-        [one.fallen_share - one.interval_low for one in bins],
-        [one.interval_high - one.fallen_share for one in bins],
+        [one.fallen_share - one.fallen_share_interval_low for one in bins],
+        [one.fallen_share_interval_high - one.fallen_share for one in bins],
     ]
     axes.errorbar(
         x, y, yerr=np.maximum(spread, 0), color=SERIES_COLOURS[0], marker="o", markersize=4, capsize=2, linewidth=1
@@ -81,11 +86,14 @@ def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
 
 
 def markdown_by_marker(
-    tests: ShakingTableTests, fractions: Mapping[str, FloatArray], score_rows: pd.DataFrame
+    tests: ShakingTableTests, fall_shares_by_model: Mapping[str, FloatArray], score_rows: pd.DataFrame
 ) -> dict[str, str]:
-    """Return the tables of the page as Markdown, by marker; `fractions` are shares of each neighbourhood that fall."""
+    """Return the tables of the page as Markdown, by marker.
+
+    `fall_shares_by_model` are the shares of each neighbourhood that fall.
+    """
     return score_tables(score_rows) | {
-        "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(tests, fractions)
+        "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(tests, fall_shares_by_model)
     }
 
 
@@ -99,7 +107,11 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
 
 def score_table_by_damping_ratio(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
     """Return the table of scores by damping ratio as Markdown, with its marker as key."""
-    head = ("ξ", "rectangles", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in SCORE_NAMES))
+    head = (
+        "ξ",
+        "rectangles",
+        *(f"{name}, specimen {specimen}" for specimen in SPECIMEN_NUMBERS for name in SCORE_NAMES),
+    )
     lines = [
         (name, count, *(f"{value:.3f}" for value in rows.ravel())) for name, (count, rows) in scores_by_damping.items()
     ]
@@ -124,9 +136,9 @@ def _count_table_of_scores_better_than_logistic(score_rows: pd.DataFrame) -> str
     known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(score_rows)}
     counts: dict[tuple[str, str], list[int]] = {}
     for (model, *what), one in known.items():
-        if model != PEAKS_MODEL:
+        if model != PGA_PGV_LOGISTIC_MODEL_NAME:
             less = one.score == "Brier score"
-            over = one.value - known[PEAKS_MODEL, *what].value
+            over = one.value - known[PGA_PGV_LOGISTIC_MODEL_NAME, *what].value
             sure = one.over_logistic_high < 0 if less else one.over_logistic_low > 0
             found = counts.setdefault((model, one.split), [0, 0, 0])
             for place, holds in enumerate((over < 0 if less else over > 0, sure, True)):
@@ -136,22 +148,24 @@ def _count_table_of_scores_better_than_logistic(score_rows: pd.DataFrame) -> str
     return markdown_table(heads, lines)
 
 
-def _table_of_most_likely_b_over_h_and_height(tests: ShakingTableTests, fractions: Mapping[str, FloatArray]) -> str:
+def _table_of_most_likely_b_over_h_and_height(
+    tests: ShakingTableTests, fall_shares_by_model: Mapping[str, FloatArray]
+) -> str:
     """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""
     learn = np.flatnonzero(tests.laboratory_test_numbers % 2 == 1)
     lines = []
-    for model, shares in fractions.items():
-        for specimen in SPECIMENS:
+    for model, shares in fall_shares_by_model.items():
+        for specimen in SPECIMEN_NUMBERS:
             shape, size = divmod(
-                index_of_most_likely_size_neighbourhood(shares, tests.fell[specimen], learn),
-                NEIGHBOURHOOD_CENTRES_HEIGHT.size,
+                index_of_most_likely_size_neighbourhood(shares, tests.fell_by_specimen[specimen], learn),
+                NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size,
             )
             lines.append(
                 (
                     model,
                     specimen,
-                    f"{NEIGHBOURHOOD_CENTRES_B_OVER_H[shape]:.2f}",
-                    f"{NEIGHBOURHOOD_CENTRES_HEIGHT[size]:.2f}",
+                    f"{NEIGHBOURHOOD_CENTRE_B_OVER_H[shape]:.2f}",
+                    f"{NEIGHBOURHOOD_CENTRE_HEIGHTS_M[size]:.2f}",
                 )
             )
     return markdown_table(("model", "specimen", "B/H", "H, m"), lines)

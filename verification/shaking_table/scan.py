@@ -42,10 +42,10 @@ Smaller ones take ten times as many steps; they were left out for that reason, b
 SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: Final = 0.001
 """Relief that is compared with the others, m, but is not part of the prediction: it was run after the scores."""
 
-FRICTION: Final = 0.7
+BOULDER_FRICTION: Final = 0.7
 """Middle of the range of the other models."""
 
-STATIC_PENETRATION_RATIO: Final = 1e-5
+STATIC_PENETRATION_TO_WIDTH_RATIO: Final = 1e-5
 """δ/B of the contact; that of the package's default takes four times as many steps."""
 
 HULL_TOLERANCE_TO_SIZE_RATIO: Final = 0.016
@@ -68,13 +68,18 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
     return scan.shape
 
 
-def boulder_with_max_bearing_point_height(stone: ScannedStone, relief: float) -> ScannedStone:
-    """Return the boulder with the outline of this comparison, bearing on points up to a height `relief`.
+def boulder_with_max_bearing_point_height(stone: ScannedStone, max_bearing_point_height: float) -> ScannedStone:
+    """Return the boulder with the outline of this comparison, bearing on points up to a height.
 
-    The relief, m, is the height above the lowest points of the base up to which points bear.
+    `max_bearing_point_height`, m, is above the lowest points of the base.
     """
     return ScannedStone(
-        stone.vertices, stone.centre_of_mass, stone.inertia, relief, stone.name, HULL_TOLERANCE_TO_SIZE_RATIO
+        stone.vertices,
+        stone.centre_of_mass,
+        stone.inertia,
+        max_bearing_point_height,
+        stone.name,
+        HULL_TOLERANCE_TO_SIZE_RATIO,
     )
 
 
@@ -83,7 +88,7 @@ def simulate_falls_of_boulder_by_orientation(
     tests: ShakingTableTests,
     cache_folder: Path,
     threads: int = 1,
-    reliefs: tuple[float, ...] = MAX_HEIGHTS_OF_BEARING_POINTS_M,
+    max_bearing_point_heights: tuple[float, ...] = MAX_HEIGHTS_OF_BEARING_POINTS_M,
 ) -> NDArray[np.bool_]:
     """Simulate the scanned boulder in every test, and return whether it falls, for each relief and orientation.
 
@@ -97,13 +102,15 @@ def simulate_falls_of_boulder_by_orientation(
         False also where the boulder rocks on without a decision.
     """
     made = []
-    for relief in reliefs:
+    for relief in max_bearing_point_heights:
         own = boulder_with_max_bearing_point_height(stone, relief)
         key = hashlib.sha256(
             own.unscaled_solid.contact_points.tobytes() + own.unscaled_solid.inertia_per_mass.tobytes()
         )
-        key.update(repr((BOULDER_ORIENTATIONS_DEG.tolist(), FRICTION, STATIC_PENETRATION_RATIO)).encode())
-        key.update(b"".join(one.tobytes() for one in tests.acceleration))
+        key.update(
+            repr((BOULDER_ORIENTATIONS_DEG.tolist(), BOULDER_FRICTION, STATIC_PENETRATION_TO_WIDTH_RATIO)).encode()
+        )
+        key.update(b"".join(one.tobytes() for one in tests.accelerations))
         path = cache_folder / f"scan-{1000 * relief:g}-mm-{key.hexdigest()[:16]}.npy"
         if not path.is_file():
             fell = _fall_outcomes_by_test_and_orientation(own, tests, threads)
@@ -117,8 +124,8 @@ def _fall_outcomes_by_test_and_orientation(
     stone: ScannedStone, tests: ShakingTableTests, threads: int
 ) -> NDArray[np.int8]:
     """Return the outcomes of a boulder, shape (tests, orientations): 1 fell, 0 stood, −128 undecided."""
-    body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION_RATIO))
-    cases = Cases(BOULDER_ORIENTATIONS_DEG, stone.unscaled_height, 0.1, FRICTION)
+    body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION_TO_WIDTH_RATIO))
+    cases = Cases(BOULDER_ORIENTATIONS_DEG, stone.unscaled_height, 0.1, BOULDER_FRICTION)
 
     def fall_outcomes_by_orientation(index: int) -> NDArray[np.int8]:
         """Return the outcomes of all orientations in one test."""
@@ -128,7 +135,7 @@ def _fall_outcomes_by_test_and_orientation(
 
     begin, rows = time.monotonic(), []
     with ThreadPoolExecutor(threads) as pool:
-        for index, row in enumerate(pool.map(fall_outcomes_by_orientation, range(len(tests.acceleration)))):
+        for index, row in enumerate(pool.map(fall_outcomes_by_orientation, range(len(tests.accelerations)))):
             rows.append(row)
             if (index + 1) % 49 == 0:
                 spent = time.monotonic() - begin
@@ -153,9 +160,11 @@ def fall_probability_by_orientation_and_test(fell: NDArray[np.bool_]) -> FloatAr
     return np.asarray((falls.T + 0.5) / (count + 1.0))
 
 
-def index_of_most_likely_orientation(shares: FloatArray, fell: NDArray[np.bool_], learn: TestIndices) -> int:
+def index_of_most_likely_orientation(
+    fall_probabilities_by_orientation: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices
+) -> int:
     """Return the index of the orientation that best predicts the outcomes of the tests to learn from."""
-    p, y = shares[:, learn], fell[learn]
+    p, y = fall_probabilities_by_orientation[:, learning_tests], fell[learning_tests]
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 
@@ -164,7 +173,7 @@ def splits_into_halves_of_motions(tests: ShakingTableTests) -> Iterator[tuple[Te
 
     All tests of a motion are in the same half.
     """
-    names, member = np.unique(tests.played_record, return_inverse=True)
+    names, member = np.unique(tests.played_record_names, return_inverse=True)
     first = np.arange(names.size)[member] % 2 == 0
     yield np.flatnonzero(first), np.flatnonzero(~first)
     yield np.flatnonzero(~first), np.flatnonzero(first)

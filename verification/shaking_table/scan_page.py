@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, simulate_stones
-from verification.shaking_table.data import SPECIMENS, ShakingTableTests, read_shaking_table_tests
+from verification.shaking_table.clouds import PRISM_DISTRIBUTION, RECTANGLE_DISTRIBUTION, simulate_stones
+from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
-    PEAKS_MODEL,
-    PRISMS_MODEL,
-    RECTANGLES_MODEL,
+    PGA_PGV_LOGISTIC_MODEL_NAME,
+    PRISMS_MODEL_NAME,
+    RECTANGLES_MODEL_NAME,
     FallPredictionModel,
     TestIndices,
     fall_prediction_models_by_name,
@@ -51,22 +51,40 @@ from verification.tables import (
     write_csv,
 )
 
-SCAN_MODEL: Final = "scan, orientation fitted"
+SCAN_MODEL_NAME: Final = "scan, orientation fitted"
 TEST_SPLIT_FUNCTION_BY_NAME: Final[
     dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]
 ] = {"half of the motions": splits_into_halves_of_motions, "odd to even": split_odd_and_even_tests}
 """Splits into tests for fitting and for prediction, by name."""
 
-FITTED_PARAMETER_COUNT_BY_MODEL: Final = {PEAKS_MODEL: 3, RECTANGLES_MODEL: 2, PRISMS_MODEL: 2, SCAN_MODEL: 1}
+FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
+    PGA_PGV_LOGISTIC_MODEL_NAME: 3,
+    RECTANGLES_MODEL_NAME: 2,
+    PRISMS_MODEL_NAME: 2,
+    SCAN_MODEL_NAME: 1,
+}
 """Number of fitted numbers of each model."""
 
 
-def scan_orientation_model(tests: ShakingTableTests, shares: FloatArray) -> FallPredictionModel:
-    """Return the model that chooses an orientation of the scan; `shares` has shape (orientations, tests)."""
+def scan_orientation_model(
+    tests: ShakingTableTests, fall_probabilities_by_orientation: FloatArray
+) -> FallPredictionModel:
+    """Return the model that chooses an orientation of the scan.
 
-    def predict_with_best_orientation(specimen: int, learn: TestIndices, predict: TestIndices) -> FloatArray:
+    `fall_probabilities_by_orientation` has shape (orientations, tests).
+    """
+
+    def predict_with_best_orientation(
+        specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices
+    ) -> FloatArray:
         """Predict with the orientation that best fits the tests to learn from."""
-        return np.asarray(shares[index_of_most_likely_orientation(shares, tests.fell[specimen], learn)][predict])
+        return np.asarray(
+            fall_probabilities_by_orientation[
+                index_of_most_likely_orientation(
+                    fall_probabilities_by_orientation, tests.fell_by_specimen[specimen], learning_tests
+                )
+            ][predicted_tests]
+        )
 
     return predict_with_best_orientation
 
@@ -75,15 +93,15 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, FallPr
     """Return the scores of every split, specimen and model on the predicted tests, with intervals over motions."""
     rows = []
     for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
-        for specimen in SPECIMENS:
-            fell = tests.fell[specimen]
+        for specimen in SPECIMEN_NUMBERS:
+            fell = tests.fell_by_specimen[specimen]
             held = {
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size) for name, model in models.items()
             }
-            known = np.isfinite(held[SCAN_MODEL])
+            known = np.isfinite(held[SCAN_MODEL_NAME])
             samples, motions = (
-                bootstrap_samples_of_test_indices(tests.played_record[known]),
-                np.unique(tests.played_record[known]).size,
+                bootstrap_samples_of_test_indices(tests.played_record_names[known]),
+                np.unique(tests.played_record_names[known]).size,
             )
             for name, p in held.items():
                 drawn = np.array([prediction_scores(p[known][one], fell[known][one]) for one in samples])
@@ -107,7 +125,7 @@ def score_table(score_rows: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", "fitted numbers", *SCORE_NAMES, "tests"), lines)
 
 
-def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> str:
+def fitted_orientation_table(tests: ShakingTableTests, fall_probabilities_by_orientation: FloatArray) -> str:
     """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
     names = {
         "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
@@ -121,49 +139,62 @@ def fitted_orientation_table(tests: ShakingTableTests, shares: FloatArray) -> st
         (
             name,
             *(
-                f"{BOULDER_ORIENTATIONS_DEG[index_of_most_likely_orientation(shares, tests.fell[one], learn)]:g}°"
-                for one in SPECIMENS
+                f"{BOULDER_ORIENTATIONS_DEG[chosen]:g}°"
+                for chosen in (
+                    index_of_most_likely_orientation(
+                        fall_probabilities_by_orientation, tests.fell_by_specimen[one], learn
+                    )
+                    for one in SPECIMEN_NUMBERS
+                )
             ),
         )
         for name, learn in names.items()
     ]
-    return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMENS)), lines)
+    return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMEN_NUMBERS)), lines)
 
 
-def score_table_of_all_orientations(tests: ShakingTableTests, shares: FloatArray) -> str:
+def score_table_of_all_orientations(tests: ShakingTableTests, fall_probabilities_by_orientation: FloatArray) -> str:
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
-    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, shares, strict=True):
-        found = [prediction_scores(own, tests.fell[one]) for one in SPECIMENS]
+    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probabilities_by_orientation, strict=True):
+        found = [prediction_scores(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
-    heads = (f"{what}, specimen {one}" for one in SPECIMENS for what in SCORE_NAMES)
+    heads = (f"{what}, specimen {one}" for one in SPECIMEN_NUMBERS for what in SCORE_NAMES)
     return markdown_table(("orientation", *heads), lines)
 
 
 def fall_share_table_by_max_bearing_height(
-    tests: ShakingTableTests, fell_by_relief: Mapping[float, NDArray[np.bool_]]
+    tests: ShakingTableTests, falls_by_max_bearing_height: Mapping[float, NDArray[np.bool_]]
 ) -> str:
     """Return a table of the share of falls by relief, from falls of shape (tests, orientations).
 
     The relief is the height above the lowest points of the base up to which points bear.
     """
     lines = []
-    for relief, own in sorted(fell_by_relief.items()):
+    for relief, own in sorted(falls_by_max_bearing_height.items()):
         best = []
-        for specimen in SPECIMENS:
+        for specimen in SPECIMEN_NUMBERS:
             shares = fall_probability_by_orientation_and_test(own[None])
             chosen = index_of_most_likely_orientation(
-                shares, tests.fell[specimen], np.arange(tests.laboratory_test_numbers.size)
+                shares, tests.fell_by_specimen[specimen], np.arange(tests.laboratory_test_numbers.size)
             )
-            best += [f"{prediction_scores(shares[chosen], tests.fell[specimen])[0]:.3f}"]
+            best += [f"{prediction_scores(shares[chosen], tests.fell_by_specimen[specimen])[0]:.3f}"]
         used = "yes" if relief in MAX_HEIGHTS_OF_BEARING_POINTS_M else "no"
         lines.append((f"{1000 * relief:.2g} mm", used, f"{own.mean():.3f}", *best))
-    lines.append(("shaking table", "", ", ".join(f"{tests.fell[one].mean():.3f}" for one in SPECIMENS), "", ""))
+    lines.append(
+        (
+            "shaking table",
+            "",
+            ", ".join(f"{tests.fell_by_specimen[one].mean():.3f}" for one in SPECIMEN_NUMBERS),
+            "",
+            "",
+        )
+    )
     heads = (
         "relief",
         "in the prediction",
         "share of falls",
-        *(f"F1 at the best orientation, specimen {one}" for one in SPECIMENS),
+        *(f"F1 at the best orientation, specimen {one}" for one in SPECIMEN_NUMBERS),
     )
     return markdown_table(heads, lines)
 
@@ -195,12 +226,12 @@ def main(
     shares = fall_probability_by_orientation_and_test(fell)
     others = {
         name: fall_shares_by_size_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
-        for name, kind in {RECTANGLES_MODEL: RECTANGLES, PRISMS_MODEL: PRISMS}.items()
+        for name, kind in {RECTANGLES_MODEL_NAME: RECTANGLE_DISTRIBUTION, PRISMS_MODEL_NAME: PRISM_DISTRIBUTION}.items()
     }
-    models = fall_prediction_models_by_name(tests, others[RECTANGLES_MODEL], others[PRISMS_MODEL])
-    compared = {name: models[name] for name in (PEAKS_MODEL, RECTANGLES_MODEL, PRISMS_MODEL)} | {
-        SCAN_MODEL: scan_orientation_model(tests, shares)
-    }
+    models = fall_prediction_models_by_name(tests, others[RECTANGLES_MODEL_NAME], others[PRISMS_MODEL_NAME])
+    compared = {
+        name: models[name] for name in (PGA_PGV_LOGISTIC_MODEL_NAME, RECTANGLES_MODEL_NAME, PRISMS_MODEL_NAME)
+    } | {SCAN_MODEL_NAME: scan_orientation_model(tests, shares)}
     rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table-scan.csv")
     insert_markdown_between_markers_in_docs({

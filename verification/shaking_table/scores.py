@@ -29,8 +29,8 @@ class ReliabilityBin(NamedTuple):
 
     mean_probability: float
     fallen_share: float
-    interval_low: float
-    interval_high: float
+    fallen_share_interval_low: float
+    fallen_share_interval_high: float
     test_count: int
 
 
@@ -49,7 +49,7 @@ def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> Flo
 
 
 def bootstrap_samples_of_test_indices(
-    test_motions: NDArray[np.str_], draws: int = BOOTSTRAP_SAMPLE_COUNT, seed: int = 1
+    test_motions: NDArray[np.str_], sample_count: int = BOOTSTRAP_SAMPLE_COUNT, seed: int = 1
 ) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
 
@@ -59,11 +59,12 @@ def bootstrap_samples_of_test_indices(
     names, member = np.unique(test_motions, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     if names.size >= MIN_EARTHQUAKES_FOR_INTERVAL:
-        draws = max(
-            draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / interval_tail_share_for_few_earthquakes(names.size))
+        sample_count = max(
+            sample_count,
+            math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / interval_tail_share_for_few_earthquakes(names.size)),
         )
     generator = np.random.Generator(np.random.PCG64(seed))
-    drawn = generator.integers(names.size, size=(draws, names.size)).tolist()
+    drawn = generator.integers(names.size, size=(sample_count, names.size)).tolist()
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
@@ -85,7 +86,7 @@ def reliability_bins(
     probabilities: FloatArray,
     fell: NDArray[np.bool_],
     test_motions: NDArray[np.str_],
-    draws: int = BOOTSTRAP_SAMPLE_COUNT,
+    bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> list[ReliabilityBin]:
     """Return the share that fell in bins of probability, with intervals over motions; omit bins below five tests.
 
@@ -94,7 +95,7 @@ def reliability_bins(
     """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, probabilities, side="right") - 1
-    samples = bootstrap_samples_of_test_indices(test_motions, draws)
+    samples = bootstrap_samples_of_test_indices(test_motions, bootstrap_sample_count)
     bins = []
     for index in range(edges.size - 1):
         own = place == index

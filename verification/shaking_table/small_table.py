@@ -95,7 +95,7 @@ def fall_shares_by_size_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArra
 
 
 def predict_each_half_from_the_other(
-    tests: pd.DataFrame, fractions: FloatArray
+    tests: pd.DataFrame, fall_shares_by_neighbourhood: FloatArray
 ) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
     """Predict each half of the tests from the other half; return probabilities, and likeliest B/H and height (m).
 
@@ -112,8 +112,8 @@ def predict_each_half_from_the_other(
         fit = fit_logistic_model(
             peaks[learn], fell[learn].astype(float), motion_name_by_test(tests)[learn], intervals=False
         )
-        best = index_of_most_likely_size_neighbourhood(fractions, fell, learn)
-        logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fractions[best][other]
+        best = index_of_most_likely_size_neighbourhood(fall_shares_by_neighbourhood, fell, learn)
+        logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fall_shares_by_neighbourhood[best][other]
         centres.append(
             (
                 float(B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES[best // HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size]),

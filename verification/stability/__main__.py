@@ -13,18 +13,18 @@ from verification.stability.cases import (
     space_filling_cases,
 )
 from verification.stability.maps import (
-    BLOCK_COLUMN_MEANINGS,
+    BLOCK_COLUMN_LONG_NAMES_AND_UNITS,
     MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE,
     MAX_STEPS_OF_BLOCK_CASE,
     MAX_STEPS_OF_SCENE_CASE,
-    SCENE_COLUMN_MEANINGS,
+    SCENE_COLUMN_LONG_NAMES_AND_UNITS,
     collect_stability_map_rows,
     simulate_and_check_block_case,
     simulate_and_check_scene_cases,
 )
 from verification.stability.stacks import (
     MAX_STEPS_OF_STACK_CASE,
-    STACK_COLUMN_MEANINGS,
+    STACK_COLUMN_LONG_NAMES_AND_UNITS,
     random_stack_settings,
     simulate_and_check_stack_cases,
 )
@@ -42,8 +42,8 @@ def print_progress(done: int, total: int) -> None:
     print(f"stability: {done} of {total}", file=sys.stderr, flush=True)
 
 
-@app.command()
-def blocks(
+@app.command("blocks")
+def simulate_blocks_and_write_stability_map(
     output: MapPathOption,
     count: Annotated[int, typer.Option(min=2, help="cases of the space-filling sample")] = 20_480,
     adversarial: Annotated[int, typer.Option(min=1, help="cases of each adversarial motion")] = 64,
@@ -54,11 +54,11 @@ def blocks(
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_STEPS_OF_BLOCK_CASE}
     rows = collect_stability_map_rows(simulate_and_check_block_case, cases, threads=threads, progress=print_progress)
-    write_table(rows, output, meanings=BLOCK_COLUMN_MEANINGS, attributes=about, dimension="case")
+    write_table(rows, output, meanings=BLOCK_COLUMN_LONG_NAMES_AND_UNITS, attributes=about, dimension="case")
 
 
-@app.command()
-def scenes(
+@app.command("scenes")
+def simulate_scenes_and_write_stability_map(
     output: MapPathOption,
     settings: Annotated[int, typer.Option(min=2, help="settings of each scene, of eight cases each")] = 160,
     adversarial: Annotated[int, typer.Option(min=1, help="settings of each scene under each adversarial motion")] = 2,
@@ -74,11 +74,11 @@ def scenes(
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASE_COUNT_PER_SCENE_SETTING, "seed": seed}
     about |= {"budget": MAX_STEPS_OF_SCENE_CASE, "adversarial_budget": MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE}
-    write_table(rows, output, meanings=SCENE_COLUMN_MEANINGS, attributes=about, dimension="case")
+    write_table(rows, output, meanings=SCENE_COLUMN_LONG_NAMES_AND_UNITS, attributes=about, dimension="case")
 
 
-@app.command()
-def stacks(
+@app.command("stacks")
+def simulate_stacks_and_write_stability_map(
     output: MapPathOption,
     settings: Annotated[int, typer.Option(min=2, help="number of stacks, of eight cases each")] = 400,
     seed: SampleSeedOption = 1,
@@ -94,7 +94,7 @@ def stacks(
         "seed": seed,
         "budget": MAX_STEPS_OF_STACK_CASE,
     }
-    write_table(rows, output, meanings=STACK_COLUMN_MEANINGS, attributes=about, dimension="case")
+    write_table(rows, output, meanings=STACK_COLUMN_LONG_NAMES_AND_UNITS, attributes=about, dimension="case")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ The shipped scenes are run with all sizes and contacts under the same motions.
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,13 +18,13 @@ from overturning.units import STANDARD_GRAVITY
 MOTION_SAMPLE_COUNT: Final = 256
 """Samples of a motion of the space-filling part; only two in a hundred motions last 25 s, most are shorter."""
 
-ORIGINAL_PAPER_DASHPOT: Final = 3500.0
+ORIGINAL_PAPER_DASHPOT_N_S_PER_M: Final = 3500.0
 """Dashpot of the original paper, N·s/m."""
 
-MOTION_SHAPES: Final = ("pulse", "noise", "square")
+SPACE_FILLING_MOTION_KINDS: Final = ("pulse", "noise", "square")
 """Motions of the space-filling part: one sine cycle, white noise, a square wave."""
 
-ADVERSARIAL_MOTIONS: Final = (
+ADVERSARIAL_MOTION_KINDS: Final = (
     "impulse",
     "ten minutes",
     "0.01 Hz sine",
@@ -39,26 +39,48 @@ SHARE_OF_CASES_WITH_VERTICAL_MOTION: Final = 1 / 3
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """One case of the map of stability: block, contact and motion, in SI units; see `maps.BLOCK_COLUMN_MEANINGS`."""
+    """One case of the map of stability: block, contact and motion, in SI units."""
 
-    stiffness: float
-    damping_ratio: float
+    normal_stiffness_per_corner: float
+    """Normal stiffness of a corner, per metre of depth, N/m."""
+    heave_damping_ratio: float
+    """Requested damping ratio of heave; NaN: the dashpot of the original paper."""
     b_over_h: float
     height: float
     density: float
     friction: float
-    peak: float
+    peak_horizontal_acceleration: float
     sampling_interval: float
-    step_fraction: float
+    requested_step_to_stable_step_ratio: float
+    """Requested time step over the longest stable one; NaN: automatic."""
     scheme: str
-    motion: str
-    period: float
-    vertical: float
+    motion_kind: str
+    """One of `SPACE_FILLING_MOTION_KINDS` or `ADVERSARIAL_MOTION_KINDS`."""
+    period_samples: float
+    """Period of pulse and square wave, in samples."""
+    peak_upward_to_horizontal_ratio: float
+    """Largest upward over largest horizontal acceleration."""
+
+    def map_columns(self) -> dict[str, Any]:
+        """Return the parameters as columns of a row of the map; see `maps.BLOCK_COLUMN_LONG_NAMES_AND_UNITS`."""
+        return {_COLUMN_BY_PARAMETER.get(name, name): value for name, value in vars(self).items()}
 
     @property
-    def time_step(self) -> str:
+    def time_step_argument(self) -> str:
         """Time step as an argument of `run_cases`: "auto", or a fraction of the longest stable step."""
-        return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
+        return (
+            "auto"
+            if np.isnan(self.requested_step_to_stable_step_ratio)
+            else f"{self.requested_step_to_stable_step_ratio:.6f} stable"
+        )
+
+
+_COLUMN_BY_PARAMETER: Final = {
+    "normal_stiffness_per_corner": "stiffness", "heave_damping_ratio": "damping_ratio",
+    "peak_horizontal_acceleration": "peak", "requested_step_to_stable_step_ratio": "step_fraction",
+    "motion_kind": "motion", "period_samples": "period", "peak_upward_to_horizontal_ratio": "vertical",
+}  # fmt: skip
+"""Columns of the map with another name than the parameter of `StabilityCase`."""
 
 
 def _log_interpolate(share_of_log_range: FloatArray, low: float, high: float) -> FloatArray:
@@ -78,26 +100,28 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
     u = np.clip(sobol.random_base2(max(int(np.ceil(np.log2(count))), 1))[:count], 0.0, 1.0 - 1e-12).T
     damping = np.where(u[1] < 0.05, 0.0, _log_interpolate(np.clip((u[1] - 0.05) / 0.85, 0.0, 1.0), 1e-3, 20.0))
     columns = {
-        "stiffness": _log_interpolate(u[0], 1e4, 1e13),
-        "damping_ratio": np.where(u[1] > 0.9, np.nan, damping),
+        "normal_stiffness_per_corner": _log_interpolate(u[0], 1e4, 1e13),
+        "heave_damping_ratio": np.where(u[1] > 0.9, np.nan, damping),
         "b_over_h": _log_interpolate(u[2], 0.02, 5.0),
         "height": _log_interpolate(u[3], 0.01, 50.0),
         "density": _log_interpolate(u[4], 500.0, 20_000.0),
         "friction": np.where(u[5] < 0.05, 0.0, _log_interpolate((u[5] - 0.05) / 0.95, 0.01, 10.0)),
-        "peak": np.where(u[6] < 0.02, 0.0, 20.0 * u[6] ** 3) * STANDARD_GRAVITY,
+        "peak_horizontal_acceleration": np.where(u[6] < 0.02, 0.0, 20.0 * u[6] ** 3) * STANDARD_GRAVITY,
         "sampling_interval": _log_interpolate(u[7], 1e-4, 0.1),
-        "step_fraction": np.where(u[8] < 0.5, np.nan, _log_interpolate((u[8] - 0.5) / 0.5, 0.05, 1.0)),
-        "period": _log_interpolate(u[11], 2.0, 200.0),
-        "vertical": np.where(
+        "requested_step_to_stable_step_ratio": np.where(
+            u[8] < 0.5, np.nan, _log_interpolate((u[8] - 0.5) / 0.5, 0.05, 1.0)
+        ),
+        "period_samples": _log_interpolate(u[11], 2.0, 200.0),
+        "peak_upward_to_horizontal_ratio": np.where(
             u[12] < SHARE_OF_CASES_WITH_VERTICAL_MOTION, 1.5 * u[12] / SHARE_OF_CASES_WITH_VERTICAL_MOTION, 0.0
         ),
     }
     schemes = np.where(u[9] < 0.8, "centred", "cundall")
-    shapes = np.array(MOTION_SHAPES)[(u[10] * len(MOTION_SHAPES)).astype(int)]
+    shapes = np.array(SPACE_FILLING_MOTION_KINDS)[(u[10] * len(SPACE_FILLING_MOTION_KINDS)).astype(int)]
     return [
         StabilityCase(
             scheme=str(schemes[row]),
-            motion=str(shapes[row]),
+            motion_kind=str(shapes[row]),
             **{name: float(values[row]) for name, values in columns.items()},
         )
         for row in range(count)
@@ -107,31 +131,40 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
 def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase]:
     """Return cases under the adversarial motions: blocks of ordinary size; other parameters from the whole range."""
     rows = []
-    for number, motion in enumerate(ADVERSARIAL_MOTIONS):
+    for number, motion in enumerate(ADVERSARIAL_MOTION_KINDS):
         for case in space_filling_cases(count, seed + 1 + number):
             # Ordinary sizes and stiff contacts, so that most cases have an answer and few are refused.
             height = 0.1 * (case.height / 0.01) ** 0.4
-            penetration = 2e-6 * (case.stiffness / 1e4) ** (1 / 3)
+            penetration = 2e-6 * (case.normal_stiffness_per_corner / 1e4) ** (1 / 3)
             stiffness = case.density * height * STANDARD_GRAVITY / (2.0 * penetration)
             interval = {"ten minutes": 0.02, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
-            peak = case.peak if motion != "ten minutes" else min(case.peak, STANDARD_GRAVITY)
-            changed = {"stiffness": stiffness, "height": height, "peak": peak, "sampling_interval": interval}
-            rows.append(replace(case, motion=motion, **changed))
+            peak = (
+                case.peak_horizontal_acceleration
+                if motion != "ten minutes"
+                else min(case.peak_horizontal_acceleration, STANDARD_GRAVITY)
+            )
+            changed = {
+                "normal_stiffness_per_corner": stiffness,
+                "height": height,
+                "peak_horizontal_acceleration": peak,
+                "sampling_interval": interval,
+            }
+            rows.append(replace(case, motion_kind=motion, **changed))
     return rows
 
 
 def motion_of_case(case: StabilityCase, noise_seed: int) -> Motion:
     """Return the motion of a case; `number` is the seed of the noise."""
     generator = np.random.Generator(np.random.PCG64([7, noise_seed]))
-    peak, interval = case.peak, case.sampling_interval
+    peak, interval = case.peak_horizontal_acceleration, case.sampling_interval
     time = np.arange(MOTION_SAMPLE_COUNT, dtype=np.float64)
-    match case.motion:
+    match case.motion_kind:
         case "pulse":
-            north = np.where(time <= case.period, peak * np.sin(2 * np.pi * time / case.period), 0.0)
+            north = np.where(time <= case.period_samples, peak * np.sin(2 * np.pi * time / case.period_samples), 0.0)
         case "noise":
             north = generator.uniform(-peak, peak, MOTION_SAMPLE_COUNT)
         case "square":
-            north = np.where(time % case.period < 0.5 * case.period, peak, -peak)
+            north = np.where(time % case.period_samples < 0.5 * case.period_samples, peak, -peak)
         case "impulse":
             north = np.where(time == 20, peak, 0.0)
         case "ten minutes":
@@ -149,16 +182,16 @@ def motion_of_case(case: StabilityCase, noise_seed: int) -> Motion:
         case "constant offset":
             north = np.full(MOTION_SAMPLE_COUNT, peak)
         case _:
-            raise ValueError(f"motion: {case.motion!r} is not known")
+            raise ValueError(f"motion: {case.motion_kind!r} is not known")
     up = None
-    if case.motion == "vertical above g":
-        up = STANDARD_GRAVITY * (1.5 + case.vertical) * np.sin(2 * np.pi * time / 48 + 1.0)
-    elif case.vertical > 0:
-        up = case.vertical * peak * generator.uniform(-1.0, 1.0, time.size)
+    if case.motion_kind == "vertical above g":
+        up = STANDARD_GRAVITY * (1.5 + case.peak_upward_to_horizontal_ratio) * np.sin(2 * np.pi * time / 48 + 1.0)
+    elif case.peak_upward_to_horizontal_ratio > 0:
+        up = case.peak_upward_to_horizontal_ratio * peak * generator.uniform(-1.0, 1.0, time.size)
     return Motion(north, np.zeros(time.size), up, sampling_interval=interval, trust_data=True)
 
 
-SCENES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
+SCENE_NAMES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
 """Scenes of config/scenes; all of them, the gravestone included, run in the general kernel."""
 
 CASE_COUNT_PER_SCENE_SETTING: Final = 8
@@ -172,17 +205,17 @@ SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M: Final = 1 / 3
 class ParametersOfSceneCases:
     """Common and individual parameters of `CASE_COUNT_PER_SCENE_SETTING` cases of a scene that run together."""
 
-    scene: str
+    scene_name: str
     common_parameters: StabilityCase
     """Common contact, sizes and motion: height of the reference element, B/H as a factor on that of the scene, and peak
     before the amplitudes; the friction is not used."""
-    static_penetration_ratio: float
+    static_penetration_to_width_ratio: float
     """δ/B of each contact; NaN if the stiffness is given in N/m."""
-    friction: FloatArray
-    amplitude_factors: FloatArray
+    friction_by_case: FloatArray
+    amplitude_factor_by_case: FloatArray
     """Factors on the motion."""
-    azimuth_deg: FloatArray
-    """Azimuths: 0 or 180."""
+    azimuth_deg_by_case: FloatArray
+    """Azimuths of the motion: 0 or 180."""
 
 
 def sample_parameters_of_scene_cases(
@@ -190,16 +223,16 @@ def sample_parameters_of_scene_cases(
 ) -> list[ParametersOfSceneCases]:
     """Return space-filling settings of each scene, and further settings for each adversarial motion."""
     found = []
-    for number, scene in enumerate(SCENES):
+    for number, scene in enumerate(SCENE_NAMES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
         sample = space_filling_cases(space_filling_count_per_scene, seed + 100 * (number + 1))
         found += [_draw_scene_setting(scene, case, generator) for case in sample]
-        for place, motion in enumerate(ADVERSARIAL_MOTIONS):
+        for place, motion in enumerate(ADVERSARIAL_MOTION_KINDS):
             for case in space_filling_cases(count_per_adversarial_motion, seed + 100 * (number + 1) + place + 1):
                 # Ordinary sizes, so that most cases end within their budget.
                 interval = {"ten minutes": 0.05, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
                 ordinary = replace(
-                    case, motion=motion, height=0.1 * (case.height / 0.01) ** 0.4, sampling_interval=interval
+                    case, motion_kind=motion, height=0.1 * (case.height / 0.01) ** 0.4, sampling_interval=interval
                 )
                 found.append(_draw_scene_setting(scene, ordinary, generator, softest=1e-6, stiffest=1e-2))
     return found
@@ -210,10 +243,10 @@ def _draw_scene_setting(
 ) -> ParametersOfSceneCases:
     """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
-    share = np.log(case.stiffness / 1e4) / np.log(1e9)
+    share = np.log(case.normal_stiffness_per_corner / 1e4) / np.log(1e9)
     absolute = softest == 1e-12 and generator.random() < SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
-    vertical = case.motion == "vertical above g"
+    vertical = case.motion_kind == "vertical above g"
     amplitude = (
         generator.uniform(0.7, 1.3, CASE_COUNT_PER_SCENE_SETTING)
         if vertical
@@ -227,7 +260,7 @@ def _draw_scene_setting(
     )
     return ParametersOfSceneCases(
         scene,
-        replace(case, b_over_h=factor, peak=9.80665, friction=float("nan")),
+        replace(case, b_over_h=factor, peak_horizontal_acceleration=9.80665, friction=float("nan")),
         float("nan") if absolute else float(stiffest * (softest / stiffest) ** share),
         friction,
         amplitude,
@@ -237,13 +270,15 @@ def _draw_scene_setting(
 
 def scene_of_setting(setting: ParametersOfSceneCases, root: Path = Path()) -> Scene:
     """Return the scene with the density and contact law of the setting."""
-    scene, case = load_scene(setting.scene, root), setting.common_parameters
+    scene, case = load_scene(setting.scene_name, root), setting.common_parameters
     damping = (
-        {"damping": ORIGINAL_PAPER_DASHPOT} if np.isnan(case.damping_ratio) else {"damping_ratio": case.damping_ratio}
+        {"damping": ORIGINAL_PAPER_DASHPOT_N_S_PER_M}
+        if np.isnan(case.heave_damping_ratio)
+        else {"damping_ratio": case.heave_damping_ratio}
     )
     law = ContactLaw(between=("stone", "stone"), **damping)
-    if np.isnan(setting.static_penetration_ratio):
-        law = law.model_copy(update={"stiffness": case.stiffness})
+    if np.isnan(setting.static_penetration_to_width_ratio):
+        law = law.model_copy(update={"stiffness": case.normal_stiffness_per_corner})
     else:
-        law = law.model_copy(update={"static_penetration": setting.static_penetration_ratio})
+        law = law.model_copy(update={"static_penetration": setting.static_penetration_to_width_ratio})
     return scene.model_copy(update={"materials": {"stone": Material(density=case.density)}, "contacts": (law,)})

@@ -40,18 +40,30 @@ MAX_ROUNDING_SLIP_PER_METRE: Final = 1e-9
 class CheckedOutcome(IntEnum):
     """Outcome of a case of the map of stability after the checks."""
 
-    RIGHT = 0
+    ALL_CHECKS_HOLD = 0
     """Computed, and every check holds."""
-    AT_REST = 1
+    NOT_SIMULATED_AT_REST = 1
     """Not simulated; an independent check finds the whole motion below both thresholds."""
-    UNDECIDED = 2
-    UNSTABLE = 3
-    FAILED = 4
-    OVER_BUDGET = 5
-    REFUSED = 6
+    UNDECIDED_AT_END_TIME = 2
+    """A stone may still fall when the simulation ends."""
+    NUMERICALLY_UNSTABLE = 3
+    """Marked by the program: energy balance violated, rotation unbounded, or an invalid contact."""
+    STOPPED_BY_ERROR = 4
+    OVER_STEP_BUDGET = 5
+    ARGUMENT_REFUSED = 6
     """An error that names the argument."""
-    SILENT = 7
+    WRONG_WITHOUT_WARNING = 7
     """A flag that a check contradicts. There must be none."""
+
+    @property
+    def label(self) -> str:
+        """Word for the outcome in tables and in the description of the stored column."""
+        return _CHECKED_OUTCOME_LABELS[self.value]
+
+
+_CHECKED_OUTCOME_LABELS: Final = (
+    "right", "at_rest", "undecided", "unstable", "failed", "over_budget", "refused", "silent",
+)  # fmt: skip
 
 
 class BoundsOnCaseResults(NamedTuple):
@@ -65,10 +77,10 @@ class BoundsOnCaseResults(NamedTuple):
     """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
     max_horizontal_to_apparent_gravity_ratio: float
     """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
-    motion_threshold_ratio: float
-    """Demand below which nothing moves."""
-    fall_threshold_ratio: float
-    """Demand below which nothing falls if contacts are stiff."""
+    min_acceleration_ratio_to_move: float
+    """Ratio of horizontal to vertical acceleration below which nothing moves."""
+    min_acceleration_ratio_to_fall_if_stiff: float
+    """Ratio of horizontal to vertical acceleration below which nothing falls if contacts are stiff."""
     max_slip_without_shaking: float = np.inf
     """Slip from which an element counts as moved in a case without shaking, m."""
 
@@ -105,7 +117,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
         return "flag and time"
     if (
         results.status[row] == CaseStatus.AT_REST
-        and bounds.max_horizontal_to_apparent_gravity_ratio > bounds.motion_threshold_ratio
+        and bounds.max_horizontal_to_apparent_gravity_ratio > bounds.min_acceleration_ratio_to_move
     ):
         return "left out above a threshold"
     if bounds.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
@@ -114,7 +126,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
         return "moved without motion"
     if (
         np.any(fallen)
-        and bounds.max_horizontal_to_apparent_gravity_ratio < 0.2 * bounds.fall_threshold_ratio
+        and bounds.max_horizontal_to_apparent_gravity_ratio < 0.2 * bounds.min_acceleration_ratio_to_fall_if_stiff
         and bounds.max_static_penetration < 1e-4 * bounds.contact_width
     ):
         return "fell below the threshold of rocking"
@@ -131,7 +143,7 @@ def max_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
 
 def static_penetration(case: StabilityCase) -> float:
     """Return the static penetration δ = m g/(2 K_n), m."""
-    return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.stiffness)
+    return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.normal_stiffness_per_corner)
 
 
 def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseResults) -> str:

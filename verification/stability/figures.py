@@ -8,17 +8,17 @@ import pandas as pd
 
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
-from verification.stability.cases import SCENES
+from verification.stability.cases import SCENE_NAMES
 from verification.stability.checks import CheckedOutcome
 
 _LABELS_AND_COLOURS_OF_OUTCOMES: Final = (
-    ("right", (CheckedOutcome.RIGHT,), "#9ecae1"),
-    ("at rest", (CheckedOutcome.AT_REST,), "#cfcfca"),
-    ("undecided", (CheckedOutcome.UNDECIDED,), "#009e73"),
-    ("unstable", (CheckedOutcome.UNSTABLE, CheckedOutcome.FAILED), "#d55e00"),
-    ("over budget", (CheckedOutcome.OVER_BUDGET,), "#cc79a7"),
-    ("refused", (CheckedOutcome.REFUSED,), "#222222"),
-    ("silent", (CheckedOutcome.SILENT,), "#ff0000"),
+    ("right", (CheckedOutcome.ALL_CHECKS_HOLD,), "#9ecae1"),
+    ("at rest", (CheckedOutcome.NOT_SIMULATED_AT_REST,), "#cfcfca"),
+    ("undecided", (CheckedOutcome.UNDECIDED_AT_END_TIME,), "#009e73"),
+    ("unstable", (CheckedOutcome.NUMERICALLY_UNSTABLE, CheckedOutcome.STOPPED_BY_ERROR), "#d55e00"),
+    ("over budget", (CheckedOutcome.OVER_STEP_BUDGET,), "#cc79a7"),
+    ("refused", (CheckedOutcome.ARGUMENT_REFUSED,), "#222222"),
+    ("silent", (CheckedOutcome.WRONG_WITHOUT_WARNING,), "#ff0000"),
 )
 _AXIS_LABEL_BY_DIMENSIONLESS_GROUP: Final = {
     "penetration_ratio": "δ/B",
@@ -71,9 +71,9 @@ def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
     across_of = ("penetration_ratio", "damping", "friction_ratio")
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(
-            3, len(SCENES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
+            3, len(SCENE_NAMES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
         )
-        for column, scene in enumerate(SCENES):
+        for column, scene in enumerate(SCENE_NAMES):
             for axis, across in zip(axes[:, column], across_of, strict=True):
                 _draw_outcomes_over_two_groups(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
                 axis.set_xlabel(labels[across])
@@ -84,20 +84,22 @@ def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
         save_figure_files(figure, path)
 
 
-def _draw_outcomes_over_two_groups(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
+def _draw_outcomes_over_two_groups(
+    axis: Any, rows: pd.DataFrame, x_group_name: str, y_group_name: str, point_size: float
+) -> None:
     """Draw each case as a coloured point over two dimensionless groups."""
     # Points are drawn in a fixed random order, so that no kind hides the others. Squares without antialiasing: smoothed
     # edges would make the image in the SVG four times as large.
-    rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
+    rows = rows[np.isfinite(rows[x_group_name]) & np.isfinite(rows[y_group_name])]
     rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
     colour_of = {int(ending): colour for _, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES for ending in endings}
-    x, y = (np.clip(rows[group], *_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[group]) for group in (across, up))
+    x, y = (np.clip(rows[group], *_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[group]) for group in (x_group_name, y_group_name))
     colours = [colour_of[ending] for ending in rows["ending"]]
-    axis.scatter(x, y, s=size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
+    axis.scatter(x, y, s=point_size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
     axis.set_xscale("log")
     axis.set_yscale("log")
-    axis.set_xlim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[across])
-    axis.set_ylim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[up])
+    axis.set_xlim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[x_group_name])
+    axis.set_ylim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[y_group_name])
 
 
 def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:

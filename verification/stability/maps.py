@@ -31,9 +31,9 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
-    ADVERSARIAL_MOTIONS,
+    ADVERSARIAL_MOTION_KINDS,
     CASE_COUNT_PER_SCENE_SETTING,
-    ORIGINAL_PAPER_DASHPOT,
+    ORIGINAL_PAPER_DASHPOT_N_S_PER_M,
     ParametersOfSceneCases,
     StabilityCase,
     motion_of_case,
@@ -55,19 +55,25 @@ MAX_STEPS_OF_SCENE_CASE: Final = 300_000
 MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE: Final = 600_000
 """Budget of steps of a case of a scene under an adversarial motion."""
 
-DIMENSIONLESS_GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
+DIMENSIONLESS_GROUP_NAMES: Final = (
+    "penetration_ratio",
+    "damping",
+    "step_ratio",
+    "acceleration_ratio",
+    "friction_ratio",
+)
 
-_COMMON_COLUMN_MEANINGS: Final = {
+_COMMON_COLUMN_LONG_NAMES_AND_UNITS: Final = {
     "friction": ("friction coefficient", "1"),
     "peak": ("largest horizontal acceleration", "m s-2"),
     "scheme": ("integration scheme", ""),
     "motion": ("kind of motion", ""),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in CheckedOutcome), "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.label}" for e in CheckedOutcome), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "energy_error": ("residual of work and energy", "1"),
     "step_ratio": ("time step over the stable one", "1"),
 }
-BLOCK_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
+BLOCK_COLUMN_LONG_NAMES_AND_UNITS: Final = _COMMON_COLUMN_LONG_NAMES_AND_UNITS | {
     "stiffness": ("normal stiffness of a corner, per metre of depth", "N m-1"),
     "damping_ratio": ("damping ratio of heave asked for; NaN: the paper's dashpot", "1"),
     "b_over_h": ("slenderness", "1"),
@@ -88,7 +94,7 @@ BLOCK_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
     "friction_ratio": ("friction coefficient over B/H", "1"),
 }
 """Long name and unit of the columns of the map of blocks."""
-SCENE_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
+SCENE_COLUMN_LONG_NAMES_AND_UNITS: Final = _COMMON_COLUMN_LONG_NAMES_AND_UNITS | {
     "scene": ("scene", ""),
     "height": ("height of the reference element", "m"),
     "b_over_h": ("slenderness of the reference element", "1"),
@@ -105,36 +111,36 @@ SCENE_COLUMN_MEANINGS: Final = _COMMON_COLUMN_MEANINGS | {
 
 def contact_law_of_block_case(case: StabilityCase) -> Contact:
     """Return the contact of a case of the map."""
-    if np.isnan(case.damping_ratio):
-        return Contact(stiffness=case.stiffness, damping=ORIGINAL_PAPER_DASHPOT)
-    return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
+    if np.isnan(case.heave_damping_ratio):
+        return Contact(stiffness=case.normal_stiffness_per_corner, damping=ORIGINAL_PAPER_DASHPOT_N_S_PER_M)
+    return Contact(stiffness=case.normal_stiffness_per_corner, damping_ratio=case.heave_damping_ratio)
 
 
 def simulate_and_check_block_case(
-    case: StabilityCase, number: int, budget: int = MAX_STEPS_OF_BLOCK_CASE
+    case: StabilityCase, number: int, max_block_steps: int = MAX_STEPS_OF_BLOCK_CASE
 ) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
     `number` is the index of the case on the map; it is the seed of the noise.
     """
     motion, contact = motion_of_case(case, number), contact_law_of_block_case(case)
-    row: dict[str, Any] = vars(case) | {
-        "ending": CheckedOutcome.REFUSED,
+    row: dict[str, Any] = case.map_columns() | {
+        "ending": CheckedOutcome.ARGUMENT_REFUSED,
         "reason": "",
         "overturned": INT8_MISSING,
         "block_steps": 0,
     }
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
-    row = vars(case) | row | _dimensionless_groups_of_block(case, contact, motion)
+    row = case.map_columns() | row | _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
-    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step, "budget": budget}
+    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_argument, "budget": max_block_steps}
     try:
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
         return row | {"reason": str(error).partition(":")[0]}
     reason = find_failed_block_check(case, motion, found)
     return row | {
-        "ending": CheckedOutcome.SILENT if reason else CheckedOutcome(int(found.status[0])),
+        "ending": CheckedOutcome.WRONG_WITHOUT_WARNING if reason else CheckedOutcome(int(found.status[0])),
         "reason": reason,
         "overturned": int(found.overturned[0]),
         "energy_error": float(found.energy_error[0]),
@@ -157,10 +163,10 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
         _ratio_of_time_step_to_stable_step(
             case, square, rate, motion.sampling_interval, rocking_time_constant(width, height)
         ),
-        case.peak / (STANDARD_GRAVITY * case.b_over_h),
+        case.peak_horizontal_acceleration / (STANDARD_GRAVITY * case.b_over_h),
         case.friction / case.b_over_h,
     )
-    return dict(zip(DIMENSIONLESS_GROUPS, groups, strict=True))
+    return dict(zip(DIMENSIONLESS_GROUP_NAMES, groups, strict=True))
 
 
 def _ratio_of_time_step_to_stable_step(
@@ -175,11 +181,11 @@ def _ratio_of_time_step_to_stable_step(
     try:
         per_sample = float(
             steps_per_sample(
-                scheme, case.time_step, spring_eigenvalue, dashpot_eigenvalue, interval, rocking_time_constant
+                scheme, case.time_step_argument, spring_eigenvalue, dashpot_eigenvalue, interval, rocking_time_constant
             )[0]
         )
     except ArgumentError:
-        return case.step_fraction
+        return case.requested_step_to_stable_step_ratio
     return (
         interval
         / per_sample
@@ -200,23 +206,28 @@ def simulate_and_check_scene_cases(
     scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common_parameters, number)
     ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
-        "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
-        "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),
+        "scene": setting.scene_name, "motion": case.motion_kind, "scheme": case.scheme, "height": case.height,
+        "b_over_h": ratio,
+        "ending": np.int8(CheckedOutcome.ARGUMENT_REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),
         "energy_error": np.nan, "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {
         name: np.full(CASE_COUNT_PER_SCENE_SETTING, value) for name, value in alike.items()
     }
-    rows["friction"], rows["reason"] = setting.friction, np.full(CASE_COUNT_PER_SCENE_SETTING, "", object)
-    rows["peak"] = setting.amplitude_factors * np.abs(motion.north).max()
-    budget = MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE if case.motion in ADVERSARIAL_MOTIONS else MAX_STEPS_OF_SCENE_CASE
+    rows["friction"], rows["reason"] = setting.friction_by_case, np.full(CASE_COUNT_PER_SCENE_SETTING, "", object)
+    rows["peak"] = setting.amplitude_factor_by_case * np.abs(motion.north).max()
+    budget = (
+        MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE if case.motion_kind in ADVERSARIAL_MOTION_KINDS else MAX_STEPS_OF_SCENE_CASE
+    )
     prepared = None
     try:
         prepared = prepare_scene(scene, case.height, ratio)
-        cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude_factors)
+        cases = Cases(
+            setting.azimuth_deg_by_case, case.height, ratio, setting.friction_by_case, setting.amplitude_factor_by_case
+        )
         numerics = NumericalOptions(
             scheme=case.scheme,
-            time_step=case.time_step,
+            time_step=case.time_step_argument,
             budget=BLOCK_STEP_COST_OF_ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )
@@ -224,9 +235,11 @@ def simulate_and_check_scene_cases(
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _dimensionless_groups_of_scene(setting, prepared, motion)
-    for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude_factors, strict=True)):
+    for row, (friction, factor) in enumerate(
+        zip(setting.friction_by_case, setting.amplitude_factor_by_case, strict=True)
+    ):
         reason = find_failed_scene_check(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
-        rows["ending"][row] = CheckedOutcome.SILENT if reason else int(found.status[row])
+        rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
@@ -245,7 +258,7 @@ def _dimensionless_groups_of_scene(
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared is None:
-        return dict.fromkeys(DIMENSIONLESS_GROUPS, np.full(CASE_COUNT_PER_SCENE_SETTING, np.nan))
+        return dict.fromkeys(DIMENSIONLESS_GROUP_NAMES, np.full(CASE_COUNT_PER_SCENE_SETTING, np.nan))
     laws, bound = prepared.pair_contact_laws, max(min_acceleration_ratio_to_start_rocking(prepared.elements), 1e-9)
     loaded = laws.carried_weight > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight / STANDARD_GRAVITY)
@@ -260,12 +273,12 @@ def _dimensionless_groups_of_scene(
             np.array([prepared.max_dashpot_eigenvalue]),
             motion.sampling_interval,
         ),
-        setting.amplitude_factors * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
-        setting.friction / bound,
+        setting.amplitude_factor_by_case * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
+        setting.friction_by_case / bound,
     )
     return {
         name: np.broadcast_to(value, CASE_COUNT_PER_SCENE_SETTING)
-        for name, value in zip(DIMENSIONLESS_GROUPS, groups, strict=True)
+        for name, value in zip(DIMENSIONLESS_GROUP_NAMES, groups, strict=True)
     }
 
 

@@ -10,14 +10,14 @@ import pandas as pd
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.numerics import DEFAULT_MAX_BLOCK_STEPS
 from overturning.model.contact import MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
-from verification.stability.cases import ADVERSARIAL_MOTIONS, SCENES
+from verification.stability.cases import ADVERSARIAL_MOTION_KINDS, SCENE_NAMES
 from verification.stability.checks import CheckedOutcome
 from verification.tables import MeasuredNumber, markdown_table, wrap_text
 
-MAX_PENETRATION_RATIO_OF_STIFF_CONTACT: Final = 1e-5
+MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
 
-_OUTCOME_COLUMN_HEADERS: Final = tuple(ending.name.lower().replace("_", " ") for ending in CheckedOutcome)
+_OUTCOME_COLUMN_HEADERS: Final = tuple(ending.label.replace("_", " ") for ending in CheckedOutcome)
 
 
 def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> dict[str, str]:
@@ -35,18 +35,21 @@ def stability_numbers_for_summary_table(
     """Return measured numbers of the stability maps for the summary table."""
     made = []
     for name, rows in (("blocks", blocks), ("scenes", scenes), ("stacks", stacks)):
-        silent, right = rows["ending"] == CheckedOutcome.SILENT, rows["ending"] == CheckedOutcome.RIGHT
+        silent, right = (
+            rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING,
+            rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD,
+        )
         energy = float(rows["energy_error"][right].max())
         made += [
             MeasuredNumber(f"map of stability, {name}: cases", len(rows)),
             MeasuredNumber(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
             MeasuredNumber(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
-    stiff = blocks["ending"][blocks["penetration_ratio"] < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT]
-    marked = 100 * float((stiff == CheckedOutcome.UNSTABLE).mean())
+    stiff = blocks["ending"][blocks["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT]
+    marked = 100 * float((stiff == CheckedOutcome.NUMERICALLY_UNSTABLE).mean())
     made.append(
         MeasuredNumber(
-            f"map of stability, blocks: marked, δ/B below {MAX_PENETRATION_RATIO_OF_STIFF_CONTACT:g}", marked, "%"
+            f"map of stability, blocks: marked, δ/B below {MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT:g}", marked, "%"
         )
     )
     return made
@@ -63,22 +66,22 @@ def _outcome_count_table(first_header: str, mask_by_kind: Mapping[str, "pd.Serie
 
 def _paragraph_on_check_results(rows: pd.DataFrame, check_count_text: str = "six") -> str:
     """Return a paragraph on energy errors, refused inputs, and wrong outcomes without a warning."""
-    energy = rows["energy_error"][rows["ending"] == CheckedOutcome.RIGHT]
-    reasons = rows["reason"][rows["ending"] == CheckedOutcome.REFUSED].value_counts().sort_index()
+    energy = rows["energy_error"][rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD]
+    reasons = rows["reason"][rows["ending"] == CheckedOutcome.ARGUMENT_REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
     named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
         f"Among the {len(energy)} cases that pass all {check_count_text} checks, the largest residual of work and "
         f"energy is {energy.max():.4f} and the median residual {energy.median():.2g}. The program refused "
         f"{reasons.sum()} inputs{named}. The number of cases with the label *silent* (a wrong outcome without warning) "
-        f"is {(rows['ending'] == CheckedOutcome.SILENT).sum()}."
+        f"is {(rows['ending'] == CheckedOutcome.WRONG_WITHOUT_WARNING).sum()}."
     )
 
 
 def _block_outcome_tables(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of single blocks."""
-    kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL_MOTIONS)} | {
-        n: rows["motion"] == n for n in ADVERSARIAL_MOTIONS
+    kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL_MOTION_KINDS)} | {
+        n: rows["motion"] == n for n in ADVERSARIAL_MOTION_KINDS
     }
     by_motion = _outcome_count_table("motion", kinds, rows)
     by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
@@ -98,9 +101,9 @@ def _outcome_share_table_by_penetration(rows: pd.DataFrame, edges: tuple[float, 
 
 def _scene_outcome_table(rows: pd.DataFrame) -> str:
     """Return the table of outcomes of scenes."""
-    adversarial = rows["motion"].isin(ADVERSARIAL_MOTIONS)
+    adversarial = rows["motion"].isin(ADVERSARIAL_MOTION_KINDS)
     kinds: dict[str, pd.Series[bool]] = {}
-    for scene in SCENES:
+    for scene in SCENE_NAMES:
         mine = rows["scene"] == scene
         kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
@@ -120,7 +123,10 @@ def _stack_outcome_tables(rows: pd.DataFrame) -> str:
         _outcome_count_table(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)
         for head, column in (("motion", "motion"), ("stones", "stones"), ("kind of stack", "kind"))
     ]
-    right, unstable = rows["ending"] == CheckedOutcome.RIGHT, rows["ending"] == CheckedOutcome.UNSTABLE
+    right, unstable = (
+        rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD,
+        rows["ending"] == CheckedOutcome.NUMERICALLY_UNSTABLE,
+    )
     falls = rows["vertical"] > 1.0
     summary = (
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
@@ -139,17 +145,17 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
     """Return a paragraph on each kind of input for which the program gives no outcome, with its share in this run."""
     ending, ratio = blocks["ending"], blocks["penetration_ratio"]
     soft = ratio > 0.1
-    unstable = (ending == CheckedOutcome.UNSTABLE) & (ratio < 1e-2)
+    unstable = (ending == CheckedOutcome.NUMERICALLY_UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
     sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(1.0, 1.0 / blocks["b_over_h"])
-    over, undecided = ending == CheckedOutcome.OVER_BUDGET, ending == CheckedOutcome.UNDECIDED
-    in_scenes = (scenes["ending"] == CheckedOutcome.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
+    over, undecided = ending == CheckedOutcome.OVER_STEP_BUDGET, ending == CheckedOutcome.UNDECIDED_AT_END_TIME
+    in_scenes = (scenes["ending"] == CheckedOutcome.NUMERICALLY_UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
         "Very soft contacts have a penetration δ at rest above a tenth of the width B or, in a scene, of the smaller "
         "side of the element. If the contacts are very soft, the weight of the block presses its corners so deep "
         "into the base that the contact law no longer applies. "
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, "
-        f"{_percent_text(ending[soft] == CheckedOutcome.UNSTABLE)} are marked `unstable`.",
+        f"{_percent_text(ending[soft] == CheckedOutcome.NUMERICALLY_UNSTABLE)} are marked `unstable`.",
         "Very stiff contacts have a penetration δ at rest below "
         f"{MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(float).eps:.1g} H, where "
         "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "

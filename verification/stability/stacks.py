@@ -30,18 +30,23 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, MOTION_SHAPES, StabilityCase, motion_of_case
+from verification.stability.cases import (
+    CASE_COUNT_PER_SCENE_SETTING,
+    SPACE_FILLING_MOTION_KINDS,
+    StabilityCase,
+    motion_of_case,
+)
 from verification.stability.checks import CheckedOutcome
 
 MAX_STEPS_OF_STACK_CASE: Final = 500_000
 """Largest number of time steps of a case."""
 MAX_SHARE_OF_ONSET_ACCELERATION_WITHOUT_FALL: Final = 0.2
 """Share of the least acceleration that opens or slides a joint, up to which no stone may fall."""
-MAX_PENETRATION_RATIO_OF_STIFF_CONTACT: Final = 1e-4
+MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT: Final = 1e-4
 """Static penetration over the width of a contact, below which the stones are close to rigid."""
 PLAN_SHAPES: Final[tuple[PlanShape, ...]] = ("rectangle", "circle", 3, 5, 6, 8, 12, 16)
 """Plans of the stones of a stack that does not consist of boxes."""
-STACK_COLUMN_MEANINGS: Final = {
+STACK_COLUMN_LONG_NAMES_AND_UNITS: Final = {
     "stones": ("number of stones", "1"),
     "kind": ("boxes, prisms of several widths, or drums: prisms of one width", ""),
     "motion": ("kind of motion", ""),
@@ -56,7 +61,7 @@ STACK_COLUMN_MEANINGS: Final = {
     "peak": ("largest horizontal acceleration", "m s-2"),
     "vertical": ("largest downward acceleration over g", "1"),
     "acceleration_ratio": ("largest horizontal acceleration over the least that opens or slides a joint", "1"),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in CheckedOutcome), "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.label}" for e in CheckedOutcome), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "fallen": ("number of stones that fall; -1: no answer", "1"),
     "energy_error": ("residual of work and energy", "1"),
@@ -69,31 +74,32 @@ STACK_COLUMN_MEANINGS: Final = {
 class ParametersOfStackCases:
     """Stack, contact law and motion of `CASE_COUNT_PER_SCENE_SETTING` cases, and the parameters of each case."""
 
-    sizes: FloatArray
+    stone_sizes: FloatArray
     """Width, depth and height of each stone, m, from the lowest up, shape (stones, 3)."""
-    density: FloatArray
+    stone_densities: FloatArray
     """Density of each stone, kg/m³, shape (stones,)."""
-    penetration_ratio: float
-    damping_ratio: float
+    static_penetration_to_width_ratio: float
+    """Static penetration over the width of each contact."""
+    contact_damping_ratio: float
     motion_parameters: StabilityCase
     """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
-    friction: FloatArray
-    amplitude_factors: FloatArray
-    orientation_deg: FloatArray
+    friction_by_case: FloatArray
+    amplitude_factor_by_case: FloatArray
+    orientation_deg_by_case: FloatArray
     plan_shapes: tuple[PlanShape, ...] = ()
     """Plan of each stone; empty: all are boxes. A stone of another plan than a rectangle is as deep as it is wide."""
 
     @property
-    def kind(self) -> str:
+    def stack_kind(self) -> str:
         """Kind of stack: boxes, prisms, or drums."""
-        return "boxes" if not self.plan_shapes else "drums" if np.ptp(self.sizes[:, 0]) == 0.0 else "prisms"
+        return "boxes" if not self.plan_shapes else "drums" if np.ptp(self.stone_sizes[:, 0]) == 0.0 else "prisms"
 
     @property
     def stone_masses(self) -> FloatArray:
         """Mass of each stone, kg."""
         box: PlanShape = "rectangle"
-        shares = [_plan_area_to_bounding_box_ratio(plan) for plan in self.plan_shapes or (box,) * len(self.sizes)]
-        return np.asarray(self.density * self.sizes.prod(axis=1) * shares)
+        shares = [_plan_area_to_bounding_box_ratio(plan) for plan in self.plan_shapes or (box,) * len(self.stone_sizes)]
+        return np.asarray(self.stone_densities * self.stone_sizes.prod(axis=1) * shares)
 
     @property
     def min_joint_opening_acceleration(self) -> float:
@@ -102,9 +108,9 @@ class ParametersOfStackCases:
         It is g times half the contact width over the height of the centre of mass above the joint, for the joint that
         opens first.
         """
-        tops = np.cumsum(self.sizes[:, 2])
-        centres, feet = tops - 0.5 * self.sizes[:, 2], tops - self.sizes[:, 2]
-        side, least = self.sizes[:, :2].min(axis=1), np.inf
+        tops = np.cumsum(self.stone_sizes[:, 2])
+        centres, feet = tops - 0.5 * self.stone_sizes[:, 2], tops - self.stone_sizes[:, 2]
+        side, least = self.stone_sizes[:, :2].min(axis=1), np.inf
         for joint, foot in enumerate(feet):
             mass = self.stone_masses[joint:]
             height = float((mass * (centres[joint:] - foot)).sum() / mass.sum())
@@ -136,11 +142,13 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
     width = draw_log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
     depth = width * draw_log_uniform(0.5, 2.0, stones)
     height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), LOWEST_STONE_M)
-    kind = ("vertical above g", *MOTION_SHAPES)[int(generator.integers(4))]
+    kind = ("vertical above g", *SPACE_FILLING_MOTION_KINDS)[int(generator.integers(4))]
     shaking = StabilityCase(
-        stiffness=1.0, damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0, scheme="centred",
-        step_fraction=float("nan"), peak=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
-        motion=kind, period=float(draw_log_uniform(2.0, 200.0)), vertical=float(max(generator.uniform(-1.0, 1.5), 0.0)),
+        normal_stiffness_per_corner=1.0, heave_damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0,
+        scheme="centred", requested_step_to_stable_step_ratio=float("nan"),
+        peak_horizontal_acceleration=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
+        motion_kind=kind, period_samples=float(draw_log_uniform(2.0, 200.0)),
+        peak_upward_to_horizontal_ratio=float(max(generator.uniform(-1.0, 1.5), 0.0)),
     )  # fmt: skip
     amplitude = 5.0 * generator.random(CASE_COUNT_PER_SCENE_SETTING) ** 2
     amplitude = 0.7 + 0.6 * generator.random(CASE_COUNT_PER_SCENE_SETTING) if kind == "vertical above g" else amplitude
@@ -152,13 +160,14 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
         width = np.full(stones, width[0]) if generator.random() < 0.5 else width
         depth = width
     return ParametersOfStackCases(
-        plan_shapes=plans, sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
-        density=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
-        penetration_ratio=float(draw_log_uniform(1e-8, 1e-2)), damping_ratio=float(draw_log_uniform(0.01, 5.0)),
+        plan_shapes=plans, stone_sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
+        stone_densities=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
+        static_penetration_to_width_ratio=float(draw_log_uniform(1e-8, 1e-2)),
+        contact_damping_ratio=float(draw_log_uniform(0.01, 5.0)),
         motion_parameters=shaking,
-        friction=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASE_COUNT_PER_SCENE_SETTING)),
-        amplitude_factors=amplitude,
-        orientation_deg=np.round(generator.uniform(0.0, 360.0, CASE_COUNT_PER_SCENE_SETTING), 1),
+        friction_by_case=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASE_COUNT_PER_SCENE_SETTING)),
+        amplitude_factor_by_case=amplitude,
+        orientation_deg_by_case=np.round(generator.uniform(0.0, 360.0, CASE_COUNT_PER_SCENE_SETTING), 1),
     )  # fmt: skip
 
 
@@ -166,7 +175,9 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     """Return the scene of a setting."""
     elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
     materials = {"ground": Material()}
-    for number, ((width, depth, height), density) in enumerate(zip(setting.sizes, setting.density, strict=True)):
+    for number, ((width, depth, height), density) in enumerate(
+        zip(setting.stone_sizes, setting.stone_densities, strict=True)
+    ):
         name, plan = f"stone-{number}", setting.plan_shapes[number] if setting.plan_shapes else "rectangle"
         sized: dict[str, Any] = {"depth": float(depth)} if plan == "rectangle" else {}
         materials[name] = Material(density=float(density))
@@ -179,13 +190,13 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     pairs[0] = ("ground", pairs[0][1])
     return Scene(
         name="stack", reference=elements[-1].name, elements=tuple(elements), materials=materials,
-        contacts=tuple(ContactLaw(between=pair, damping_ratio=setting.damping_ratio) for pair in pairs),
+        contacts=tuple(ContactLaw(between=pair, damping_ratio=setting.contact_damping_ratio) for pair in pairs),
     )  # fmt: skip
 
 
 def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, results: CaseResults, row: int) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
-    fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude_factors[row])
+    fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude_factor_by_case[row])
     if not CaseStatus(results.status[row]).has_outcome:
         return "" if (results.overturned[row] == INT8_MISSING).all() else "flag in spite of the mark"
     if not np.isin(results.overturned[row], (0, 1)).all():
@@ -200,16 +211,18 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
         return "a number is not finite"
     if results.energy_error[row] > MAX_ENERGY_ERROR:
         return "energy balance"
-    if results.peak_penetration[row] > MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * setting.sizes.min() * (1.0 + 1e-6):
+    if results.peak_penetration[row] > MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * setting.stone_sizes.min() * (
+        1.0 + 1e-6
+    ):
         return "penetration"
-    critical = np.degrees(np.arctan2(setting.sizes[:, :2].min(axis=1), setting.sizes[:, 2]))
+    critical = np.degrees(np.arctan2(setting.stone_sizes[:, :2].min(axis=1), setting.stone_sizes[:, 2]))
     lowest = int(np.argmax(fallen))
     if fallen.any() and not results.slid_off[row, lowest] and results.peak_tilt[row, lowest] < 0.99 * critical[lowest]:
         return "fallen without tilt"
     up = np.zeros(motion.sample_count) if motion.up is None else amplitude * motion.up
     weight = STANDARD_GRAVITY + up
     demand = np.inf if (weight <= 0.0).any() else float(np.max(amplitude * np.abs(motion.north) / weight))
-    onset = min(setting.min_joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction[row]))
+    onset = min(setting.min_joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction_by_case[row]))
     if results.status[row] == CaseStatus.AT_REST and demand > onset:
         return "left out above a threshold"
     if amplitude == 0.0 and (fallen.any() or max(np.abs(slips[0]).max(), np.abs(slips[1]).max()) > 1e-9):
@@ -217,7 +230,7 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
     if (
         fallen.any()
         and demand < MAX_SHARE_OF_ONSET_ACCELERATION_WITHOUT_FALL * onset
-        and setting.penetration_ratio < MAX_PENETRATION_RATIO_OF_STIFF_CONTACT
+        and setting.static_penetration_to_width_ratio < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT
     ):
         return "fell below the least acceleration that moves a joint"
     return ""
@@ -230,33 +243,35 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
 
     `number` is the index of the setting on the map; it is the seed of the noise.
     """
-    motion, stones = motion_of_case(setting.motion_parameters, number), len(setting.sizes)
+    motion, stones = motion_of_case(setting.motion_parameters, number), len(setting.stone_sizes)
     above = np.cumsum(setting.stone_masses[::-1])[::-1] - setting.stone_masses
-    relative = setting.sizes[:, 2] / setting.sizes[:, :2].min(axis=1)
+    relative = setting.stone_sizes[:, 2] / setting.stone_sizes[:, :2].min(axis=1)
     alike = {
-        "stones": stones, "kind": setting.kind, "motion": setting.motion_parameters.motion,
+        "stones": stones, "kind": setting.stack_kind, "motion": setting.motion_parameters.motion_kind,
         "sampling_interval": setting.motion_parameters.sampling_interval,
         "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.stone_masses).max(),
-        "penetration_ratio": setting.penetration_ratio, "damping": setting.damping_ratio,
-        "ending": np.int8(CheckedOutcome.REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
+        "penetration_ratio": setting.static_penetration_to_width_ratio, "damping": setting.contact_damping_ratio,
+        "ending": np.int8(CheckedOutcome.ARGUMENT_REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
         "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {
         name: np.full(CASE_COUNT_PER_SCENE_SETTING, value) for name, value in alike.items()
     }
-    peak = setting.amplitude_factors * np.abs(motion.north).max()
+    peak = setting.amplitude_factor_by_case * np.abs(motion.north).max()
     down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
-    onset = np.minimum(setting.min_joint_opening_acceleration, setting.friction * STANDARD_GRAVITY)
+    onset = np.minimum(setting.min_joint_opening_acceleration, setting.friction_by_case * STANDARD_GRAVITY)
     rows |= {
-        "friction": setting.friction, "orientation_deg": setting.orientation_deg, "peak": peak,
-        "vertical": setting.amplitude_factors * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
+        "friction": setting.friction_by_case, "orientation_deg": setting.orientation_deg_by_case, "peak": peak,
+        "vertical": setting.amplitude_factor_by_case * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
         "reason": np.full(CASE_COUNT_PER_SCENE_SETTING, "", object),
     }  # fmt: skip
     scene = scene_of_stack_setting(setting)
     height, ratio = reference_element_height_and_b_over_h(scene)
     try:
-        cases = Cases(setting.orientation_deg, height, ratio, setting.friction, setting.amplitude_factors)
-        model = Stack(scene, VertexContact(static_penetration=setting.penetration_ratio))
+        cases = Cases(
+            setting.orientation_deg_by_case, height, ratio, setting.friction_by_case, setting.amplitude_factor_by_case
+        )
+        model = Stack(scene, VertexContact(static_penetration=setting.static_penetration_to_width_ratio))
         found = simulate_cases(
             model,
             motion,
@@ -268,7 +283,7 @@ def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int)
         return rows
     for row in range(CASE_COUNT_PER_SCENE_SETTING):
         reason = find_failed_stack_check(setting, motion, found, row)
-        rows["ending"][row] = CheckedOutcome.SILENT if reason else int(found.status[row])
+        rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])

@@ -8,22 +8,22 @@ import typer
 
 from overturning.errors import ArgumentError
 from verification.tables import write_table
-from verification.work_precision.parts import COLUMN_MEANINGS, MEASUREMENTS_BY_PART, result_table
+from verification.work_precision.parts import COLUMN_LONG_NAMES_AND_UNITS, MEASUREMENT_FUNCTIONS_BY_PART, result_table
 
 
 def main(
-    part: Annotated[str, typer.Option(help=", ".join(MEASUREMENTS_BY_PART))],
+    part: Annotated[str, typer.Option(help=", ".join(MEASUREMENT_FUNCTIONS_BY_PART))],
     output: Annotated[Path, typer.Option(help="table to write (NetCDF; also as CSV)")],
 ) -> None:
     """Measure error and run time of schemes, time steps, stiffnesses or engines."""
-    if part not in MEASUREMENTS_BY_PART:
-        raise ArgumentError(f"part: {part!r}; known: {', '.join(MEASUREMENTS_BY_PART)}")
+    if part not in MEASUREMENT_FUNCTIONS_BY_PART:
+        raise ArgumentError(f"part: {part!r}; known: {', '.join(MEASUREMENT_FUNCTIONS_BY_PART)}")
     rows = []
-    for measure in MEASUREMENTS_BY_PART[part]:
+    for measure in MEASUREMENT_FUNCTIONS_BY_PART[part]:
         for row in measure():
             rows.append(row)
             print(*(row.get(name) for name in ("cases_of", "method", "step_fraction")), file=sys.stderr, flush=True)
-    write_table(result_table(rows), output, meanings=COLUMN_MEANINGS)
+    write_table(result_table(rows), output, meanings=COLUMN_LONG_NAMES_AND_UNITS)
 
 
 if __name__ == "__main__":

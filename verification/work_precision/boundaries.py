@@ -18,7 +18,7 @@ from overturning.model.variables import INT8_MISSING
 from verification.inputs import CaseGroup
 from verification.measures import Flags
 
-RunSettings = Mapping[str, Any]
+RunCasesArguments = Mapping[str, Any]
 
 BISECTION_HALVING_COUNT: Final = 15
 """Number of halvings of the bracket of a boundary, which is then known to 3e-7 of B/H."""
@@ -36,15 +36,17 @@ RELATIVE_BOUNDARY_RESOLUTION: Final = 2 * RELATIVE_BRACKET_HALF_WIDTH / 2**BISEC
 class OverturningBoundary(NamedTuple):
     """Overturning boundary between a falling case and its standing neighbour along B/H."""
 
-    group_index: int
+    case_group_index: int
     """Number of its group."""
-    falling_case: dict[str, float]
+    parameters_of_falling_case: dict[str, float]
     """Azimuth (degrees), height (m), friction and B/H of the falling case."""
-    standing_b_over_h: float
+    b_over_h_of_standing_neighbour: float
     """B/H of its standing neighbour."""
 
 
-def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int) -> list[OverturningBoundary]:
+def find_falling_cases_with_standing_neighbour(
+    groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int
+) -> list[OverturningBoundary]:
     """Return the boundaries: falling cases whose neighbour in B/H stands, at most `max_count_per_group` in each group.
 
     `flags` are those of all groups, in order.
@@ -67,11 +69,11 @@ def find_boundaries(groups: Sequence[CaseGroup], flags: Flags, max_count_per_gro
     return found
 
 
-def locate_boundaries(
+def boundaries_by_usual_and_finest_settings(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    usual_settings: RunSettings,
-    finest: RunSettings,
+    usual_settings: RunCasesArguments,
+    finest: RunCasesArguments,
     relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
@@ -85,61 +87,68 @@ def locate_boundaries(
 
 def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
     """Return B/H of the falling cases and of their standing neighbours."""
-    return np.array([place.falling_case["b_over_h"] for place in boundaries]), np.array(
-        [place.standing_b_over_h for place in boundaries]
+    return np.array([place.parameters_of_falling_case["b_over_h"] for place in boundaries]), np.array(
+        [place.b_over_h_of_standing_neighbour for place in boundaries]
     )
 
 
 def bisect_boundaries(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    run_settings: RunSettings,
-    low: FloatArray,
-    high: FloatArray,
-    halvings: int = BISECTION_HALVING_COUNT,
+    run_settings: RunCasesArguments,
+    falling_b_over_h: FloatArray,
+    standing_b_over_h: FloatArray,
+    halving_count: int = BISECTION_HALVING_COUNT,
 ) -> FloatArray:
     """Return the B/H at which the flag changes, by bisection of all boundaries together.
 
-    The block must fall at `low` and stand at `high`; otherwise, or if they are NaN, the result is NaN.
+    The result is NaN if they are NaN, or if the block does not fall at `falling_b_over_h` and stand at
+    `standing_b_over_h`.
     """
-    known = np.isfinite(low) & np.isfinite(high)
-    low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
-    fell = _blocks_fall(groups, boundaries, run_settings, np.stack([low, high]))
+    known = np.isfinite(falling_b_over_h) & np.isfinite(standing_b_over_h)
+    falling_b_over_h, standing_b_over_h = (
+        np.where(known, falling_b_over_h, 1.0),
+        np.where(known, standing_b_over_h, 1.0),
+    )
+    fell = _blocks_fall(groups, boundaries, run_settings, np.stack([falling_b_over_h, standing_b_over_h]))
     good = known & fell[0] & ~fell[1]
-    most = max(sum(place.group_index == number for place in boundaries) for number in range(len(groups)))
+    most = max(sum(place.case_group_index == number for place in boundaries) for number in range(len(groups)))
     together = max(1, min(MAX_BISECTION_LEVELS_COMPUTED_TOGETHER, int(np.log2(PARALLEL_CASE_COUNT / max(most, 1) + 1))))
-    while halvings > 0:
-        depth = min(together, halvings)
-        halvings -= depth
+    while halving_count > 0:
+        depth = min(together, halving_count)
+        halving_count -= depth
         # All midpoints that the next halvings may need: a binary tree of intervals, level by level.
-        lows, highs, middles = low[None], high[None], []
+        lows, highs, middles = falling_b_over_h[None], standing_b_over_h[None], []
         for _ in range(depth):
             middle = 0.5 * (lows + highs)
             middles.append(middle)
-            lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
-            highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
+            lows = np.stack([lows, middle], axis=1).reshape(-1, falling_b_over_h.size)
+            highs = np.stack([middle, highs], axis=1).reshape(-1, falling_b_over_h.size)
         fell = _blocks_fall(groups, boundaries, run_settings, np.concatenate(middles))
-        node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
+        node, begin, each = np.zeros(falling_b_over_h.size, np.int64), 0, np.arange(falling_b_over_h.size)
         for middle in middles:
             falls, at = fell[begin + node, each], middle[node, each]
-            low, high = np.where(falls, at, low), np.where(falls, high, at)
+            falling_b_over_h, standing_b_over_h = (
+                np.where(falls, at, falling_b_over_h),
+                np.where(falls, standing_b_over_h, at),
+            )
             node, begin = 2 * node + falls, begin + len(middle)
-    return np.where(good, 0.5 * (low + high), np.nan)
+    return np.where(good, 0.5 * (falling_b_over_h + standing_b_over_h), np.nan)
 
 
 def _blocks_fall(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    run_settings: RunSettings,
+    run_settings: RunCasesArguments,
     b_over_h: FloatArray,
 ) -> NDArray[np.bool_]:
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
-        rows = [row for row, place in enumerate(boundaries) if place.group_index == number]
+        rows = [row for row, place in enumerate(boundaries) if place.case_group_index == number]
         if rows:
             axes = {
-                name: np.tile([boundaries[row].falling_case[name] for row in rows], len(b_over_h))
+                name: np.tile([boundaries[row].parameters_of_falling_case[name] for row in rows], len(b_over_h))
                 for name in ("azimuth_deg", "height", "friction")
             }
             found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **run_settings)
@@ -150,10 +159,10 @@ def _blocks_fall(
 def median_relative_boundary_shift(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    run_settings: RunSettings,
+    run_settings: RunCasesArguments,
     expected_boundaries: FloatArray,
     reference_boundaries: FloatArray,
-    bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
+    relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> float:
     """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
 
@@ -168,7 +177,11 @@ def median_relative_boundary_shift(
         groups,
         chosen,
         run_settings,
-        expected_boundaries[usable] * (1 - bracket),
-        expected_boundaries[usable] * (1 + bracket),
+        expected_boundaries[usable] * (1 - relative_bracket_half_width),
+        expected_boundaries[usable] * (1 + relative_bracket_half_width),
     )
-    return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / reference_boundaries[usable] - 1.0))))
+    return float(
+        np.median(
+            np.where(np.isnan(found), relative_bracket_half_width, np.abs(found / reference_boundaries[usable] - 1.0))
+        )
+    )

@@ -11,7 +11,7 @@ from overturning.figures.style import INK, SERIES_COLOURS, SERIES_LINE_STYLES, u
 from overturning.figures.write import save_figure_files
 from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
 from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
-from verification.work_precision.page import is_from_time_step_variation
+from verification.work_precision.page import is_row_of_time_step_variation
 
 _LINE_STYLE_BY_METHOD: Final = {
     name: ((*SERIES_COLOURS, INK)[index], (*SERIES_LINE_STYLES, "-")[index], marker)
@@ -19,7 +19,7 @@ _LINE_STYLE_BY_METHOD: Final = {
         zip(("centred", "cundall", "stiffness", "Box2D", "pymunk", "MuJoCo", "exact"), "osD^vP*", strict=True)
     )
 }
-MIN_DRAWN_ROTATION_ERROR: Final = 1e-8
+MIN_DRAWN_ROTATION_ERROR_OVER_ALPHA: Final = 1e-8
 """Smallest error of peak rotation that is drawn, far below the errors of springs and steps."""
 _Y_AXIS_LABELS: Final = {
     "wrong_flags": "wrong flags, share",
@@ -43,7 +43,7 @@ def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, (kind, friction) in enumerate((("rocking", "µ = 1 and 10"), ("sliding", "µ = 0.33 and 0.58"))):
-            over = rows[is_from_time_step_variation(rows, kind)]
+            over = rows[is_row_of_time_step_variation(rows, kind)]
             springs = rows[(rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")]
             for axis, measure in zip(axes[:, column], measures, strict=True):
                 _draw_error_panel(axis, over, measure, springs=springs, first=column == 0)
@@ -76,7 +76,9 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
                 axis.set_title(f"{title.replace('records, no sliding', 'six records')}, rigid rocking")
         _draw_error_panel(axes[2, 0], rows[rows["cases_of"] == "sliding blocks"], "slip_error")
         axes[2, 0].set_title("sliding blocks, exact sliding")
-        _draw_error_panel(axes[2, 1], rows[rows["against"] == "energy balance"], "energy_error", across="step_fraction")
+        _draw_error_panel(
+            axes[2, 1], rows[rows["against"] == "energy balance"], "energy_error", x_column="step_fraction"
+        )
         axes[2, 1].set_title("six records")
         methods = _SCHEME_LABELS | {"stiffness": "centred, δ/B 2e-3 to 2e-8"}
         methods |= {name: f"{name}, over substeps" for name in list(_LINE_STYLE_BY_METHOD)[3:-1]}
@@ -91,9 +93,9 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
 def _draw_error_panel(
     axis: Any,
     rows: pd.DataFrame,
-    measure: str,
+    error_column: str,
     *,
-    across: str = "seconds_per_case",
+    x_column: str = "seconds_per_case",
     springs: pd.DataFrame | None = None,
     first: bool = True,
 ) -> None:
@@ -103,7 +105,7 @@ def _draw_error_panel(
     for method in _LINE_STYLE_BY_METHOD:
         own = rows[rows["method"] == method] if method != "stiffness" else springs
         if own is not None:
-            _draw_method_line(axis, own, across, measure, method)
+            _draw_method_line(axis, own, x_column, error_column, method)
     axis.set_xscale("log")
     axis.set_yscale("log")
     # Whole decades, so that every axis has at least two labelled ticks.
@@ -112,9 +114,9 @@ def _draw_error_panel(
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.yaxis.set_minor_formatter(NullFormatter())
     axis.grid(True, which="major")
-    axis.set_xlabel(_X_AXIS_LABELS[across])
+    axis.set_xlabel(_X_AXIS_LABELS[x_column])
     if first:
-        axis.set_ylabel(_Y_AXIS_LABELS[measure])
+        axis.set_ylabel(_Y_AXIS_LABELS[error_column])
 
 
 def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
@@ -144,27 +146,27 @@ def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
     ]
 
 
-def _draw_method_line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str) -> None:
+def _draw_method_line(axis: Any, rows: pd.DataFrame, x_column: str, error_column: str, method: str) -> None:
     """Draw the errors of one method over cost or step: hollow marks for no error, a ring for the default."""
     colour, dash, marker = _LINE_STYLE_BY_METHOD[method]
-    rows = rows[np.isfinite(rows[measure])].sort_values(across, kind="stable")
+    rows = rows[np.isfinite(rows[error_column])].sort_values(x_column, kind="stable")
     if rows.empty:
         return
-    x, y, default = rows[across].to_numpy(), rows[measure].to_numpy(), rows["default"].to_numpy() == 1
-    none = (y == 0) & (measure in {*_DENOMINATOR_COLUMN_BY_COUNT_COLUMN, "boundary_shift"})
+    x, y, default = rows[x_column].to_numpy(), rows[error_column].to_numpy(), rows["default"].to_numpy() == 1
+    none = (y == 0) & (error_column in {*_DENOMINATOR_COLUMN_BY_COUNT_COLUMN, "boundary_shift"})
     # A logarithmic axis has no zero: draw no wrong case as half a case, and a shift below the resolution as half of it.
-    if measure in _DENOMINATOR_COLUMN_BY_COUNT_COLUMN:
-        y = np.where(none, 0.5, y) / np.maximum(rows[_DENOMINATOR_COLUMN_BY_COUNT_COLUMN[measure]].to_numpy(), 1)
+    if error_column in _DENOMINATOR_COLUMN_BY_COUNT_COLUMN:
+        y = np.where(none, 0.5, y) / np.maximum(rows[_DENOMINATOR_COLUMN_BY_COUNT_COLUMN[error_column]].to_numpy(), 1)
     y = np.where(none & (y == 0), 0.5 * RELATIVE_BOUNDARY_RESOLUTION, y)
-    if measure == "rotation_error":
-        y = np.maximum(y, MIN_DRAWN_ROTATION_ERROR)
+    if error_column == "rotation_error":
+        y = np.maximum(y, MIN_DRAWN_ROTATION_ERROR_OVER_ALPHA)
     axis.plot(x, y, color=colour, linestyle=dash, linewidth=1.3)
     common: dict[str, Any] = {"linestyle": "none", "clip_on": False, "in_layout": False}
     for face, part in ((colour, ~none), ("white", none)):
         look = {"color": colour, "marker": marker, "markersize": 4.5, "markerfacecolor": face, "zorder": 3}
         axis.plot(x[part], y[part], **common, **look)
     axis.plot(x[default], y[default], marker="o", markersize=11, markerfacecolor="none", color=INK, **common)
-    if method == "stiffness" and measure == "rotation_error":
+    if method == "stiffness" and error_column == "rotation_error":
         for left, top, delta in zip(x, y, rows["penetration_ratio"], strict=True):
             # The last label is next to its mark, where no other line passes.
             offset = (4, 5) if left < x.max() else (7, -3)

@@ -11,12 +11,12 @@ from overturning.study.ensemble import wilson_95_percent_interval
 from verification.measures import convergence_order
 from verification.tables import MeasuredNumber, iterate_rows, markdown_table
 from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
-from verification.work_precision.parts import SCHEMES
+from verification.work_precision.parts import COMPARED_SCHEMES
 
-STEP_FRACTIONS_OF_ORDER_FIT: Final = (0.5, 0.05)
+LIMITING_STEP_TO_STABLE_STEP_OF_ORDER_FIT: Final = (0.5, 0.05)
 """Largest and smallest Δt/Δt_stable of the fit of the order of convergence."""
 
-SHOWN_STEP_FRACTIONS: Final = (1.0, 0.5, 0.12)
+SHOWN_TIME_STEP_TO_STABLE_STEP_RATIOS: Final = (1.0, 0.5, 0.12)
 SHOWN_ENGINE_TIME_STEPS_S: Final = (1 / 60, 1 / 240, 1 / 960, 1 / 3840)
 """Time steps shown in the docs: of the kernel as Δt/Δt_stable, of the engines in s."""
 
@@ -27,26 +27,26 @@ COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "B
 _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def is_from_time_step_variation(rows: pd.DataFrame, record_set_name: str) -> "pd.Series[bool]":
+def is_row_of_time_step_variation(rows: pd.DataFrame, record_set_name: str) -> "pd.Series[bool]":
     """Return True for rows of a set of records with the default stiffness and varying time step."""
     own = np.isclose(rows["penetration_ratio"], DEFAULT_STATIC_PENETRATION_RATIO)
     return (rows["cases_of"] == f"records, {record_set_name}") & (rows["against"] == "finer step") & own
 
 
 def convergence_orders(
-    rows: pd.DataFrame, between: tuple[float, float] = STEP_FRACTIONS_OF_ORDER_FIT
+    rows: pd.DataFrame, max_and_min_step_to_stable_step: tuple[float, float] = LIMITING_STEP_TO_STABLE_STEP_OF_ORDER_FIT
 ) -> dict[str, float]:
     """Return the order of convergence of each scheme for each continuous measure between two Δt/Δt_stable."""
-    high, low = between
+    high, low = max_and_min_step_to_stable_step
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
-        (f"{kind}, {measure}", is_from_time_step_variation(rows, kind), measure)
+        (f"{kind}, {measure}", is_row_of_time_step_variation(rows, kind), measure)
         for kind in ("rocking", "sliding")
         for measure in ("rotation_error", "boundary_shift")
     ]
     found = {}
     for name, part, measure in (*parts, ("energy", rows["against"] == "energy balance", "energy_error")):
-        for method in SCHEMES:
+        for method in COMPARED_SCHEMES:
             chosen = rows[steps & part & (rows["method"] == method)]
             found[f"{name}, {method}"] = convergence_order(
                 chosen["step_fraction"].to_numpy(), chosen[measure].to_numpy()
@@ -67,10 +67,10 @@ def markdown_by_marker(rows: pd.DataFrame, found_orders: Mapping[str, float]) ->
 
 def work_precision_numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredNumber]:
     """Return numbers for the summary: errors of the default setting, and the lowest order of each scheme."""
-    default = rows[(rows["default"] == 1) & rows["method"].isin(SCHEMES)]
+    default = rows[(rows["default"] == 1) & rows["method"].isin(COMPARED_SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = iterate_rows(default[is_from_time_step_variation(default, kind)])
+        (at,) = iterate_rows(default[is_row_of_time_step_variation(default, kind)])
         made += [
             MeasuredNumber(
                 f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
@@ -84,7 +84,7 @@ def work_precision_numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping
         made.append(MeasuredNumber(f"wrong flags against rigid rocking, {name}", 100 * at.wrong_flags / at.cases, "%"))
     (at,) = iterate_rows(default[default["against"] == "exact sliding"])
     made.append(MeasuredNumber("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
-    for method in SCHEMES:
+    for method in COMPARED_SCHEMES:
         of_rotation = [value for name, value in found_orders.items() if "rotation" in name and name.endswith(method)]
         made.append(MeasuredNumber(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
     return made
@@ -105,26 +105,28 @@ def _number_text(value: float, percent: bool = False) -> str:
     return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
 
 
-def _error_table_cells_of_row(at: Any) -> tuple[str, ...]:
+def _error_table_cells_of_row(error_row: Any) -> tuple[str, ...]:
     """Return the table cells of wrong flags, wrong sides, rotation error and boundary shift of a row."""
     return (
-        _share_with_interval(at.wrong_flags, at.cases),
-        _share_with_interval(at.wrong_sides, at.fallen),
-        _number_text(at.rotation_error),
-        _number_text(at.boundary_shift, percent=True),
+        _share_with_interval(error_row.wrong_flags, error_row.cases),
+        _share_with_interval(error_row.wrong_sides, error_row.fallen),
+        _number_text(error_row.rotation_error),
+        _number_text(error_row.boundary_shift, percent=True),
     )
 
 
-def _text_marked_if_default_setting(at: Any, text: str) -> str:
+def _text_marked_if_default_setting(error_row: Any, text: str) -> str:
     """Return a cell's text, marked if the row is the default setting."""
-    return f"{text} **default**" if at.default == 1 else text
+    return f"{text} **default**" if error_row.default == 1 else text
 
 
 def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
     own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_TIME_STEPS_S, rtol=1e-3, atol=0.0).any(axis=1)
-    return (steps.isin(SHOWN_STEP_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
+    return (steps.isin(SHOWN_TIME_STEP_TO_STABLE_STEP_RATIOS).where(~engine, own) | (rows["method"] == "exact")).astype(
+        bool
+    )
 
 
 def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
@@ -151,7 +153,7 @@ def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
 def _step_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
     chosen = rows[
-        (is_from_time_step_variation(rows, "rocking") | is_from_time_step_variation(rows, "sliding"))
+        (is_row_of_time_step_variation(rows, "rocking") | is_row_of_time_step_variation(rows, "sliding"))
         & _has_time_step_shown_in_docs(rows)
     ]
     lines = [
@@ -212,22 +214,28 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
     return markdown_table(head, lines)
 
 
-def _time_step_or_order_label(at: Any) -> str:
+def _time_step_or_order_label(error_row: Any) -> str:
     """Return the label of a time step or order."""
-    if at.method == "exact":
-        return f"order {at.step_fraction:g}"
-    return f"{at.step_fraction:g}" if np.isfinite(at.penetration_ratio) else f"1/{1 / at.step_fraction:.0f} s"
+    if error_row.method == "exact":
+        return f"order {error_row.step_fraction:g}"
+    return (
+        f"{error_row.step_fraction:g}"
+        if np.isfinite(error_row.penetration_ratio)
+        else f"1/{1 / error_row.step_fraction:.0f} s"
+    )
 
 
-def _convergence_order_table(orders_of_fit_range: Mapping[str, float], over_all: Mapping[str, float]) -> str:
-    """Return the table of orders of convergence, within `STEP_FRACTIONS_OF_ORDER_FIT` and over all steps."""
+def _convergence_order_table(
+    orders_of_fit_range: Mapping[str, float], orders_over_all_steps: Mapping[str, float]
+) -> str:
+    """Return the table of orders of convergence, in the range of the fit and over all steps."""
 
     def order_text(value: float) -> str:
         """Return an order of convergence as text."""
         return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
 
     lines = [
-        (name.replace("_", " "), order_text(value), order_text(over_all[name]))
+        (name.replace("_", " "), order_text(value), order_text(orders_over_all_steps[name]))
         for name, value in orders_of_fit_range.items()
     ]
     return markdown_table(("measure", "order", "over all steps"), lines)

@@ -29,32 +29,36 @@ from verification.inputs import (
     sliding_block_case_groups,
     values_of_every_nth_case,
 )
-from verification.measures import Flags, median_rotation_error, run_case_groups
+from verification.measures import Flags, median_peak_rotation_error_over_alpha, run_case_groups
 from verification.reference.sliding import peak_and_final_slip
 from verification.timing import run_and_measure_min_processor_time
-from verification.work_precision.boundaries import find_boundaries, locate_boundaries, median_relative_boundary_shift
+from verification.work_precision.boundaries import (
+    boundaries_by_usual_and_finest_settings,
+    find_falling_cases_with_standing_neighbour,
+    median_relative_boundary_shift,
+)
 
 ErrorTableRow = dict[str, Any]
 
-SCHEMES: Final = ("centred", "cundall")
+COMPARED_SCHEMES: Final = ("centred", "cundall")
 TIME_STEPS_AS_SHARES_OF_STABLE_STEP: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
 """Time steps, as Δt/Δt_stable."""
 MIN_STEP_TO_STABLE_STEP_IN_CUNDALL_SCHEME: Final = 0.1
 """Smallest Δt/Δt_stable of Cundall's scheme; its stable step is 1/50 of that of the centred scheme by default."""
-STATIC_PENETRATION_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
+STATIC_PENETRATION_TO_WIDTH_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
 """Static penetrations, as δ/B."""
-AUTOMATIC_STEP_FRACTION: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
-REFERENCE_STEP_FRACTION: Final = 0.006
+AUTOMATIC_STEP_TO_STABLE_STEP_RATIO: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
+REFERENCE_STEP_TO_STABLE_STEP_RATIO: Final = 0.006
 """Δt/Δt_stable of the reference, which uses the centred scheme."""
 THINNED_BELOW_FRACTION, THINNING = 0.05, 3
 """Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
-MIN_STEP_FRACTION_TO_COMPUTE_BOUNDARY: Final = 0.02
+MIN_STEP_TO_STABLE_STEP_FOR_BOUNDARIES: Final = 0.02
 """Below this Δt/Δt_stable no boundary is computed."""
 MAX_BOUNDARIES_PER_RECORD: Final = 4
 """Largest number of boundaries for each record."""
-STIFFNESS_REFERENCE_STEP_FRACTION: Final = 0.03
+STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP: Final = 0.03
 """Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
-BRACKET_HALF_WIDTH_OF_STIFFNESS_STUDY: Final = 0.02
+RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS: Final = 0.02
 """Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
 EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
 """The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
@@ -65,7 +69,7 @@ TAYLOR_SERIES_ORDERS: Final = (2, 3, 4, 6, TAYLOR_SERIES_ORDER, 10)
 REFERENCE_SERIES_ORDER: Final = 16
 """Order of the series of the reference."""
 
-COLUMN_MEANINGS: Final = {
+COLUMN_LONG_NAMES_AND_UNITS: Final = {
     "cases_of": ("set of cases", ""),
     "method": ("scheme of the kernel, the exact block, or an engine", ""),
     "against": ("what the error is against", ""),
@@ -94,8 +98,8 @@ COLUMN_MEANINGS: Final = {
 
 def result_table(rows: Sequence[ErrorTableRow]) -> pd.DataFrame:
     """Return the rows as a table with all columns; columns that were not measured are NaN."""
-    table = pd.DataFrame(rows, columns=list(COLUMN_MEANINGS))
-    return table.astype({name: np.float64 for name, (_, unit) in COLUMN_MEANINGS.items() if unit})
+    table = pd.DataFrame(rows, columns=list(COLUMN_LONG_NAMES_AND_UNITS))
+    return table.astype({name: np.float64 for name, (_, unit) in COLUMN_LONG_NAMES_AND_UNITS.items() if unit})
 
 
 class SchemeSetting(NamedTuple):
@@ -122,7 +126,7 @@ class SchemeSetting(NamedTuple):
             "step_fraction": self.time_step_to_stable_step_ratio,
             "penetration_ratio": self.static_penetration_to_width_ratio,
         }
-        default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION)
+        default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
 
     def run_and_measure_cost_per_case(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, ErrorTableRow]:
@@ -134,11 +138,11 @@ class SchemeSetting(NamedTuple):
 
 def error_table_columns(found: CaseResults, reference_flags_and_rotations: tuple[Flags, FloatArray]) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
-    error = median_rotation_error(found.overturned, found.peak_rotation, *reference_flags_and_rotations)
-    return wrong_outcome_counts(found.overturned, reference_flags_and_rotations[0]) | {"rotation_error": error}
+    error = median_peak_rotation_error_over_alpha(found.overturned, found.peak_rotation, *reference_flags_and_rotations)
+    return wrong_flag_and_side_counts(found.overturned, reference_flags_and_rotations[0]) | {"rotation_error": error}
 
 
-def wrong_outcome_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
+def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides as columns of the table."""
     found = count_outcome_differences(reference_flags, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
@@ -146,7 +150,7 @@ def wrong_outcome_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
 
 def scheme_and_step_settings(min_step_fraction: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
     """Yield both schemes with time steps above `min_step_fraction` of the stable one, with or without the finest."""
-    for scheme in SCHEMES:
+    for scheme in COMPARED_SCHEMES:
         fractions = [
             share
             for share in TIME_STEPS_AS_SHARES_OF_STABLE_STEP
@@ -157,62 +161,73 @@ def scheme_and_step_settings(min_step_fraction: float = 0.0, finest: bool = True
                 yield SchemeSetting(scheme, fraction)
 
 
-def flags_and_peak_rotations(groups: Sequence[CaseGroup], setting: SchemeSetting) -> tuple[Flags, FloatArray]:
+def flags_and_peak_rotations_over_alpha(
+    groups: Sequence[CaseGroup], setting: SchemeSetting
+) -> tuple[Flags, FloatArray]:
     """Return flags and peak rotations of the cases with a setting, for comparison."""
     found = run_case_groups(groups, **setting.run_cases_arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
-def measure_errors_against_finer_steps(kind: str) -> Iterator[ErrorTableRow]:
+def measure_errors_against_finer_steps(friction_kind: str) -> Iterator[ErrorTableRow]:
     """Measure the errors of both schemes by time step under six real records.
 
     The reference is the centred scheme at a far finer step.
     """
-    groups, finest = block_case_groups_under_records(kind), SchemeSetting("centred", REFERENCE_STEP_FRACTION)
-    right, few = flags_and_peak_rotations(groups, finest), every_nth_case(groups, THINNING)
+    groups, finest = (
+        block_case_groups_under_records(friction_kind),
+        SchemeSetting("centred", REFERENCE_STEP_TO_STABLE_STEP_RATIO),
+    )
+    right, few = flags_and_peak_rotations_over_alpha(groups, finest), every_nth_case(groups, THINNING)
     right_few = (
         values_of_every_nth_case(groups, right[0], THINNING),
         values_of_every_nth_case(groups, right[1], THINNING),
     )
-    where = find_boundaries(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
-    near, exact = locate_boundaries(groups, where, {}, finest.run_cases_arguments)
+    where = find_falling_cases_with_standing_neighbour(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
+    near, exact = boundaries_by_usual_and_finest_settings(groups, where, {}, finest.run_cases_arguments)
     for setting in scheme_and_step_settings():
         thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_FRACTION
         found, columns = setting.run_and_measure_cost_per_case(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
-        if setting.time_step_to_stable_step_ratio >= MIN_STEP_FRACTION_TO_COMPUTE_BOUNDARY:
+        if setting.time_step_to_stable_step_ratio >= MIN_STEP_TO_STABLE_STEP_FOR_BOUNDARIES:
             columns["boundary_shift"] = median_relative_boundary_shift(
                 groups, where, setting.run_cases_arguments, near, exact
             )
-        yield setting.error_table_row(f"records, {kind}", "finer step", **columns)
+        yield setting.error_table_row(f"records, {friction_kind}", "finer step", **columns)
 
 
-def measure_errors_over_stiffness(kind: str) -> Iterator[ErrorTableRow]:
+def measure_errors_over_stiffness(friction_kind: str) -> Iterator[ErrorTableRow]:
     """Measure errors by contact stiffness at the automatic time step.
 
     References are finer steps with the same and with the largest stiffness.
     """
-    groups, stiffest = block_case_groups_under_records(kind), STATIC_PENETRATION_RATIOS[-1]
+    groups, stiffest = block_case_groups_under_records(friction_kind), STATIC_PENETRATION_TO_WIDTH_RATIOS[-1]
     exact = {
-        delta: flags_and_peak_rotations(groups, SchemeSetting("centred", STIFFNESS_REFERENCE_STEP_FRACTION, delta))
-        for delta in STATIC_PENETRATION_RATIOS
+        delta: flags_and_peak_rotations_over_alpha(
+            groups, SchemeSetting("centred", STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, delta)
+        )
+        for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS
         if delta != DEFAULT_STATIC_PENETRATION_RATIO  # included in the comparison of time steps
     }
-    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, stiffest).run_cases_arguments
-    slow = SchemeSetting("centred", 2 * STIFFNESS_REFERENCE_STEP_FRACTION, stiffest).run_cases_arguments
-    where = find_boundaries(groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD)
-    near, right = locate_boundaries(groups, where, usual, slow, BRACKET_HALF_WIDTH_OF_STIFFNESS_STUDY)
-    for delta in STATIC_PENETRATION_RATIOS:
-        setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
+    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, stiffest).run_cases_arguments
+    slow = SchemeSetting("centred", 2 * STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, stiffest).run_cases_arguments
+    where = find_falling_cases_with_standing_neighbour(
+        groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD
+    )
+    near, right = boundaries_by_usual_and_finest_settings(
+        groups, where, usual, slow, RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS
+    )
+    for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS:
+        setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
         found, spent = setting.run_and_measure_cost_per_case(groups)
         shift = median_relative_boundary_shift(
-            groups, where, setting.run_cases_arguments, near, right, BRACKET_HALF_WIDTH_OF_STIFFNESS_STUDY
+            groups, where, setting.run_cases_arguments, near, right, RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS
         )
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
-        yield setting.error_table_row(f"records, {kind}", "stiffest springs", **columns)
+        yield setting.error_table_row(f"records, {friction_kind}", "stiffest springs", **columns)
         if delta in exact:
             yield setting.error_table_row(
-                f"records, {kind}", "finer step", **spent, **error_table_columns(found, exact[delta])
+                f"records, {friction_kind}", "finer step", **spent, **error_table_columns(found, exact[delta])
             )
 
 
@@ -265,8 +280,8 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     The exact block is compared by order of its series.
     """
     others = [
-        SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_FRACTION, delta)
-        for delta in STATIC_PENETRATION_RATIOS
+        SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
+        for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS
         if delta != DEFAULT_STATIC_PENETRATION_RATIO
     ]
     for name, every in non_sliding_block_groups_by_set().items():
@@ -280,10 +295,10 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
                 partial(run_rigid_rocking_blocks, groups, order)
             )
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= wrong_outcome_counts(flags, right[0]) | case_and_wrong_counts_of_engine_subset(
+            own |= wrong_flag_and_side_counts(flags, right[0]) | case_and_wrong_counts_of_engine_subset(
                 name, groups, flags, right[0]
             )
-            own["rotation_error"] = median_rotation_error(flags, peaks, *right)
+            own["rotation_error"] = median_peak_rotation_error_over_alpha(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == TAYLOR_SERIES_ORDER} | own
 
 
@@ -342,30 +357,38 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
             )
             own = {"method": method, "step_fraction": step, "seconds_per_case": seconds / sides.size}
             own |= {"shared": sides.size, "disagree": int((sides != flags).sum())}
-            yield {"cases_of": name, **against, **own, **wrong_outcome_counts(sides, flags)}
+            yield {"cases_of": name, **against, **own, **wrong_flag_and_side_counts(sides, flags)}
 
 
 def _fall_sides_of_blocks_in_engine(
-    engine: FallSidesOfBlocksFunction, groups: Sequence[CaseGroup], step: float
+    engine: FallSidesOfBlocksFunction, groups: Sequence[CaseGroup], time_step: float
 ) -> Flags:
     """Return the sides to which the blocks of all groups fall in an engine."""
     sides = [
-        _fall_side_of_case_in_engine(engine, group, index, step)
+        _fall_side_of_case_in_engine(engine, group, index, time_step)
         for group in groups
         for index in range(group.cases.case_count)
     ]
     return np.array(sides, np.int8)
 
 
-def _fall_side_of_case_in_engine(engine: FallSidesOfBlocksFunction, group: CaseGroup, index: int, step: float) -> int:
+def _fall_side_of_case_in_engine(
+    engine: FallSidesOfBlocksFunction, group: CaseGroup, index: int, time_step: float
+) -> int:
     """Return the side to which the block of one case falls in an engine."""
     case, interval = group.parameters_of_case(index), group.motion.sampling_interval
     return fall_side_of_block(
-        engine, group.acceleration_of_case(index), interval, case["height"], case["b_over_h"], case["friction"], step
+        engine,
+        group.acceleration_of_case(index),
+        interval,
+        case["height"],
+        case["b_over_h"],
+        case["friction"],
+        time_step,
     )
 
 
-MEASUREMENTS_BY_PART: Final[dict[str, Sequence[Callable[[], Iterator[ErrorTableRow]]]]] = {
+MEASUREMENT_FUNCTIONS_BY_PART: Final[dict[str, Sequence[Callable[[], Iterator[ErrorTableRow]]]]] = {
     "rocking": [partial(measure_errors_against_finer_steps, "rocking")],
     "sliding": [partial(measure_errors_against_finer_steps, "sliding")],
     "stiffness": [partial(measure_errors_over_stiffness, "rocking"), partial(measure_errors_over_stiffness, "sliding")],

@@ -23,7 +23,7 @@ from matplotlib.transforms import Bbox, ScaledTranslation
 from overturning.arrays import FloatArray
 from overturning.figures.style import create_panel_grid
 
-DIRECTIONS: Final = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+COMPASS_DIRECTION_NAMES: Final = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 
 COLOUR_BAR_AXES_LABEL: Final = "<colorbar>"
 """Label of the axes of a colour bar, as Matplotlib gives it."""
@@ -110,7 +110,7 @@ class CompassAxes(PolarAxes):
             _EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks_at_rim else 0.0
         )
         scale = self.figure.dpi_scale_trans
-        for number, name in enumerate(DIRECTIONS):
+        for number, name in enumerate(COMPASS_DIRECTION_NAMES):
             outward = _unit_vector_towards_azimuth(45.0 * number)
             right, up = (float(part) * self._name_distance / 72.0 for part in outward)
             shifted = self.transAxes + ScaledTranslation(right, up, scale)

@@ -80,12 +80,14 @@ def _runge_kutta_step(time, lean, rate, h, side, wave, interval, alpha, square):
 
 @cache_compiled_kernel
 @njit
-def fall_side_and_peak_rotation(wave, interval, b_over_h, alpha, frequency_parameter_squared, velocity_ratio_at_impact):  # type: ignore[no-untyped-def]
+def fall_side_and_peak_rotation(
+    wave, interval, b_over_h, alpha, frequency_parameter_squared, angular_velocity_after_over_before_impact
+):  # type: ignore[no-untyped-def]
     """Return the side to which a rocking block falls, and its largest |θ|/α, with bisection at each impact.
 
     `wave`: base acceleration over g, linear between samples, with a 0 at the end. `alpha`: slenderness, rad.
-    `frequency_parameter_squared`: p², 1/s². `velocity_ratio_at_impact`: ratio of the angular velocities after and
-    before an impact. Computed until 2 s after the record.
+    `frequency_parameter_squared`: p², 1/s². `angular_velocity_after_over_before_impact`: ratio of the angular
+    velocities after and before an impact. Computed until 2 s after the record.
     """
     end = wave.size * interval + 2.0
     now, lean, rate, side, peak = 0.0, 0.0, 0.0, 0, 0.0
@@ -112,7 +114,7 @@ def fall_side_and_peak_rotation(wave, interval, b_over_h, alpha, frequency_param
                 else:
                     low = middle
             rate = (
-                -velocity_ratio_at_impact
+                -angular_velocity_after_over_before_impact
                 * _runge_kutta_step(now, lean, rate, high, side, wave, interval, alpha, frequency_parameter_squared)[1]
             )
             now, lean = now + high, 0.0

@@ -176,7 +176,9 @@ def _compare_survey_with_cube(
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_prediction_findings(result)
     # The summary has printed the doubts.
-    _print_results_with_template(SurveyCommandResults(surveys=[found.model_copy(update={"doubts": []})]), "survey")
+    _print_results_with_template(
+        SurveyCommandResults(surveys=[found.model_copy(update={"survey_file_warnings": []})]), "survey"
+    )
     if output is not None:
         write_result_as_json(result, output)
     if figure is not None:
@@ -229,7 +231,7 @@ def _compare_falls_shifts_and_twists(
         soil_by_site=tuple(grounds.items()),
     )
     found = survey_displacement_findings(result)
-    shown = found.model_copy(update={"doubts": []})
+    shown = found.model_copy(update={"survey_file_warnings": []})
     _print_results_with_template(SurveyCommandResults(survey_displacements=[shown]), "displacements")
     if output is not None:
         write_result_as_json(result, output)

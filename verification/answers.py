@@ -49,7 +49,10 @@ def _short_group_name(group_name: str) -> str:
 def _fault_normal_alignment_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield a row for each group of records: alignment of the falls with the fault normal."""
     for group in found.direction.groups:
-        yield _finding_row(f"alignment with the fault normal, {_short_group_name(group.record_group)}", group.alignment)
+        yield _finding_row(
+            f"alignment with the fault normal, {_short_group_name(group.record_group)}",
+            group.mean_cos_2_angle_to_fault_normal,
+        )
 
 
 def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
@@ -68,8 +71,12 @@ def _variant_comparison_rows(found: Findings) -> Iterator[QuantityValueTextAndEa
     (one,) = (each for each in found.contrasts if each.is_primary_comparison)
     yield _finding_row(f"falls in “{found.study.name}” only", one.share_overturned_only_in_study, percent=True)
     yield _finding_row(f"falls in “{one.variant}” only", one.share_overturned_only_in_variant, percent=True)
-    if one.same_direction_share.value is not None:
-        yield _finding_row("falls the same way, where it falls in both", one.same_direction_share, percent=True)
+    if one.share_within_45_deg_of_each_other_if_both_fall.value is not None:
+        yield _finding_row(
+            "falls the same way, where it falls in both",
+            one.share_within_45_deg_of_each_other_if_both_fall,
+            percent=True,
+        )
 
 
 ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[QuantityValueTextAndEarthquakeCount]]]] = {
@@ -96,8 +103,8 @@ def stack_displacement_table(found: Findings) -> str:
             one.element,
             format_percent(shares[one.variant, one.element]),
             format_percent(one.share_of_falls_by_sliding_off),
-            format_number(one.percentile_90_slip_cm, 1),
-            format_number(one.percentile_90_twist_deg, 1),
+            format_number(one.percentile_90_slip_if_standing_cm, 1),
+            format_number(one.percentile_90_abs_twist_if_standing_deg, 1),
         )
         for one in found.element_displacements
     ]

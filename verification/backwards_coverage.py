@@ -98,7 +98,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
         height,
         shape * np.exp(draw.normal(0, alike, count)),
         friction,
-        level / motion.pgv * np.exp(draw.normal(0, site, count)),
+        level / motion.pgv_m_s * np.exp(draw.normal(0, site, count)),
         damping,
     )
     result = simulate_cases(Cylinder() if columns else RectangularPrism(), motion.motion, cases)
@@ -111,7 +111,7 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
     )
     stones = [
         Stone(bool(fell[i]), float(azimuth[i] % 360) if fell[i] else np.nan, False, b_over_h=float(shape[i]),
-              face_azimuth_deg=float(face[i]), height=float(height[i]), has_round_plan=columns)
+              face_azimuth_deg=float(face[i]), height_m=float(height[i]), has_round_plan=columns)
         for i in range(count) if lapse[i] or result.overturned[i] in (0, 1)
     ]  # fmt: skip
     return SimulatedSurveyWithTrueMotion(motion, level, (motion.peak_velocity_azimuth_deg + turn) % 180, stones)
@@ -123,8 +123,8 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     The widths of the intervals of PGV and PGA are ratios of their bounds.
     """
     found: dict[str, float] = {}
-    pga = posterior.pga[:, None] * posterior.pgv_by_motion_and_level
-    true_pga = survey.true_pgv * survey.true_motion_as_recorded.pga / survey.true_motion_as_recorded.pgv
+    pga = posterior.pga_m_s2_at_pgv_1_m_s[:, None] * posterior.pgv_by_motion_and_level
+    true_pga = survey.true_pgv * survey.true_motion_as_recorded.pga_m_s2 / survey.true_motion_as_recorded.pgv_m_s
     for name, values, true in (("pgv", posterior.pgv_by_motion_and_level, survey.true_pgv), ("pga", pga, true_pga)):
         (low, high), (least, most) = (
             posterior.credible_interval(values),
@@ -159,7 +159,7 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
         )[:, None, None]
         logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
         for power in CANDIDATE_LIKELIHOOD_EXPONENTS:
-            one = inversion.compute_posterior(logs, prior=prior, power=power)
+            one = inversion.compute_posterior(logs, prior=prior, direction_likelihood_exponent=power)
             checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_EVERY_NTH_SURVEY == 0
             about = {
                 "half": events.index(truth.true_motion_as_recorded.earthquake_name) % 2, "power": power,
@@ -280,7 +280,8 @@ def estimate_ruin_motion_as_markdown(threads: int) -> str:
     )
     result = inversion.invert_survey(RUIN_SURVEY_FILE.name, stones)
     write_ground_motion_posterior_figure(result, ROOT / "docs" / "images" / "example-ruin.svg")
-    fit = f"The check whether any motion of the library fits the survey has the p-value {result.fit:.2g}."
+    p_value = result.goodness_of_fit_p_value
+    fit = f"The check whether any motion of the library fits the survey has the p-value {p_value:.2g}."
     tree = parse_markdown(
         render_template_as_markdown(
             SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), name="motions"

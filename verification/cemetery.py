@@ -184,7 +184,8 @@ def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     rows = [
         (one.criterion, one.predicted_fall_condition, format_percent(one.hit_rate),
         format_percent(one.false_alarm_rate),
-         estimate_with_interval_text(one.skill), estimate_with_interval_text(one.mean_skill_within_block_sizes))
+         estimate_with_interval_text(one.skill),
+         estimate_with_interval_text(one.mean_skill_at_fixed_height_and_b_over_h))
         for one in found.scores
     ]  # fmt: skip
     heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")

@@ -57,8 +57,8 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     for one in found:
         turned = (
             "–"
-            if one.median_fall_axis_rotation_deg is None
-            else f"{one.median_fall_axis_rotation_deg:.0f}° ({one.records_with_both_fall_axes})"
+            if one.median_angle_to_fall_axis_without_soil_deg is None
+            else f"{one.median_angle_to_fall_axis_without_soil_deg:.0f}° ({one.records_with_both_fall_axes})"
         )
         fall_rates = [f"{100 * (rate or 0.0):.0f} %" for rate in (one.mean_fall_rate, one.median_fall_rate)]
         pga = (one.median_pga_m_s2 or 0.0) / STANDARD_GRAVITY
@@ -68,16 +68,17 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
                 ground_name(one),
                 f"{pga:.2f}",
                 *fall_rates,
-                one.records_with_half_fallen,
+                one.records_with_at_least_half_fallen,
                 turned,
             )
         )
         if one.amplitude_factor == 1.0:
             text = f"On the ground “{ground_name(one)}”, the mean fall rate over all records is {fall_rates[0]}."
-            if one.median_fall_axis_rotation_deg is not None:
+            if one.median_angle_to_fall_axis_without_soil_deg is not None:
                 text += (
                     f" The axis of the falls on “{ground_name(one)}” differs from the axis on rock by "
-                    f"{one.median_fall_axis_rotation_deg:.0f}° (median over {one.records_with_both_fall_axes} records)."
+                    f"{one.median_angle_to_fall_axis_without_soil_deg:.0f}° (median over "
+                    f"{one.records_with_both_fall_axes} records)."
                 )
             answers.append(text)
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")

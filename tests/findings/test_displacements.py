@@ -50,15 +50,19 @@ def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_resu
     base, shaft, alone = final_slip_and_rotation_of_elements(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
     assert (base.variant, shaft.variant, alone.variant) == (NOMINAL_VARIANT, NOMINAL_VARIANT, "shaft-alone")
-    assert (base.standing_case_count, base.falls, base.share_of_falls_by_sliding_off) == (5, 0, None)
-    assert base.median_slip_cm == pytest.approx(5.0), "3-4-5 cm, whatever its azimuth"
-    assert (base.median_twist_deg, base.percentile_90_twist_deg) == (2.0, 2.0), "of 0, 2, 2, 2, 2 degrees"
-    assert (shaft.standing_case_count, shaft.falls, shaft.share_of_falls_by_sliding_off) == (3, 2, 0.5)
-    assert shaft.median_slip_cm == pytest.approx(1.0)
-    assert shaft.percentile_90_slip_cm == pytest.approx(1.8), "of 0, 1, 2 cm: 0.8 of the way to the last"
-    assert (shaft.median_twist_deg, shaft.percentile_90_twist_deg) == pytest.approx((3.0, 4.6))
-    assert (alone.element, alone.standing_case_count, alone.falls) == ("shaft", 5, 0)
-    assert alone.median_twist_deg == 7.0
+    assert (base.standing_case_count, base.cases_with_fall, base.share_of_falls_by_sliding_off) == (5, 0, None)
+    assert base.median_slip_if_standing_cm == pytest.approx(5.0), "3-4-5 cm, whatever its azimuth"
+    assert (base.median_abs_twist_if_standing_deg, base.percentile_90_abs_twist_if_standing_deg) == (2.0, 2.0), (
+        "of 0, 2, 2, 2, 2 degrees"
+    )
+    assert (shaft.standing_case_count, shaft.cases_with_fall, shaft.share_of_falls_by_sliding_off) == (3, 2, 0.5)
+    assert shaft.median_slip_if_standing_cm == pytest.approx(1.0)
+    assert shaft.percentile_90_slip_if_standing_cm == pytest.approx(1.8), "of 0, 1, 2 cm: 0.8 of the way to the last"
+    assert (shaft.median_abs_twist_if_standing_deg, shaft.percentile_90_abs_twist_if_standing_deg) == pytest.approx(
+        (3.0, 4.6)
+    )
+    assert (alone.element, alone.standing_case_count, alone.cases_with_fall) == ("shaft", 5, 0)
+    assert alone.median_abs_twist_if_standing_deg == 7.0
 
 
 def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
@@ -73,6 +77,6 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
         SimpleNamespace(study=stack_and_single_shaft_results.study, cubes_by_variant={NOMINAL_VARIANT: fallen}),
     )
     base, shaft = final_slip_and_rotation_of_elements(both)
-    assert (base.falls, base.share_of_falls_by_sliding_off) == (5, None)
-    assert (shaft.falls, shaft.share_of_falls_by_sliding_off) == (5, 0.2)
+    assert (base.cases_with_fall, base.share_of_falls_by_sliding_off) == (5, None)
+    assert (shaft.cases_with_fall, shaft.share_of_falls_by_sliding_off) == (5, 0.2)
     assert final_twist_findings(both) is None

@@ -83,30 +83,37 @@ def test_overturned_shares_equal_counts_of_overturning_flags(study_findings: Fin
     flags = study_cube["overturned"].transpose("record", ...).to_numpy().reshape(3, -1)
     for record, own in zip(study_findings.records, flags, strict=True):
         assert record.share_overturned == pytest.approx(np.mean(own[np.isfinite(own)] != 0))
-    assert study_findings.cases.total == flags.size
+    assert study_findings.cases.total_cases == flags.size
     assert study_findings.cases.share_overturned == pytest.approx(np.mean(flags[np.isfinite(flags)] != 0))
-    assert study_findings.cases.computed == flags.size / 2  # φ + 180° mirrors φ
+    assert study_findings.cases.cases_not_copied_by_symmetry == flags.size / 2  # φ + 180° mirrors φ
     assert [record.has_velocity_pulse for record in study_findings.records] == [True, True, False]
 
 
 def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Findings) -> None:
     """One pulse along the normal (60° for a strike of 330°), one along the strike, one along its own normal (20°)."""
     pulse, control = study_findings.direction.groups
-    along, across = (one.alignment or math.nan for one in pulse.by_earthquake)
+    along, across = (one.mean_cos_2_angle_to_fault_normal or math.nan for one in pulse.by_earthquake)
     assert along > 0.5  # falls spread about the axis
     assert across < -0.4
-    assert pulse.alignment.value == pytest.approx(np.mean([one.alignment or math.nan for one in pulse.by_earthquake]))
-    assert control.alignment.value is not None
-    assert control.alignment.value > 0.5
-    assert (pulse.alignment.earthquake_count, control.alignment.earthquake_count) == (2, 1)
-    assert pulse.alignment.low is None  # two earthquakes are too few for an interval
-    assert not pulse.alignment.excludes_zero
+    assert pulse.mean_cos_2_angle_to_fault_normal.value == pytest.approx(
+        np.mean([one.mean_cos_2_angle_to_fault_normal or math.nan for one in pulse.by_earthquake])
+    )
+    assert control.mean_cos_2_angle_to_fault_normal.value is not None
+    assert control.mean_cos_2_angle_to_fault_normal.value > 0.5
+    assert (
+        pulse.mean_cos_2_angle_to_fault_normal.earthquake_count,
+        control.mean_cos_2_angle_to_fault_normal.earthquake_count,
+    ) == (2, 1)
+    assert pulse.mean_cos_2_angle_to_fault_normal.low is None  # two earthquakes are too few for an interval
+    assert not pulse.mean_cos_2_angle_to_fault_normal.excludes_zero
     np.testing.assert_allclose(
         [record.fall_axis_to_fault_normal_angle_deg for record in study_findings.records], [0.0, 90.0, 0.0], atol=2.0
     )
     difference = study_findings.direction.first_minus_second_group_alignment
     assert difference is not None
-    assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
+    assert difference.value == pytest.approx(
+        (pulse.mean_cos_2_angle_to_fault_normal.value or 0.0) - control.mean_cos_2_angle_to_fault_normal.value
+    )
 
 
 def test_earthquakes_with_records_with_and_without_a_pulse_are_counted(study_folder: Path) -> None:
@@ -162,7 +169,10 @@ def test_json_follows_the_schema_and_holds_no_nan(study_findings: Findings) -> N
 
 def test_printed_findings_change_only_in_the_line_of_a_changed_number(study_findings: Findings) -> None:
     lines = list(finding_text_lines(study_findings))
-    assert any(line.startswith("direction, groups, with a velocity pulse, alignment: ") for line in lines)
+    assert any(
+        line.startswith("direction, groups, with a velocity pulse, mean cos 2 angle to fault normal: ")
+        for line in lines
+    )
     shares = {f"records, {one.id}, share overturned: {one.share_overturned:.4g}" for one in study_findings.records}
     assert shares <= set(lines), "the two records of one group are told apart"
     names = [line.partition(":")[0] for line in lines]
@@ -278,7 +288,7 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
         flags = opened["overturned"].sel(amplitude=2.0).to_numpy()
     with open_study_results(made) as results:
         cases = case_counts_and_overturned_shares(results)
-    assert (cases.total, cases.cases_at_other_amplitudes, cases.other_amplitude_cases_without_outcome) == (
+    assert (cases.total_cases, cases.cases_at_other_amplitudes, cases.other_amplitude_cases_without_outcome) == (
         flags.size,
         flags.size,
         np.isnan(flags).sum(),
@@ -288,7 +298,7 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
         cube.assign(overturned=lost).to_netcdf(made / "lost.nc")
     with pytest.warns(UserWarning, match=r"lost\.nc: its outcomes were changed after the run"):
         found = overturning.findings(made / "lost.nc")
-    assert (found.cases.total, found.cases.other_amplitude_cases_without_outcome) == (flags.size, flags.size / 3)
+    assert (found.cases.total_cases, found.cases.other_amplitude_cases_without_outcome) == (flags.size, flags.size / 3)
     assert found.population is not None
     assert found.population.largest_share_without_outcome == 0.0
 
@@ -304,7 +314,10 @@ def test_hash_in_findings_changes_only_if_the_outcomes_change(
         cube = opened.load()
     cube.to_netcdf(path)
     with open_study_results(path) as results:
-        assert (numerical_quality(results).results_cube_sha256, results.changed_cube_names) == (stated, ())
+        assert (numerical_quality(results).results_cube_sha256, results.names_of_cubes_changed_after_run) == (
+            stated,
+            (),
+        )
     cube["overturned"][0] = 0
     cube.to_netcdf(path)
     with pytest.warns(UserWarning, match=r"cube\.nc: its outcomes were changed after the run"):
@@ -359,7 +372,7 @@ def test_records_without_falls_have_no_fall_direction(study_folder: Path) -> Non
         )
         direction = fall_direction_findings(changed)
     assert not direction.has_fall_axis_comparable_with_fault
-    assert all(one.alignment.value is None for one in direction.groups)
+    assert all(one.mean_cos_2_angle_to_fault_normal.value is None for one in direction.groups)
 
 
 @pytest.mark.parametrize(
@@ -386,16 +399,16 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     assert not direction.has_fall_axis_comparable_with_fault
     assert direction.first_minus_second_group_alignment is None
     for group in direction.groups:
-        assert group.alignment.value is None
+        assert group.mean_cos_2_angle_to_fault_normal.value is None
         assert group.fall_axis_from_fault_normal_deg is None
         assert group.axis_resultant_within_record.value is None
-        assert all(rule.alignment.value is None for rule in group.by_rule)
+        assert all(rule.mean_cos_2_angle_to_fault_normal.value is None for rule in group.by_rule)
         assert all(one.fall_axis_from_fault_normal_deg is None for one in group.by_earthquake)
     for record in records:
         assert record.mean_fall_axis_deg is None
         assert record.mean_fall_direction_deg is None
         assert record.fall_axis_resultant is None
-    assert all(one.alignment is None for one in maps.records)
+    assert all(one.mean_cos_2_angle_to_fault_normal is None for one in maps.records)
     expected = {}
     for plane in [60, 75, 90] if reason == "uneven planes" else []:
         flags = study_cube["overturned"].sel(azimuth=[one for one in planes if one % 180 == plane]).to_numpy()
@@ -437,9 +450,9 @@ def test_effect_of_a_predictor_is_stated_only_if_its_interval_excludes_zero(
     assert found is not None
     chances = {
         one.doubled_quantity: (
-            one.fall_probability_from_half,
-            one.fall_probability_from_half_low,
-            one.fall_probability_from_half_high,
+            one.fall_probability_if_half_before,
+            one.fall_probability_if_half_before_low,
+            one.fall_probability_if_half_before_high,
         )
         for one in found.fall_probabilities_after_doubling
     }
@@ -470,7 +483,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
             )
         )
     (soft,) = (one for one in found if one.variant == "soft")
-    assert soft.median_fall_axis_rotation_deg == angle
+    assert soft.median_angle_to_fall_axis_without_soil_deg == angle
     assert (soft.records_with_both_fall_axes > 0) is (angle is not None)
 
 
@@ -496,10 +509,10 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
     share = fell.mean([name for name in flags.dims if name != "record"]).mean()  # each record is an earthquake
     for estimate in (found.share_overturned_study, found.share_overturned_variant):
         assert estimate.value == pytest.approx(float(share))
-    assert [one.share_difference.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
-    assert found.primary_statistic_difference.value == 0.0
-    assert found.fall_rate_in_study is not None
-    assert found.fall_rate_in_study == found.fall_rate_in_variant
+    assert [one.study_minus_variant_share.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
+    assert found.primary_statistic_study_minus_variant.value == 0.0
+    assert found.population_fall_rate_in_study is not None
+    assert found.population_fall_rate_in_study == found.population_fall_rate_in_variant
 
 
 def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(

@@ -73,7 +73,8 @@ def test_report_states_the_share_of_variance_explained_by_base_relief(language: 
     )
     ensemble = EnsembleFindings(
         share_of_cells_repeated=0.5, repeats_every_cell=False, fewest_runs_per_cell=8, most_runs_per_cell=24,
-        mean_runs_per_cell=12, first_batch_runs=8, share_disagreeing=0.4, share_falling_both_ways=0.1,
+        mean_runs_per_cell=12, runs_per_cell_in_first_batch=8, share_of_repeated_cells_with_fall_and_stand=0.4,
+        share_of_repeated_cells_falling_to_both_sides=0.1,
         base_relief=relief,
     )  # fmt: skip
     plain = ensemble.model_copy(update={"base_relief": None})
@@ -122,5 +123,12 @@ def test_shares_of_disagreement_exclude_cells_with_fewer_runs_than_a_batch() -> 
     study = SimpleNamespace(ensemble=EnsembleSettings(members=4))
     found = ensemble_findings(SimpleNamespace(default_element_cube=cube, model=PlanarModel(), study=study))  # type: ignore[arg-type]
     assert found is not None
-    assert (found.first_batch_runs, found.fewest_runs_per_cell, found.share_of_cells_repeated) == (4, 3, 1.0)
-    assert (found.share_disagreeing, found.share_falling_both_ways) == pytest.approx((1 / 3, 1 / 3))
+    assert (found.runs_per_cell_in_first_batch, found.fewest_runs_per_cell, found.share_of_cells_repeated) == (
+        4,
+        3,
+        1.0,
+    )
+    assert (
+        found.share_of_repeated_cells_with_fall_and_stand,
+        found.share_of_repeated_cells_falling_to_both_sides,
+    ) == pytest.approx((1 / 3, 1 / 3))

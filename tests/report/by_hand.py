@@ -17,11 +17,15 @@ def estimate_entry(
 
 def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
     """Return the findings on the fall axes of one group of records with this alignment."""
-    rule = {"records": 14, "alignment": alignment, "largest_possible_alignment": 0.71}
+    rule = {
+        "records_with_counted_falls": 14,
+        "mean_cos_2_angle_to_fault_normal": alignment,
+        "largest_possible_alignment": 0.71,
+    }
     return {
         "record_group": name,
-        "earthquakes": 12,
-        "alignment": alignment,
+        "earthquake_count": 12,
+        "mean_cos_2_angle_to_fault_normal": alignment,
         "largest_possible_alignment": 0.71,
         "fall_axis_from_fault_normal_deg": None,
         "axis_interval_half_width_deg": None,
@@ -30,8 +34,10 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
         "fall_axes_within_45_deg_of_fault_normal": 9,
         "axis_resultant_within_record": estimate_entry(0.73, 0.66, 0.79),
         "by_earthquake": [
-            {"event": "Upper Vale", "alignment": 0.52, "resultant": 0.62, "fall_axis_from_fault_normal_deg": 17.0},
-            {"event": "Lower Vale", "alignment": -0.37, "resultant": 0.42, "fall_axis_from_fault_normal_deg": 61.0},
+            {"event": "Upper Vale", "mean_cos_2_angle_to_fault_normal": 0.52, "fall_axis_resultant_length": 0.62,
+            "fall_axis_from_fault_normal_deg": 17.0},
+            {"event": "Lower Vale", "mean_cos_2_angle_to_fault_normal": -0.37, "fall_axis_resultant_length": 0.42,
+            "fall_axis_from_fault_normal_deg": 61.0},
         ],
         "by_rule": [rule | {"rule": "in some planes", "is_study_rule": True},
                     rule | {"rule": "in all planes", "is_study_rule": False}],
@@ -48,20 +54,24 @@ def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
         "variant": "other", "is_primary_comparison": True, "scene_of_study": "stack", "scene_of_variant": "monolith",
         "differing_settings": ["scene"],
         "element_of_study": "stone", "element_of_variant": "stone", "soil_thickness_m": None,
-        "records": 14, "cases_not_compared": 23, "share_overturned_study": estimate_entry(0.384, 0.203, 0.557),
-        "share_overturned_variant": estimate_entry(0.116, 0.042, 0.263), "share_difference": estimate_entry(0.268,
+        "compared_record_count": 14, "cases_not_compared": 23, "share_overturned_study": estimate_entry(0.384, 0.203,
+        0.557),
+        "share_overturned_variant": estimate_entry(0.116, 0.042, 0.263),
+        "study_minus_variant_share": estimate_entry(0.268,
         0.137, 0.391),
         "share_overturned_only_in_study": estimate_entry(0.271, 0.142, 0.401),
         "share_overturned_only_in_variant": estimate_entry(0.013,
         0.004, 0.029),
-        "share_overturned_in_both": estimate_entry(0.109, 0.037, 0.247), "same_direction_share": estimate_entry(0.86,
+        "share_overturned_in_both": estimate_entry(0.109, 0.037, 0.247),
+        "share_within_45_deg_of_each_other_if_both_fall": estimate_entry(0.86,
         0.74, 0.92),
-        "first_or_lone_fall_in_study_share": estimate_entry(0.81, 0.7, 0.9),
-        "different_direction_share": 0.14,
-        "earlier_fall_in_study_share": estimate_entry(0.57, 0.48, 0.69), "simultaneous_fall_share": estimate_entry(0.0,
+        "share_first_or_alone_in_study_if_any_falls": estimate_entry(0.81, 0.7, 0.9),
+        "share_over_45_deg_apart_if_both_fall": 0.14,
+        "share_earlier_in_study_if_both_fall": estimate_entry(0.57, 0.48, 0.69),
+        "share_simultaneous_if_both_fall": estimate_entry(0.0,
         0.0, 0.22),
-        "by_b_over_h": [], "fall_rate_in_study": None, "fall_rate_in_variant": None,
-        "primary_statistic_difference": estimate_entry(0.268, 0.137, 0.391),
+        "by_b_over_h": [], "population_fall_rate_in_study": None, "population_fall_rate_in_variant": None,
+        "primary_statistic_study_minus_variant": estimate_entry(0.268, 0.137, 0.391),
     }  # fmt: skip
     return parts | changes
 
@@ -71,7 +81,7 @@ CLIPPED_COMPONENT_NOTE = (
 )
 
 RECORD_PROCESSING: dict[str, Any] = {
-    "data_processing_state": "processed", "processed_by": "PEER", "agency_processing": "band-pass filter 0.13 to "
+    "data_processing_state": "processed", "processing_agency": "PEER", "agency_processing": "band-pass filter 0.13 to "
     "24.5 Hz",
     "steps": ["high-pass 0.17 Hz, order 4"], "first_sample_time": "2016-11-13T11:02:14.715Z", "duration_s": 38.4,
     "pga_before_m_s2": 5.41, "pga_after_m_s2": 5.29, "pgv_before_m_s": 0.87, "pgv_after_m_s": 0.83,
@@ -95,7 +105,7 @@ RECORD_FINDING: dict[str, Any] = {
 
 POPULATION_FALL_RATE_FINDING: dict[str, Any] = {
     "stones": 256, "share_outside_grid": 0.043, "mean_share_without_outcome": 0.0,
-    "largest_share_without_outcome": 0.0, "median_share_shifted": None, "median_share_rotated": None,
+    "largest_share_without_outcome": 0.0, "median_share_standing_shifted": None, "median_share_standing_rotated": None,
     "median_fall_rate": 0.17, "lower_quartile_fall_rate": 0.07, "upper_quartile_fall_rate": 0.62,
     "smallest_fall_rate": 0.0, "largest_fall_rate": 0.97, "by_record": [], "records_without_vertical_motion": 28,
     "by_intensity": [{"jma_degree": "lower", "median_fall_rate": 0.22,
@@ -113,22 +123,26 @@ POPULATION_FALL_RATE_FINDING: dict[str, Any] = {
 DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "study": {
         "name": "by-hand", "title": "By hand", "question": "Which way?", "question_kind": "direction",
-        "primary_statistic": "alignment", "comparison_variant_of_primary_statistic": None, "model": "planes",
-        "free_elements": ["stone"], "variants": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.6],
-        "friction": [0.5, 0.8], "direction_count": 72, "amplitude_factors": [1.0], "max_ensemble_members_per_case": 24,
+        "primary_statistic": "alignment", "comparison_variant_of_primary_statistic": None, "model_kind": "planes",
+        "free_element_names": ["stone"], "variant_names": [], "height_m": [0.6, 1.2], "b_over_h": [0.1, 0.6],
+        "friction": [0.5, 0.8], "azimuth_or_orientation_count": 72, "amplitude_factors": [1.0],
+        "max_ensemble_members_per_case": 24,
         "applies_vertical_motion": False,
     },
     "study_counts": {
         "records": 28, "earthquakes": 14, "earthquakes_in_several_groups": 6,
         "heights": 4, "b_over_h_values": 11, "frictions": 6, "blocks": 264,
-        "direction_step_deg": 5.0, "first_direction_deg": 0.0, "last_direction_deg": 355.0,
-        "azimuth_gaps": [(90.0, 120.0)], "records_with_imposed_fall_axis": [], "has_mirrored_falls": True,
+        "azimuth_or_orientation_step_deg": 5.0, "smallest_azimuth_or_orientation_deg": 0.0,
+        "largest_azimuth_or_orientation_deg": 355.0,
+        "unsimulated_azimuth_ranges_deg": [(90.0, 120.0)], "records_with_imposed_fall_axis": [],
+        "has_mirrored_falls": True,
         "free_elements": 1,
         "reported_element": "stone", "has_square_base": False, "records_with_applied_vertical_motion": 0,
         "records_with_unused_vertical_motion": 0,
-        "records_without_stated_pulse": [], "doubts_about_earthquake_assignment": [], "other_amplitude_factors": 0,
+        "records_without_stated_pulse": [], "doubts_about_earthquake_assignment": [], "other_amplitude_factor_count": 0,
     },
-    "cases": {"total": 133056, "computed": 66528, "cases_without_outcome_by_status": {"step limit": 19},
+    "cases": {"total_cases": 133056, "cases_not_copied_by_symmetry": 66528,
+    "cases_without_outcome_by_status": {"step limit": 19},
     "share_overturned": 0.353,
               "overturned_share_within_45_deg_of_fault_normal": 0.37,
               "overturned_share_beyond_45_deg_of_fault_normal": 0.34},
@@ -137,7 +151,7 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
         "groups": [fall_axis_findings_of_group("with a velocity pulse", estimate_entry(0.15, -0.18, 0.41, 12)),
                    fall_axis_findings_of_group("without (control)", estimate_entry(0.05, -0.32, 0.36, 8))],
         "first_minus_second_group_alignment": estimate_entry(0.103, -0.39, 0.53),
-        "outcome_change_share_between_neighbours": {},
+        "neighbour_outcome_change_share_by_dimension": {},
     },
     "contrasts": [], "reference_alignments": [], "planar_model_agreement": None, "element_outcomes": [],
     "element_displacements": [],
@@ -146,44 +160,50 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
     "inferred_motions": [],
     "published_peaks": [], "published_agreement": [], "published_comparisons": [],
     "population": POPULATION_FALL_RATE_FINDING,
-    "logistic_fit": {"coefficients": [], "fitted_outcomes": 22176, "earthquakes": 14, "level": 0.95,
+    "logistic_fit": {"coefficients": [], "fitted_outcome_count": 22176, "earthquake_count": 14,
+    "confidence_level": 0.95,
     "reason_for_missing_fit_or_interval": "",
                      "fall_probabilities_after_doubling": [{"doubled_quantity": "PGA and PGV",
-                     "fall_probability_from_half": 0.94,
-                                      "fall_probability_from_half_low": 0.77, "fall_probability_from_half_high": 0.991},
-                                     {"doubled_quantity": "PGV alone", "fall_probability_from_half": 0.84,
-                                      "fall_probability_from_half_low": 0.58,
-                                      "fall_probability_from_half_high": 0.93}]},
+                     "fall_probability_if_half_before": 0.94,
+                                      "fall_probability_if_half_before_low": 0.77,
+                                      "fall_probability_if_half_before_high": 0.991},
+                                     {"doubled_quantity": "PGV alone", "fall_probability_if_half_before": 0.84,
+                                      "fall_probability_if_half_before_low": 0.58,
+                                      "fall_probability_if_half_before_high": 0.93}]},
     "criteria_scores": {
         "scores": [{"criterion": "West", "predicted_fall_condition": "PGA above a limit", "hit_rate": 0.99,
         "false_alarm_rate": 0.56,
-                    "skill": estimate_entry(0.43, 0.29, 0.58), "mean_skill_within_block_sizes": estimate_entry(0.23,
+                    "skill": estimate_entry(0.43, 0.29, 0.58),
+                    "mean_skill_at_fixed_height_and_b_over_h": estimate_entry(0.23,
                     0.08, 0.34),
-                    "skill_within_pulse_criterion_range": 0.31},
+                    "mean_skill_within_pulse_criterion_range": 0.31},
                    {"criterion": "B/H alone", "predicted_fall_condition": "B/H below 0.33", "hit_rate": 0.74,
                    "false_alarm_rate": 0.19,
-                    "skill": estimate_entry(0.55, 0.41, 0.66), "mean_skill_within_block_sizes": estimate_entry(0.0),
-                    "skill_within_pulse_criterion_range": 0.0}],
+                    "skill": estimate_entry(0.55, 0.41, 0.66),
+                    "mean_skill_at_fixed_height_and_b_over_h": estimate_entry(0.0),
+                    "mean_skill_within_pulse_criterion_range": 0.0}],
         "significantly_best_criterion": "", "largest_skill_criterion": "West",
         "skill_lead_over_other_criteria": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
         "insignificant_skill_differences": [{"first_criterion": "West", "second_criterion": "Ishiyama",
                                  "first_minus_second": estimate_entry(0.101, -0.03, 0.19)}],
-        "share_beyond_pulse_criterion_range": 0.28,
+        "share_of_cases_beyond_pulse_criterion_range": 0.28,
     },
     "final_twist": None,
     "ensemble": {"share_of_cells_repeated": 0.47, "repeats_every_cell": False, "fewest_runs_per_cell": 8,
-                 "most_runs_per_cell": 24, "mean_runs_per_cell": 12.5, "first_batch_runs": 8, "share_disagreeing": 0.16,
-                 "share_falling_both_ways": 0.26},
+                 "most_runs_per_cell": 24, "mean_runs_per_cell": 12.5, "runs_per_cell_in_first_batch": 8,
+                 "share_of_repeated_cells_with_fall_and_stand": 0.16,
+                 "share_of_repeated_cells_falling_to_both_sides": 0.26},
     "convergence": None,
     "maps": {"height_m": 0.6, "friction": 0.8, "smallest_b_over_h": 0.1,
-             "records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "median",
-                          "alignment": 0.52}]},
+             "records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason_for_choice": "median",
+                          "mean_cos_2_angle_to_fault_normal": 0.52}]},
     "records": [RECORD_FINDING],
     "record_notes": {"records_with_notes": 1,
                      "doubts": [{"doubt": d, "count": 1, "records": ["vale"]} for d in RECORD_PROCESSING["doubts"]]},
-    "status_case_counts": [{"status": "simulated", "cells": 101528}, {"status": "step limit", "cells": 19}],
+    "status_case_counts": [{"status": "simulated", "case_count": 101528}, {"status": "step limit", "case_count": 19}],
     "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
-    "numerical_quality": {"mean_energy_error": 1e-4, "largest_energy_error": 0.007, "largest_penetration_m": 1e-5,
+    "numerical_quality": {"mean_energy_error_share_of_input": 1e-4, "largest_energy_error_share_of_input": 0.007,
+    "largest_penetration_m": 1e-5,
                           "results_cube_sha256": "abcdef", "software_versions": {"overturning": "x.y"}},
 }  # fmt: skip
 
@@ -199,7 +219,8 @@ CONVERGENCE_CHECK_FINDINGS: dict[str, Any] = {
         "chaotic_cases": 2, "block_steps": 900},
         "amplitude_change_rerun": None, "rigid_block_comparison": None,
     },
-    "is_sample": True, "share_below_rocking_and_sliding_thresholds": 0.245, "fall_azimuth_changes_with_amplitude": None,
+    "reruns_random_sample_only": True, "share_below_rocking_and_sliding_thresholds": 0.245,
+    "fall_azimuth_changes_with_amplitude": None,
     "records_with_most_changes": [
         {"record": "vale", "changes": {"changed_count": 7, "compared_count": 88, "value": 0.08, "low": 0.041,
         "high": 0.157}},
@@ -305,8 +326,8 @@ def _observed_mean_direction_finding(mean: float | None, half_width: float | Non
         "sample_size": 19,
         "mean_deg": mean,
         "interval_half_width_deg": half_width,
-        "resultant": 0.57,
-        "p_value": p_value,
+        "mean_resultant_length": 0.57,
+        "uniformity_p_value": p_value,
     }
 
 
@@ -314,9 +335,9 @@ def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
     """Return the findings on the observed falls of one site, with changes."""
     return {
         "site": site, "stones": 34, "fell": 22, "stands": 7, "standing_shifted_or_twisted": 4, "not_counted": 5,
-        "reasons_not_counted": {"fixed_stone_share": 3, "broken": 2}, "fell_in_unknown_direction": 3,
-        "fell_share": {"value": 0.759, "low": 0.565, "high": 0.897},
-        "stands_share": {"value": 0.241, "low": 0.103, "high": 0.435},
+        "not_counted_by_reason": {"fixed": 3, "broken": 2}, "fell_in_unknown_direction": 3,
+        "fell_share_of_counted": {"value": 0.759, "low": 0.565, "high": 0.897},
+        "stands_share_of_counted": {"value": 0.241, "low": 0.103, "high": 0.435},
         "not_counted_share": {"value": 0.147, "low": 0.05, "high": 0.311},
         "direction": _observed_mean_direction_finding(131.0, 23.0, 0.0024),
         "axis": _observed_mean_direction_finding(None, None, 0.28),
@@ -330,7 +351,8 @@ OBSERVED_SURVEY_FINDINGS: dict[str, Any] = {
     "all_sites": _observed_site_findings(""),
     "sites": [
         _observed_site_findings("upper", axis=_observed_mean_direction_finding(122.0, 8.0, 0.013)),
-        _observed_site_findings("", fell_share=None, stands_share=None, axis=_observed_mean_direction_finding(99.0,
+        _observed_site_findings("", fell_share_of_counted=None, stands_share_of_counted=None,
+        axis=_observed_mean_direction_finding(99.0,
         None, 0.0005))
     ],
 }  # fmt: skip
@@ -343,13 +365,14 @@ INFERRED_MOTION: dict[str, Any] = {
     "everything_fell": False, "velocity_axis_credible_arc_half_width_deg": 43.0,
     "probability_of_strongest_pgv_level": 0.07,
     "probability_of_weakest_pgv_level": 0.0,
-    "weakest_pgv_level_cm_s": 6.0, "strongest_pgv_level_cm_s": 400.0, "fixed_stone_share": 0.02, "fit_p_value": 0.33,
+    "weakest_pgv_level_cm_s": 6.0, "strongest_pgv_level_cm_s": 400.0, "assumed_fixed_stone_share": 0.02,
+    "fit_p_value": 0.33,
     "any_motion_fits": True,
     "has_no_upper_strength_bound": True, "has_no_lower_strength_bound": False, "direction_likelihood_exponent": 0.3,
     "likeliest_motions": [{"motion": "vale", "posterior_probability": 0.19, "prior_probability": 0.04}],
     "stones_without_height": 3,
-    "stones_without_b_over_h": 5, "sizes_assumed": True, "assumed_height_m": {"low": 0.61, "high": 0.92},
-    "assumed_width_m": {"low": 0.31, "high": 0.42},
+    "stones_without_b_over_h": 5, "has_assumed_sizes": True, "assumed_height_m": {"low_m": 0.61, "high_m": 0.92},
+    "assumed_width_m": {"low_m": 0.31, "high_m": 0.42},
     "sites": [
         {"site": "upper", "fell": 13, "stood": 6, "peak_velocity_axis_deg": 118.0,
         "velocity_axis_credible_arc_width_deg": 98.0,
@@ -393,33 +416,43 @@ def study_section_of_findings(question_kind: str, **study: Any) -> dict[str, Any
 
 
 ELEMENT_OUTCOME = {
-    "variant": "nominal", "scene": "stack", "element": "shaft", "cases": 12096, "falls": 4880, "first_fall_count": 4711,
-    "share_overturned": 0.403, "first_fall_share": 0.965, "lone_fall_share": 0.914,
+    "variant": "nominal", "scene": "stack", "element": "shaft", "cases_with_outcome": 12096, "falls": 4880,
+    "first_fall_count": 4711,
+    "share_overturned": 0.403, "first_share_of_its_falls": 0.965, "lone_share_of_its_falls": 0.914,
     "median_fall_time_s": 4.95}  # fmt: skip
 ELEMENT_DISPLACEMENT = {
-    "variant": "nominal", "scene": "stack", "element": "shaft", "standing_case_count": 7216, "median_slip_cm": 0.3,
-    "percentile_90_slip_cm": 2.7, "median_twist_deg": 0.4, "percentile_90_twist_deg": 6.2, "falls": 4880,
+    "variant": "nominal", "scene": "stack", "element": "shaft", "standing_case_count": 7216,
+    "median_slip_if_standing_cm": 0.3,
+    "percentile_90_slip_if_standing_cm": 2.7, "median_abs_twist_if_standing_deg": 0.4,
+    "percentile_90_abs_twist_if_standing_deg": 6.2, "cases_with_fall": 4880,
     "share_of_falls_by_sliding_off": 0.126}  # fmt: skip
 SITE_EFFECT_FINDING = {
-    "variant": "other", "equivalent_linear": True, "layers": [{"thickness_m": 20.0, "shear_wave_velocity_m_s": 180.0}],
+    "variant": "other", "has_equivalent_linear_layer": True, "layers": [{"thickness_m": 20.0,
+    "shear_wave_velocity_m_s": 180.0}],
     "amplitude_factor": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
-    "records_with_half_fallen": 9, "median_fall_axis_rotation_deg": 14.0,
+    "records_with_at_least_half_fallen": 9, "median_angle_to_fall_axis_without_soil_deg": 14.0,
     "records_with_both_fall_axes": 21}  # fmt: skip
 FALL_RATE_COMPARISON_FINDINGS = {
-    "fall_rate_in_study": estimate_entry(0.31, 0.22, 0.43), "fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
-    "primary_statistic_difference": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
+    "population_fall_rate_in_study": estimate_entry(0.31, 0.22, 0.43),
+    "population_fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
+    "primary_statistic_study_minus_variant": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
 PLANAR_MODEL_AGREEMENT_FINDING = {
-    "cases": 66528, "same_outcome_share": 0.967, "same_outcome_share_near_boundary": 0.854,
+    "compared_case_count": 66528, "same_outcome_share": 0.967, "same_outcome_share_near_boundary": 0.854,
     "only_3d_overturns_share": 0.021,
     "only_2d_overturns_share": 0.012, "same_fall_edge_share": 0.743,
     "mean_angle_between_fall_axes_deg": 23.0}  # fmt: skip
-TWIST_OF_STANDING_STONES = {"stones": 31000, "median_deg": 0.4, "percentile_90_deg": 6.2, "largest_deg": 88.0}
+TWIST_OF_STANDING_STONES = {
+    "moved_standing_stone_count": 31000,
+    "median_abs_twist_deg": 0.4,
+    "percentile_90_abs_twist_deg": 6.2,
+    "largest_abs_twist_deg": 88.0,
+}
 
 STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "direction": findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, convergence=CONVERGENCE_CHECK_FINDINGS),
     "reference": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("reference", primary_statistic="alignment",
-        model="space"),
+        model_kind="space"),
         reference_alignments=[REFERENCE_ALIGNMENT_FINDING,
         REFERENCE_ALIGNMENT_FINDING | {"record_group": "without (control)"}],
         planar_model_agreement=PLANAR_MODEL_AGREEMENT_FINDING, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
@@ -427,9 +460,10 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "vertical": findings_without_fall_axis(
         "no fault normal", study=study_section_of_findings("vertical", applies_vertical_motion=True), population=None,
         study_counts=ONE_RECORD_COUNTS | {"records_with_applied_vertical_motion": 1},
-        contrasts=[variant_comparison_findings(differing_settings=["vertical"], share_difference=estimate_entry(-0.006,
+        contrasts=[variant_comparison_findings(differing_settings=["vertical"],
+        study_minus_variant_share=estimate_entry(-0.006,
         n=1),
-                                         primary_statistic_difference=estimate_entry(-0.006, n=1))]),
+                                         primary_statistic_study_minus_variant=estimate_entry(-0.006, n=1))]),
     "scene": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene"), study_counts={"free_elements": 3,
         "reported_element": "shaft",
@@ -437,9 +471,9 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         contrasts=[variant_comparison_findings(element_of_study="shaft", element_of_variant="monolith")],
         element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
     "stack in 3-D": findings_with_changed_entries(
-        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene", model="space"),
+        DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene", model_kind="space"),
         study_counts={"free_elements": 3, "reported_element": "shaft", "has_mirrored_falls": False},
-        contrasts=[variant_comparison_findings(different_direction_share=0.21, element_of_study="shaft",
+        contrasts=[variant_comparison_findings(share_over_45_deg_apart_if_both_fall=0.21, element_of_study="shaft",
         element_of_variant="shaft")],
         element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
         element_displacements=[ELEMENT_DISPLACEMENT,
@@ -456,24 +490,26 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("survey"), surveys=[SURVEY_COMPARISON],
         inferred_motions=[INFERRED_MOTION],
         published_peaks=[{"component": "north", "measure": "PGA", "unit": "Gal", "published_peak": 1023.3,
-                          "computed": 1019.4, "relative_difference": -0.0038,
-                          "max_difference_explained_by_processing": 0.01,
+                          "computed_peak": 1019.4, "computed_over_published_minus_1": -0.0038,
+                          "max_relative_difference_from_processing": 0.01,
                           "agrees": True}],
         published_agreement=[{"variant": "nominal", "blocks": 12, "fully_agreeing_block_count": 9,
                               "fully_agreeing_heights_m": [0.4, 0.95]}],
-        published_comparisons=[{"variant": "nominal", "record": "vale", "azimuth_deg": 61.0, "height_m": 0.7,
+        published_comparisons=[{"variant": "nominal", "record": "vale", "motion_azimuth_deg": 61.0, "height_m": 0.7,
                                 "friction": 0.8, "published_overturns": True, "computed_overturns": False}]),
     "nothing falls": findings_without_fall_axis("no falls", cases={"share_overturned": 0.0}, population=None),
     "uneven planes": findings_with_changed_entries(
         findings_without_fall_axis("uneven planes", study_counts={
-            "azimuth_gaps": [(100.0, 240.0)], "direction_step_deg": 20.0, "first_direction_deg": 60.0,
-            "last_direction_deg": 100.0}),
+            "unsimulated_azimuth_ranges_deg": [(100.0, 240.0)], "azimuth_or_orientation_step_deg": 20.0,
+            "smallest_azimuth_or_orientation_deg": 60.0,
+            "largest_azimuth_or_orientation_deg": 100.0}),
         direction={"has_fall_axis_comparable_with_fault": False,
         "reason_for_no_axis_comparable_with_fault": "uneven planes", "groups": [],
                    "share_overturned_by_plane": [{"azimuth_deg": 60.0, "share_overturned": 0.41},
                                                  {"azimuth_deg": 80.0, "share_overturned": 0.23}]},
-        maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale", "reason": "first with falls",
-                           "alignment": None}]},
+        maps={"records": [{"record": "vale", "station": "Vale", "event": "Upper Vale",
+        "reason_for_choice": "first with falls",
+                           "mean_cos_2_angle_to_fault_normal": None}]},
     ),
     "everything falls": findings_without_fall_axis("falls in every plane", cases={"share_overturned": 1.0}),
     "unknown outcomes": findings_without_fall_axis(

@@ -110,7 +110,7 @@ def test_headline_of_a_comparison_follows_from_its_interval(
     difference: dict[str, Any], words: dict[str, str], said: list[str], language: str
 ) -> None:
     headline, _ = headline_and_text_of_comparison_report(
-        "vertical", language, primary_statistic_difference=difference, **SMALL_OVERTURNED_SHARES
+        "vertical", language, primary_statistic_study_minus_variant=difference, **SMALL_OVERTURNED_SHARES
     )
     for one in (words[language], *said):
         assert one in headline
@@ -140,7 +140,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     same = {
         "share_overturned_only_in_study": none,
         "share_overturned_only_in_variant": none,
-        "primary_statistic_difference": estimate_entry(0.0, 0.0, 0.0),
+        "primary_statistic_study_minus_variant": estimate_entry(0.0, 0.0, 0.0),
     }
     headline, text = headline_and_text_of_comparison_report("vertical", language, **shares, **same)
     assert {"en": "No stone falls, neither with vertical", "ja": "墓石は一つも転倒しない"}[language] in headline
@@ -155,7 +155,7 @@ def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, lan
     data = json.loads(handwritten_findings_of_study("vertical").model_dump_json())
     other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}
     data["contrasts"].append(
-        data["contrasts"][0] | other | {"different_direction_share": None, "is_primary_comparison": False}
+        data["contrasts"][0] | other | {"share_over_45_deg_apart_if_both_fall": None, "is_primary_comparison": False}
     )
     if primary:
         data["contrasts"] = [data["contrasts"][1] | {"is_primary_comparison": True}]
@@ -180,9 +180,9 @@ def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist
     data["element_outcomes"][0] |= {
         "variant": "nominal",
         "element": data["study_counts"]["reported_element"],
-        "first_fall_share": 0.97,
+        "first_share_of_its_falls": 0.97,
     }
-    data["contrasts"][0]["simultaneous_fall_share"] = estimate_entry(same_time)
+    data["contrasts"][0]["share_simultaneous_if_both_fall"] = estimate_entry(same_time)
     text = report_text(Findings.model_validate(data), language)
     assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
     order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
@@ -286,7 +286,7 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
         "fall_probabilities_after_doubling": [],
         "coefficients": [row] if fitted else [],
         "reason_for_missing_fit_or_interval": note,
-        "earthquakes": 1,
+        "earthquake_count": 1,
     }
     found = Findings.model_validate(data)
     text, page = (
@@ -347,7 +347,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
     [
         (
             "direction",
-            {("direction", "groups", 1, "alignment"): NO_VALUE | {"earthquake_count": 0}},
+            {("direction", "groups", 1, "mean_cos_2_angle_to_fault_normal"): NO_VALUE | {"earthquake_count": 0}},
             {"en": "without one –", "ja": "含まない記録で –"},
             {
                 "en": "without one no record has both falls and a known fault normal.",
@@ -357,8 +357,8 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         (
             "direction",
             {
-                ("direction", "groups", 0, "alignment"): NO_INTERVAL,
-                ("direction", "groups", 1, "alignment"): NO_INTERVAL,
+                ("direction", "groups", 0, "mean_cos_2_angle_to_fault_normal"): NO_INTERVAL,
+                ("direction", "groups", 1, "mean_cos_2_angle_to_fault_normal"): NO_INTERVAL,
             },
             {"en": "over earthquakes with its 95 % interval", "ja": "平均値とその 95 % 信頼区間"},
             {"en": "over earthquakes; too few earthquakes", "ja": "平均値。地震の数が少ない"},
@@ -439,7 +439,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("logistic_fit",): {"earthquakes": 1, "coefficients": [INTERCEPT_COEFFICIENT]}},
+            {("logistic_fit",): {"earthquake_count": 1, "coefficients": [INTERCEPT_COEFFICIENT]}},
             {"en": "1 earthquakes", "ja": "1 earthquake"},
             {"en": "of 1 earthquake;", "ja": "(1 地震、"},
         ),
@@ -451,7 +451,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         ),
         (
             "direction",
-            {("study_counts",): {"other_amplitude_factors": 2}},
+            {("study_counts",): {"other_amplitude_factor_count": 2}},
             {"en": "66,528 were computed and the others follow by symmetry.", "ja": "(残りは対称性による)。一つ"},
             {"en": "cases under the records as they are; 66,528", "ja": "ほかの 2 通りの倍率"},
         ),
@@ -473,8 +473,11 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
         (
             "no fault normal",
             {
-                ("study_counts",): {"direction_step_deg": None, "first_direction_deg": 32.0},
-                ("study",): {"direction_count": 1},
+                ("study_counts",): {
+                    "azimuth_or_orientation_step_deg": None,
+                    "smallest_azimuth_or_orientation_deg": 32.0,
+                },
+                ("study",): {"azimuth_or_orientation_count": 1},
             },
             {"en": "1 azimuth", "ja": "1 通りの方位"},
             {"en": "turned to the azimuth 32°;", "ja": "記録は方位 32° の成分"},
@@ -509,7 +512,7 @@ def test_2d_and_3d_fall_axes_are_compared_only_if_blocks_fall_in_both_models(
 ) -> None:
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())
     data["planar_model_agreement"] |= {
-        "cases": cases,
+        "compared_case_count": cases,
         "mean_angle_between_fall_axes_deg": angle,
         "only_3d_overturns_share": 0.0,
     }

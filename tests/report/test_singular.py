@@ -25,7 +25,7 @@ from tests.report.by_hand import (
 )
 from tests.report.test_templates import report_text
 
-KEYS_OF_COUNTS_ABOVE_ONE = ("first_batch_runs", "fewest_runs_per_cell", "most_runs_per_cell")
+KEYS_OF_COUNTS_ABOVE_ONE = ("runs_per_cell_in_first_batch", "fewest_runs_per_cell", "most_runs_per_cell")
 """Counts of findings that are at least 2: runs of an ensemble."""
 
 COUNTED_NOUNS = "stone|case|cell|record|range|interval|earthquake|motion|fall|block|stack|orientation|height|azimuth"
@@ -53,11 +53,11 @@ SURVIVAL_FINDINGS_OF_ONE_STONE = {
     "hazard_unit_warnings": [],
     "survey_stone_counts": {"stood": 1, "fell": 0, "total": 1, "fall_rate_upper_bound_per_year": 0.0037,
     "confidence_of_fall_rate_bound": 0.95,
-               "share": 1.0, "low": 0.05, "high": 1.0},
+               "standing_share": 1.0, "low": 0.05, "high": 1.0},
 }  # fmt: skip
 SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES = SURVIVAL_FINDINGS_OF_ONE_STONE | {
     "survey_stone_counts": SURVIVAL_FINDINGS_OF_ONE_STONE["survey_stone_counts"]
-    | {"fell": 1, "total": 2, "fall_rate_upper_bound_per_year": None, "share": 0.5}  # type: ignore[operator]
+    | {"fell": 1, "total": 2, "fall_rate_upper_bound_per_year": None, "standing_share": 0.5}  # type: ignore[operator]
 }
 
 
@@ -110,10 +110,10 @@ def test_count_of_one_is_printed_in_the_singular(template: str, found: BaseModel
         ("direction", "study_counts", {"records": 1}, {"records": 2},
          {"en": ["Under the record as it is, the fall rate is", "the median fall rate is"],
           "ja": ["、転倒率は ", "、転倒率の中央値は"]}),
-        ("reference", "final_twist", {"stones": 9}, {"stones": 10},
+        ("reference", "final_twist", {"moved_standing_stone_count": 9}, {"moved_standing_stone_count": 10},
          {"en": ["The largest turn about the vertical is 88.0°", "nine tenths by at most 6.2°"],
           "ja": ["最大で 88.0°", "九割が 6.2° 以下"]}),
-        ("reference", "study", {"direction_count": 1}, {"direction_count": 18},
+        ("reference", "study", {"azimuth_or_orientation_count": 1}, {"azimuth_or_orientation_count": 18},
          {"en": [", in 1 orientation", ", each in 18 orientations"], "ja": ["1 通りの向き", "18 通りの向き"]}),
         ("scene", "study_counts", {"free_elements": 1}, {"free_elements": 3},
          {"en": ["the azimuth that the scene faces", "the azimuth that the stack faces"],
@@ -138,7 +138,7 @@ def test_report_prints_a_90th_percentile_twist_of_zero(language: str) -> None:
     """
     data = json.loads(handwritten_findings_of_study("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:
-        one |= {"percentile_90_twist_deg": 0.0, "share_of_falls_by_sliding_off": 1.0}
+        one |= {"percentile_90_abs_twist_if_standing_deg": 0.0, "share_of_falls_by_sliding_off": 1.0}
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "by at most 0.0° in nine tenths", "ja": "九割のケースで 0.0° 以下"}[language] in text
     assert {"en": "otherwise it tips", "ja": "残りは傾いて"}[language] not in text

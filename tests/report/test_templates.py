@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from syrupy.assertion import SnapshotAssertion
 
 from overturning.findings.collect import Findings
-from overturning.findings.population import JMA_DEGREES
+from overturning.findings.population import JMA_DEGREES_WITH_INTENSITY_RANGES
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.status import CaseStatus
 from overturning.report.render import (
@@ -240,7 +240,7 @@ def test_report_omits_the_twist_of_stones_that_never_stand(language: str) -> Non
     name = next(name for name in STUDY_FINDINGS if handwritten_findings_of_study(name).element_displacements)
     data = handwritten_findings_of_study(name).model_dump()
     for one, left in ((1, 1), (0, 0)):
-        data["element_displacements"][one]["percentile_90_twist_deg"] = None
+        data["element_displacements"][one]["percentile_90_abs_twist_if_standing_deg"] = None
         text = report_text(Findings.model_validate(data), language)
         assert "–°" not in text
         assert text.count(twisted) == left, text
@@ -253,8 +253,8 @@ def test_headline_says_more_than_45_degrees_apart_for_opposite_falls_in_3d_only(
         name for name in STUDY_FINDINGS if handwritten_findings_of_study(name).study.question_kind == "vertical"
     )
     data = handwritten_findings_of_study(name).model_dump()
-    data["study"]["model"] = model
-    data["contrasts"][0]["different_direction_share"] = 0.27
+    data["study"]["model_kind"] = model
+    data["contrasts"][0]["share_over_45_deg_apart_if_both_fall"] = 0.27
     headline = re.search(r"^# .*", render_template_as_markdown(Findings.model_validate(data), "en"), re.MULTILINE)
     assert headline is not None
     assert headline[0].endswith(f"of those that fall in both settings fall {said}")
@@ -277,11 +277,17 @@ def test_a_survey_is_called_small_only_if_it_has_few_falls(language: str) -> Non
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("survey").model_dump_json())
-    ground = {"thickness_m": 12.5, "mean_shear_wave_velocity_m_s": 183.4, "equivalent_linear": True, "rock_pga_g": 0.31,
+    ground = {"soil_thickness_m": 12.5, "mean_shear_wave_velocity_m_s": 183.4, "has_equivalent_linear_layer": True,
+    "rock_pga_g": 0.31,
               "strain_exceeds_curve": False}  # fmt: skip
-    upper = ground | {"site": "upper", "converged": False, "strain_exceeds_curve": True, "surface_pga_g": 0.47}
+    upper = ground | {
+        "site": "upper",
+        "equivalent_linear_iteration_converged": False,
+        "strain_exceeds_curve": True,
+        "surface_pga_g": 0.47,
+    }
     data["surveys"][0]["cemetery_soil_findings"] = [
-        ground | {"site": "", "converged": True, "surface_pga_g": 0.52},
+        ground | {"site": "", "equivalent_linear_iteration_converged": True, "surface_pga_g": 0.52},
         upper,
     ]
     text = report_text(Findings.model_validate(data), language)
@@ -291,7 +297,9 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
     assert text.count({"en": "did not converge", "ja": "収束しなかった"}[language]) == 1
     assert text.count({"en": "exceeds the curve of a layer", "ja": "曲線の範囲を超え"}[language]) == 1
     assert {"en": "at the surface of the soil of each cemetery", "ja": "地盤の層を与えた墓地では地表"}[language] in text
-    data["surveys"][0]["cemetery_soil_findings"] = [ground | {"site": "", "converged": True, "surface_pga_g": 0.52}]
+    data["surveys"][0]["cemetery_soil_findings"] = [
+        ground | {"site": "", "equivalent_linear_iteration_converged": True, "surface_pga_g": 0.52}
+    ]
     assert {"en": "The stones: motion", "ja": "墓石：厚さ"}[language] in report_text(
         Findings.model_validate(data), language
     )
@@ -376,7 +384,7 @@ def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> Non
 @pytest.mark.parametrize(
     ("study", "path", "value", "shown"),
     [
-        ("direction", ("direction", "groups", 0, "alignment", "value"), 0.8765, "0.88"),
+        ("direction", ("direction", "groups", 0, "mean_cos_2_angle_to_fault_normal", "value"), 0.8765, "0.88"),
         ("direction", ("convergence", "comparisons", 0, "fall_side_changes", "value"), 0.432, "43.2"),
         ("reference", ("reference_alignments", 0, "alignment_with_best_reference_axis", "value"), 0.8765, "0.88"),
         ("scene", ("contrasts", 0, "share_overturned_study", "value"), 0.7654, "76.5"),
@@ -452,7 +460,7 @@ def test_every_name_in_the_findings_has_a_japanese_label() -> None:
         *BLOCK_SELECTION_RULE_NAMES,
         *CRITERION_NAMES,
         *STATUS_NAMES,
-        *(d for d, *_ in JMA_DEGREES if " " in d),
+        *(d for d, *_ in JMA_DEGREES_WITH_INTENSITY_RANGES if " " in d),
     } <= {*labels}
 
 
@@ -480,7 +488,7 @@ def test_headline_differs_for_alignment_intervals_above_below_and_around_0() -> 
     headlines = []
     for value, low, high in ((0.5, 0.2, 0.7), (0.3, 0.1, 0.6), (-0.5, -0.7, -0.2), (0.1, -0.2, 0.4)):
         data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
-        data["direction"]["groups"][0]["alignment"] |= {"value": value, "low": low, "high": high}
+        data["direction"]["groups"][0]["mean_cos_2_angle_to_fault_normal"] |= {"value": value, "low": low, "high": high}
         text = render_template_as_markdown(Findings.model_validate(data))
         headlines.append(re.findall(r"^# (.*)$", text, flags=re.MULTILINE))
     assert [len(one) for one in headlines] == [1, 1, 1, 1]
@@ -491,7 +499,12 @@ def test_headline_differs_for_alignment_intervals_above_below_and_around_0() -> 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_says_no_interval_for_an_alignment_of_few_earthquakes(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
-    data["direction"]["groups"][0]["alignment"] |= {"value": 0.417, "low": None, "high": None, "earthquake_count": 3}
+    data["direction"]["groups"][0]["mean_cos_2_angle_to_fault_normal"] |= {
+        "value": 0.417,
+        "low": None,
+        "high": None,
+        "earthquake_count": 3,
+    }
     text = report_text(Findings.model_validate(data), language)
     assert {"en": "0.42 (no interval; 3 earthquakes)", "ja": "0.42 (信頼区間なし、3 地震)"}[language] in text
     data = json.loads(handwritten_findings_of_study("reference").model_dump_json())

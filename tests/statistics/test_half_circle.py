@@ -79,7 +79,7 @@ def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
 def predicted_azimuth_and_side_probabilities(cube: xr.Dataset) -> np.ndarray:
     """Return the predicted probabilities of fall azimuths, and of fall sides of a stone that faces 252°."""
     site = SiteFallPrediction(cube.isel(record=[0]))
-    stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=252)
+    stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=252)
     return np.concatenate(
         [site.fall_sector_probabilities_for_unknown_face(), site.standing_and_side_probabilities(stone)]
     )
@@ -169,7 +169,7 @@ def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimu
 
     A stone that faces 250° would fall backwards if it used the outcome of the opposite azimuth, 70°.
     """
-    stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
+    stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = cube_of_stone_in_front_of_wall(np.ones_like)
     stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
         stone
@@ -190,7 +190,7 @@ def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() 
 def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
     half = cube_of_stone_in_front_of_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
-    stone = Stone(fell=True, azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
+    stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SiteFallPrediction(half, background=0).standing_and_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
     populations = {face: StonePopulation(face=face, face_spread=0, stones=64) for face in (60, 250)}
     rates = {face: population_outcome_rates_by_record(half, stones) for face, stones in populations.items()}

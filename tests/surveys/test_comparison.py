@@ -31,7 +31,7 @@ def cube_of_falls_around_azimuth_60(make_cube_from_fall_rules, make_sector_fall_
 
 def fallen_stone(azimuth: float, **more) -> Stone:
     """Return a stone that fell towards an azimuth, degrees."""
-    return Stone(fell=True, azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
+    return Stone(fell=True, fall_azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
 
 
 def random_fallen_stones(n: int, centre: float, half_width_deg: float, seed: int) -> list[Stone]:
@@ -111,7 +111,7 @@ def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_fa
 def test_falls_noted_as_octants_carry_less_evidence_than_azimuths(cube_of_falls_around_azimuth_60) -> None:
     exact = random_fallen_stones(30, 60, 30, seed=3)
     coarse = [
-        Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), has_octant_direction=True)
+        Stone(fell=True, fall_azimuth_deg=45.0 * (((s.fall_azimuth_deg + 22.5) % 360) // 45), has_octant_direction=True)
         for s in exact
     ]
     fine = compare_survey_with_prediction(exact, cube_of_falls_around_azimuth_60)
@@ -125,7 +125,9 @@ def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_azimuth_60
     one = compare_survey_with_prediction(
         [fallen_stone(60), fallen_stone(60), fallen_stone(80)], cube_of_falls_around_azimuth_60
     )
-    two = compare_survey_with_prediction([fallen_stone(60, count=2), fallen_stone(80)], cube_of_falls_around_azimuth_60)
+    two = compare_survey_with_prediction(
+        [fallen_stone(60, stone_count=2), fallen_stone(80)], cube_of_falls_around_azimuth_60
+    )
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
     assert one.observed_count_by_octant.tolist() == two.observed_count_by_octant.tolist()
 
@@ -133,7 +135,7 @@ def test_count_of_a_stone_equals_repeated_stones(cube_of_falls_around_azimuth_60
 def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
     inside = [fallen_stone(60), fallen_stone(60, b_over_h=0.4), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.3)]
-    outside = [fallen_stone(60, b_over_h=0.5, count=2), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.1)]
+    outside = [fallen_stone(60, b_over_h=0.5, stone_count=2), fallen_stone(60, b_over_h=0.2, b_over_h_side=0.1)]
     found = compare_survey_with_prediction([*inside, *outside], cube)
     assert found.stones_outside_b_over_h_grid == 3
     assert compare_survey_with_prediction(outside[1:], cube).stones_outside_b_over_h_grid == 1
@@ -153,7 +155,7 @@ def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube_fro
     cube = make_cube_from_fall_rules(
         lambda azimuth, *_: np.isfinite(azimuth), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4)
     )
-    stone = fallen_stone(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], count=2)
+    stone = fallen_stone(0, face_azimuth_deg=0.0, b_over_h=shape[0], b_over_h_side=shape[1], stone_count=2)
     found = compare_survey_with_prediction([stone], cube)
     assert found.stones_far_outside_b_over_h_grid == (0 if predicted else 2)
     assert np.isfinite(found.computed_fall_share) == predicted
@@ -171,7 +173,7 @@ def test_stones_far_outside_the_grid_of_b_over_h_are_not_predicted(make_cube_fro
     ],
 )
 def test_note_counts_stones_far_outside_the_grid_of_a_study(shapes, count, theirs) -> None:
-    stones = [fallen_stone(0, b_over_h=front, b_over_h_side=side, count=2) for front, side in shapes]
+    stones = [fallen_stone(0, b_over_h=front, b_over_h_side=side, stone_count=2) for front, side in shapes]
     notes = note_on_b_over_h_far_outside_study(stones, (0.2, 0.3, 0.4), "a.csv")
     start = (
         f"a.csv: {count} stones with b_over_h or b_over_h_side {theirs}, far outside the study's b_over_h, 0.2 to 0.4:"
@@ -401,8 +403,8 @@ def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
 ) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest_b_over_h=0.3), azimuth=range(0, 360, 2))
     stones = [
-        Stone(True, 65.0, False, count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
-        Stone(False, math.nan, False, count=2, b_over_h=0.5, face_azimuth_deg=60),
+        Stone(True, 65.0, False, stone_count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
+        Stone(False, math.nan, False, stone_count=2, b_over_h=0.5, face_azimuth_deg=60),
         Stone(True, 240.0, False, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
         fallen_stone(60),
     ]
@@ -439,8 +441,8 @@ def test_missing_face_and_slenderness_are_counted_only_where_missing(
 
 def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_azimuth_60) -> None:
     """Stones with unknown direction do not affect statistics of directions (regression: they counted as standing)."""
-    stones = [*random_fallen_stones(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
-    lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
+    stones = [*random_fallen_stones(20, 60, 30, 3), Stone(False, math.nan, False, stone_count=4)]
+    lost = Stone(True, math.nan, False, stone_count=5, b_over_h=0.2, face_azimuth_deg=60.0)
     without = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
     found = compare_survey_with_prediction([*stones, lost], cube_of_falls_around_azimuth_60)
     assert (found.fallen, found.stood, found.fallen_count_in_known_direction, found.falls_without_direction) == (
@@ -482,12 +484,12 @@ STANDING_STONE = Stone(False, math.nan, False, b_over_h=0.2, face_azimuth_deg=0.
         # Half-way between a B/H that falls and one that stands.
         ([fallen_stone(0, b_over_h=0.35, face_azimuth_deg=0.0)], 0.75 * 0.75, 0.0, 0.75),
         # Known heights; of 0.9 m half falls at the low friction, and outside the grid the nearest height counts.
-        ([fallen_stone(0, b_over_h=0.2, height=1.2)], 1.0, math.nan, math.nan),
-        ([fallen_stone(0, b_over_h=0.2, height=0.9)], 0.75, 0.5, 1.0),
-        ([fallen_stone(0, b_over_h=0.2, height=3.0), fallen_stone(0, b_over_h=0.2, height=0.2)], 0.75, 0.5, 1.0),
+        ([fallen_stone(0, b_over_h=0.2, height_m=1.2)], 1.0, math.nan, math.nan),
+        ([fallen_stone(0, b_over_h=0.2, height_m=0.9)], 0.75, 0.5, 1.0),
+        ([fallen_stone(0, b_over_h=0.2, height_m=3.0), fallen_stone(0, b_over_h=0.2, height_m=0.2)], 0.75, 0.5, 1.0),
         # Without sizes: three of five B/H fall.
         ([fallen_stone(0)], 0.6 * 0.75, 0.0, 0.6),
-        ([fallen_stone(0, count=3), fallen_stone(0, b_over_h=0.5)], 0.75 * 0.6 * 0.75, 0.0, 0.75 * 0.6),
+        ([fallen_stone(0, stone_count=3), fallen_stone(0, b_over_h=0.5)], 0.75 * 0.6 * 0.75, 0.0, 0.75 * 0.6),
     ],
 )
 def test_computed_share_of_falls_has_the_range_over_height_and_friction(
@@ -498,7 +500,7 @@ def test_computed_share_of_falls_has_the_range_over_height_and_friction(
     )
     share = (found.computed_fall_share, found.lowest_computed_fall_share, found.highest_computed_fall_share)
     assert share == pytest.approx((mean, low, high), nan_ok=True)
-    assert found.stones_outside_height_grid == sum(one.height in (0.2, 3.0) for one in stones)
+    assert found.stones_outside_height_grid == sum(one.height_m in (0.2, 3.0) for one in stones)
 
 
 def test_computed_fall_share_uses_the_known_face_or_all_orientations(
@@ -526,7 +528,10 @@ def test_computed_fall_share_uses_the_known_face_or_all_orientations(
     heights = make_cube_from_fall_rules(
         make_sector_fall_rule(60, 30), azimuth=range(0, 360, 5), height=(0.6, 1.2), friction=(1.0,)
     )
-    half = fallen_stone(60, b_over_h=0.3, height=0.8, face_azimuth_deg=60), fallen_stone(60, b_over_h=0.3, height=0.8)
+    half = (
+        fallen_stone(60, b_over_h=0.3, height_m=0.8, face_azimuth_deg=60),
+        fallen_stone(60, b_over_h=0.3, height_m=0.8),
+    )
     for stones, of in (
         ([standing_stone_of_known_face(60)], site),
         (list(half), heights),
@@ -541,7 +546,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
 
     Falls spread evenly within δ of 60° have the mean direction 60° and the resultant sin δ/δ.
     """
-    stones = [fallen_stone(60, count=14), Stone(False, math.nan, False, count=6)]
+    stones = [fallen_stone(60, stone_count=14), Stone(False, math.nan, False, stone_count=6)]
     found = survey_prediction_findings(
         StoredSurveyComparison(
             "", "", "", compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60, background=0.0)
@@ -595,9 +600,9 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
     """Slender blocks fall in every plane, to both azimuths equally; stout ones have no outcome, at any height."""
     site = make_cube_from_fall_rules(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[0] < 180, 1, -1)))
     site["overturned"].loc[{"height": 1.2}] = np.nan
-    slender = Stone(False, math.nan, False, count=2, height=1.0, b_over_h=0.2, face_azimuth_deg=60.0)
-    stout = Stone(False, math.nan, False, count=3, b_over_h=0.4, face_azimuth_deg=60.0)
-    fell = fallen_stone(60, count=5, b_over_h=0.5, face_azimuth_deg=60.0)
+    slender = Stone(False, math.nan, False, stone_count=2, height_m=1.0, b_over_h=0.2, face_azimuth_deg=60.0)
+    stout = Stone(False, math.nan, False, stone_count=3, b_over_h=0.4, face_azimuth_deg=60.0)
+    fell = fallen_stone(60, stone_count=5, b_over_h=0.5, face_azimuth_deg=60.0)
     found = compare_survey_with_prediction([slender, stout, fell, fallen_stone(10, b_over_h=0.4)], site)
     assert (found.stones_without_computed_outcome, found.falls_without_computed_outcome) == (9, 6)
     assert found.computed_fall_share == 1.0
@@ -692,13 +697,13 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(
     stands = make_cube_from_fall_rules(lambda azimuth, *_: 0 * azimuth, azimuth=range(0, 360, 2))
     falls = make_cube_from_fall_rules(lambda azimuth, *_: np.where(azimuth < 180, 1, -1), azimuth=range(0, 360, 2))
     stones = [
-        replace(standing_stone_of_known_face(), site="A", count=3),
-        replace(standing_stone_of_known_face(), site="B", count=1),
+        replace(standing_stone_of_known_face(), site="A", stone_count=3),
+        replace(standing_stone_of_known_face(), site="B", stone_count=1),
     ]
     found = compare_survey_with_prediction(stones, stands, site_cubes={"B": falls})
     assert found.computed_fall_share == pytest.approx(1 / 4)
     # B lists its fallen stones alone: they count neither in the observed nor in the computed share.
-    only_fallen = [stones[0], Stone(True, 90.0, False, site="B", count=5), Stone(True, 90.0, False, site="A")]
+    only_fallen = [stones[0], Stone(True, 90.0, False, site="B", stone_count=5), Stone(True, 90.0, False, site="A")]
     found = compare_survey_with_prediction(only_fallen, stands, site_cubes={"B": falls})
     assert found.fallen == 6
     assert found.fallen_count_at_sites_with_standing_stones == 1

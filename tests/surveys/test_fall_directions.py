@@ -13,7 +13,7 @@ from overturning.surveys.stones import Stone
 
 def fallen_stone(azimuth: float, **more) -> Stone:
     """Return a stone that fell towards an azimuth, degrees."""
-    return Stone(fell=True, azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
+    return Stone(fell=True, fall_azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
 
 
 def cube_with_two_fall_directions(
@@ -55,7 +55,7 @@ def test_rotating_survey_and_cube_together_changes_no_test_result(
         fallen_stone(azimuth, b_over_h=b)
         for azimuth, b in zip(generator.uniform(0, 360, 20), [0.2, 0.4] * 10, strict=True)
     ]
-    turned = [replace(stone, azimuth_deg=(stone.azimuth_deg + turn) % 360) for stone in stones]
+    turned = [replace(stone, fall_azimuth_deg=(stone.fall_azimuth_deg + turn) % 360) for stone in stones]
     first, second = (
         compare_survey_with_prediction(stones, cube),
         compare_survey_with_prediction(turned, cube.roll(azimuth=turn // 15, roll_coords=False)),

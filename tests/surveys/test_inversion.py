@@ -96,7 +96,7 @@ def stone_of_round_column(size: tuple[float, float], azimuth: float = math.nan, 
     The azimuth is in degrees.
     """
     height, shape = size
-    return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, has_round_plan=True)
+    return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height_m=height, has_round_plan=True)
 
 
 def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
     one = inversion_with_known_outcomes.compute_posterior(
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([])
     )
-    assert one.probability == pytest.approx(one.prior)
+    assert one.posterior_probability == pytest.approx(one.prior_probability)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
     half = np.log(SIMULATED_PGV_M_S[1] / SIMULATED_PGV_M_S[0]) / 2
     width = np.log(SIMULATED_PGV_M_S[-1] / SIMULATED_PGV_M_S[0]) + 2 * half
@@ -150,8 +150,12 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
         [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
-        inversion_with_known_outcomes.compute_posterior(logs, power=1.0).credible_axis_arc_middle_and_width_deg()[1]
-        < inversion_with_known_outcomes.compute_posterior(logs, power=0.1).credible_axis_arc_middle_and_width_deg()[1]
+        inversion_with_known_outcomes.compute_posterior(
+            logs, direction_likelihood_exponent=1.0
+        ).credible_axis_arc_middle_and_width_deg()[1]
+        < inversion_with_known_outcomes.compute_posterior(
+            logs, direction_likelihood_exponent=0.1
+        ).credible_axis_arc_middle_and_width_deg()[1]
     )
 
 
@@ -174,7 +178,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
 def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
-    octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, has_round_plan=True)
+    octant = Stone(True, 45.0, True, b_over_h=0.2, height_m=0.9, has_round_plan=True)
     assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
@@ -190,7 +194,7 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
 def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
-    lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, has_round_plan=True)
+    lost = Stone(True, math.nan, False, b_over_h=0.2, height_m=0.9, has_round_plan=True)
     ways = [
         inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
             [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
@@ -207,7 +211,7 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     low, stood = (one.posterior.credible_interval(one.posterior.pgv_by_motion_and_level) for one in answers)
     assert low[0] > 0.2 > stood[0]
     np.testing.assert_allclose(answers[0].posterior.peak_velocity_axis_probabilities().sum(), 1)
-    assert answers[0].fit > 0.1
+    assert answers[0].goodness_of_fit_p_value > 0.1
 
 
 def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
@@ -268,20 +272,23 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
         "odd.csv",
         [stone_of_round_column(ROUND_COLUMN_SIZES[2], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[0], count=12)],
     )
-    assert odd.fit < 0.01
+    assert odd.goodness_of_fit_p_value < 0.01
     assert not inferred_motion_findings(odd).any_motion_fits
     even = inversion_with_known_outcomes.invert_survey(
         "even.csv",
         [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[2], count=12)],
     )
-    assert even.fit > 0.1
+    assert even.goodness_of_fit_p_value > 0.1
     assert inferred_motion_findings(even).any_motion_fits
 
 
 def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:
-    tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, has_round_plan=True), Stone(True, 60, False, 2, height=0.75)
+    tall, shaped = (
+        Stone(True, 60, False, 4, b_over_h=0.2, has_round_plan=True),
+        Stone(True, 60, False, 2, height_m=0.75),
+    )
     answer = inversion_with_known_outcomes.invert_survey("x.csv", [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0)])
-    assert not inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0])]).sizes_assumed
+    assert not inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0])]).has_assumed_sizes
     found = inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (StoneDimensions.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
@@ -317,11 +324,11 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
         one.compute_posterior(one.log_likelihoods_of_survey_by_motion(stones))
         for one in (inversion_with_known_outcomes, loose)
     )
-    assert less.probability[:, 6:].sum() > 2 * bound.probability[:, 6:].sum()
+    assert less.posterior_probability[:, 6:].sum() > 2 * bound.posterior_probability[:, 6:].sum()
 
 
 def test_stone_dimensions_to_simulate_have_the_smaller_of_both_b_over_h() -> None:
-    stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
+    stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height_m=0.8)
     assert StoneDimensions.from_stone(stone) == StoneDimensions(0.8, 0.25, 2.0)
     assert stone.slender_plane_azimuth_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
@@ -337,10 +344,10 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     The pulse's 0.4 g lie between the 0.15 g and the 0.6 g that lift the one and the other edge.
     """
     one = elliptic_candidate_motion(1.0)
-    slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
+    slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height_m": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
     asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneDimensions.from_stone(north)], folder=tmp_path))
-    level = int(np.argmin(np.abs(SIMULATED_PGV_M_S * one.pga / one.pgv - 0.4 * 9.80665)))
+    level = int(np.argmin(np.abs(SIMULATED_PGV_M_S * one.pga_m_s2 / one.pgv_m_s - 0.4 * 9.80665)))
     stands = [asked.outcome_probabilities(stone)[0, level, 0, STANDING_OUTCOME_INDEX] for stone in (north, east)]
     assert stands[0] < 0.3
     assert stands[1] > 0.8
@@ -380,7 +387,7 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
     low, high = (one := asked.compute_posterior(asked.log_likelihoods_of_survey_by_motion(stones))).credible_interval(
         one.pgv_by_motion_and_level
     )
-    assert low < factors.mean() * truth.pgv < high
+    assert low < factors.mean() * truth.pgv_m_s < high
     assert high / low < 8  # before the survey 15
 
 
@@ -411,8 +418,8 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
 
 def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
     for name, stone in (
-        ("b_over_h 1.5", Stone(False, math.nan, False, b_over_h=1.5, line=7)),
-        ("height_m 50", Stone(False, math.nan, False, height=50.0, line=7)),
+        ("b_over_h 1.5", Stone(False, math.nan, False, b_over_h=1.5, line_number=7)),
+        ("height_m 50", Stone(False, math.nan, False, height_m=50.0, line_number=7)),
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
             StoneDimensions.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
@@ -420,7 +427,7 @@ def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
 
 def test_error_about_stone_sizes_names_the_file_and_all_lines() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
-    stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
+    stones = [Stone(False, math.nan, False, height_m=height, line_number=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
         dimensions_of_survey_stones(stones, "ruin.csv")
 
@@ -461,7 +468,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
             np.searchsorted(grid, value * 1.001) - 1
             for grid, value in ((SIMULATED_HEIGHTS_M, height), (SIMULATED_B_OVER_H, shape))
         ]
-        level = np.searchsorted(SIMULATED_PGV_M_S, amplitude * one.pgv * 1.001) - 1
+        level = np.searchsorted(SIMULATED_PGV_M_S, amplitude * one.pgv_m_s * 1.001) - 1
         return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
 
     def fake_results_from_case_parameters(
@@ -482,7 +489,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
             SIMULATED_HEIGHTS_M[h],
             SIMULATED_B_OVER_H[b],
             SIMULATED_FRICTIONS[f],
-            SIMULATED_PGV_M_S[at] / one.pgv,
+            SIMULATED_PGV_M_S[at] / one.pgv_m_s,
             15.0 * o,
         )
         assert found[nodes.index((h, b)), f, at, o] == expected
@@ -508,12 +515,12 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
     ]
     found = inversion_with_known_outcomes.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
     alone = [inversion_with_known_outcomes.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
-    assert [(one.name, one.fell, one.stood) for one in found.site_results] == [("A", 4, 3), ("B", 2, 2)]
+    assert [(one.survey_or_site_name, one.fell, one.stood) for one in found.site_results] == [("A", 4, 3), ("B", 2, 2)]
     for site, one in zip(found.site_results, alone, strict=True):
-        assert site.posterior.probability == pytest.approx(one.posterior.probability)
-        assert (site.fit, one.site_results) == (one.fit, ())
-    product = alone[0].posterior.probability * alone[1].posterior.probability
-    assert found.posterior.probability == pytest.approx(product / product.sum())
+        assert site.posterior.posterior_probability == pytest.approx(one.posterior.posterior_probability)
+        assert (site.goodness_of_fit_p_value, one.site_results) == (one.goodness_of_fit_p_value, ())
+    product = alone[0].posterior.posterior_probability * alone[1].posterior.posterior_probability
+    assert found.posterior.posterior_probability == pytest.approx(product / product.sum())
     write_inversion_result(found, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")
     assert inferred_motion_findings(back) == inferred_motion_findings(found)
@@ -527,7 +534,7 @@ def test_library_has_61_motions_of_20_earthquakes(candidate_motions_of_package: 
     assert sum(one.earthquake_name == "Imperial Valley" for one in every) == 6
     rinaldi = next(one for one in every if "Rinaldi" in one.name)
     # PGV of the fault-normal component by the PEER flatfile: 167 cm/s.
-    assert rinaldi.pgv == pytest.approx(1.67, abs=0.02)
+    assert rinaldi.pgv_m_s == pytest.approx(1.67, abs=0.02)
     with pytest.raises(ArgumentError, match="--alone"):
         candidate_motions(only_user_records=True)
 
@@ -540,10 +547,15 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_o
     )
     write_inversion_result(asked, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")
-    assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)
-    assert back.posterior.probability == pytest.approx(asked.posterior.probability)
+    assert (back.fell, back.stood, back.assumed_fixed_stone_share, back.goodness_of_fit_p_value) == (
+        1,
+        1,
+        0.1,
+        asked.goodness_of_fit_p_value,
+    )
+    assert back.posterior.posterior_probability == pytest.approx(asked.posterior.posterior_probability)
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
-    assert back.posterior.pga == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
+    assert back.posterior.pga_m_s2_at_pgv_1_m_s == pytest.approx(np.pi / np.array([0.5, 0.8]), rel=0.01)
     assert inferred_motion_findings(back) == inferred_motion_findings(asked)
     write_ground_motion_posterior_figure(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")

@@ -38,13 +38,13 @@ def test_counts_and_shares_of_each_site_match_hand_counts_and_scipy(tmp_path: Pa
     assert (first.site, stone_counts(first)) == ("A", (16, 9, 1, 5, 2, 2))
     assert (second.site, stone_counts(second)) == ("B", (5, 3, 0, 0, 0, 2))
     assert stone_counts(found.all_sites) == (21, 12, 1, 5, 2, 4)
-    assert found.all_sites.reasons_not_counted == {"fixed": 2, "broken": 1, "unknown": 1}
-    assert second.fell_share is None, "only fallen stones are listed"
+    assert found.all_sites.not_counted_by_reason == {"fixed": 2, "broken": 1, "unknown": 1}
+    assert second.fell_share_of_counted is None, "only fallen stones are listed"
     assert found.sites_with_fallen_stones_only == ["B"], "its fallen stones would raise the share of all sites together"
     for share, k, n in (
-        (first.fell_share, 9, 14),
-        (first.stands_share, 5, 14),
-        (found.all_sites.fell_share, 9, 14),
+        (first.fell_share_of_counted, 9, 14),
+        (first.stands_share_of_counted, 5, 14),
+        (found.all_sites.fell_share_of_counted, 9, 14),
         (found.all_sites.not_counted_share, 4, 21),
     ):
         exact = scipy.stats.binomtest(k, n).proportion_ci(method="exact")
@@ -56,12 +56,12 @@ def test_mean_directions_of_sites_match_hand_computation(tmp_path: Path) -> None
     found = observed_findings_of_table(tmp_path, TABLE_OF_TWO_SITES)
     first = found.sites[0]
     assert first.direction.mean_deg == pytest.approx(20)
-    assert first.direction.resultant == pytest.approx(math.cos(math.radians(10)))
+    assert first.direction.mean_resultant_length == pytest.approx(math.cos(math.radians(10)))
     # Three falls to 200° are on the axis of the eight to 20°.
     assert found.all_sites.axis.mean_deg == pytest.approx(20)
     assert found.all_sites.axis.sample_size == 11
     north, east = 8 * math.cos(math.radians(10)) - 3, 0.0
-    assert found.all_sites.direction.resultant == pytest.approx(math.hypot(north, east) / 11)
+    assert found.all_sites.direction.mean_resultant_length == pytest.approx(math.hypot(north, east) / 11)
     assert (found.smallest_magnetic_declination_deg, found.largest_magnetic_declination_deg) == (0, 0)
 
 
@@ -82,8 +82,8 @@ def test_p_value_of_two_equal_directions_allows_for_the_azimuth_recording_step(
 ) -> None:
     """By chance two stones have the same recorded step with probability step/360°, or step/180° for axes."""
     found = observed_findings_of_table(tmp_path, text).all_sites
-    assert found.direction.p_value == pytest.approx(direction_p, abs=0.02)
-    assert found.axis.p_value == pytest.approx(axis_p, abs=0.02)
+    assert found.direction.uniformity_p_value == pytest.approx(direction_p, abs=0.02)
+    assert found.axis.uniformity_p_value == pytest.approx(axis_p, abs=0.02)
 
 
 def test_a_single_site_is_not_listed_and_only_used_declinations_count(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_a_single_site_is_not_listed_and_only_used_declinations_count(tmp_path: 
 
 def test_falls_noted_as_compass_points_are_shared_among_rose_sectors() -> None:
     octant, wind = (
-        Stone(True, 45.0, has_octant_direction=True, count=3),
+        Stone(True, 45.0, has_octant_direction=True, stone_count=3),
         Stone(True, 22.5, has_octant_direction=False, has_16_point_direction=True),
     )
     exact = Stone(True, 355.0, has_octant_direction=False)

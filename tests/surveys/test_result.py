@@ -23,7 +23,7 @@ def test_stored_comparison_is_read_back_byte_for_byte(
 ) -> None:
     shape = {"b_over_h": 0.2, "face_azimuth_deg": 60.0} if faces else {}
     found = compare_survey_with_prediction(
-        [Stone(True, 45.0, has_octant_direction=True, count=3, **shape)],
+        [Stone(True, 45.0, has_octant_direction=True, stone_count=3, **shape)],
         make_cube_from_fall_rules(make_sector_fall_rule(60, 30)),
     )
     source, path = tmp_path / "stones.csv", tmp_path / "survey" / "1.json"
@@ -47,7 +47,7 @@ def test_stored_comparison_has_table_comments_and_flags_few_falls(
     source.write_text("# A churchyard,\n#\n##  in haste.\noctant,count\nNE,39\n# no remark\n", encoding="utf-8")
     for count, few in ((39, True), (40, False)):
         found = compare_survey_with_prediction(
-            [Stone(True, 45.0, has_octant_direction=True, count=count)],
+            [Stone(True, 45.0, has_octant_direction=True, stone_count=count)],
             make_cube_from_fall_rules(make_sector_fall_rule(60, 30)),
         )
         made = survey_prediction_findings(make_stored_survey_comparison(source, "r0", found))

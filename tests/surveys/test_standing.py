@@ -42,7 +42,7 @@ def test_fall_rate_under_a_power_law_hazard_matches_the_closed_form(
     hazard = power_law_hazard(1e-4, k, 1e-4, 1e4, count)
     found = estimate_standing_probability(fragility_curve_row(median, spread), hazard, 500.0)
     rate = 1e-4 * median**-k * math.exp(0.5 * (k * spread) ** 2)
-    assert found.annual_fall_rate == pytest.approx(rate, rel=1e-9)
+    assert found.annual_fall_rate_per_stone == pytest.approx(rate, rel=1e-9)
     assert found.standing_probability == pytest.approx(math.exp(-500 * rate), rel=1e-9)
 
 
@@ -70,7 +70,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     found = estimate_standing_probability(
         fragility_curve_row(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
     )
-    assert found.annual_fall_rate == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
+    assert found.annual_fall_rate_per_stone == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
     assert found.fall_rate_share_outside_fragility_data == pytest.approx(
         1 - fall_rate_by_quadrature(0.3, 0.8) / (fall_rate_by_quadrature(0, 9) + top), rel=1e-7
     )
@@ -310,7 +310,7 @@ def test_a_hazard_curve_that_begins_too_high_is_reported(tmp_path: Path, run_sto
             (
                 estimate_standing_probability(
                     fragility_curve_row(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0
-                ).annual_fall_rate,
+                ).annual_fall_rate_per_stone,
                 text,
             )
         )

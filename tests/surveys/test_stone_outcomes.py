@@ -70,7 +70,7 @@ def standing_stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone
     """Return a standing stone with a ratio D/B of depth to width; 0 means a round column."""
     side = b_over_h * aspect if aspect else math.nan
     return Stone(
-        False, math.nan, False, b_over_h=b_over_h, b_over_h_side=side, height=height, has_round_plan=aspect == 0.0
+        False, math.nan, False, b_over_h=b_over_h, b_over_h_side=side, height_m=height, has_round_plan=aspect == 0.0
     )
 
 
@@ -135,7 +135,7 @@ def test_a_motion_that_only_resembles_one_of_the_library_has_no_shipped_outcomes
     for other in (
         motion_with_changed_components(kaikoura, up=None),
         motion_with_changed_components(sine, up=np.ones_like(sine.motion.north)),
-        replace(sine, pga=1.001 * sine.pga),
+        replace(sine, pga_m_s2=1.001 * sine.pga_m_s2),
         replace(sine, peak_velocity_azimuth_deg=90.0),
         CandidateMotion.from_motion("longer", "", Motion(np.append(sine.motion.north, 0.0),
                                     np.append(sine.motion.east, 0.0), sampling_interval=0.01)),

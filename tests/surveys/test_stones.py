@@ -25,14 +25,14 @@ def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) 
             "yes,62.5,,1,0.4,60\n\nyes,,nw,3,,\nno,,,2,0.5,150\n",
         )
     )
-    assert [stone.count for stone in stones] == [1, 3, 2]
-    assert [stone.line for stone in stones] == [3, 5, 6]
-    assert (stones[0].azimuth_deg, stones[0].has_octant_direction, stones[0].face_azimuth_deg) == (62.5, False, 60)
-    assert (stones[1].azimuth_deg, stones[1].has_octant_direction) == (315, True)
+    assert [stone.stone_count for stone in stones] == [1, 3, 2]
+    assert [stone.line_number for stone in stones] == [3, 5, 6]
+    assert (stones[0].fall_azimuth_deg, stones[0].has_octant_direction, stones[0].face_azimuth_deg) == (62.5, False, 60)
+    assert (stones[1].fall_azimuth_deg, stones[1].has_octant_direction) == (315, True)
     assert math.isnan(stones[1].b_over_h)
     assert not stones[2].fell
     assert not any(stone.has_round_plan for stone in stones)
-    assert math.isnan(stones[2].azimuth_deg)
+    assert math.isnan(stones[2].fall_azimuth_deg)
 
 
 def test_a_stone_with_a_direction_counts_as_fallen(tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_a_stone_with_a_direction_counts_as_fallen(tmp_path: Path) -> None:
 def test_magnetic_declination_is_added(tmp_path: Path) -> None:
     text = "azimuth_deg,face_azimuth_deg,magnetic_declination_deg\n5,350,-7.5\n"
     stone = read_counted_stones(write_survey(tmp_path, text))[0]
-    assert stone.azimuth_deg == pytest.approx(357.5)
+    assert stone.fall_azimuth_deg == pytest.approx(357.5)
     assert stone.face_azimuth_deg == pytest.approx(342.5)
 
 
@@ -116,7 +116,7 @@ def test_error_about_a_huge_cell_names_its_line(tmp_path: Path) -> None:
 
 def test_stones_that_all_stood_need_no_direction(tmp_path: Path) -> None:
     stones = read_counted_stones(write_survey(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
-    assert [(stone.fell, stone.count) for stone in stones] == [(False, 4), (False, 2)]
+    assert [(stone.fell, stone.stone_count) for stone in stones] == [(False, 4), (False, 2)]
 
 
 def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) -> None:
@@ -134,7 +134,7 @@ def test_columns_of_unused_data_are_skipped_with_a_note(tmp_path: Path) -> None:
     )
     cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,Tottori,sand,5,"
     stones, notes, doubts = read_counted_stones_with_notes(write_survey(tmp_path, f"{others},octant\n{cells},NE\n"))
-    assert (stones[0].azimuth_deg, stones[0].line, doubts) == (45, 2, [])
+    assert (stones[0].fall_azimuth_deg, stones[0].line_number, doubts) == (45, 2, [])
     assert notes == [
         "survey.csv: column 'cemetery' is read as site",
         "survey.csv: column 'latitude' is read as lat",

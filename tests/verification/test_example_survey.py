@@ -43,7 +43,7 @@ def test_the_survey_page_shows_the_output_of_its_commands() -> None:
         )
     true, text = example_survey.true_motion_of_example_survey(), " ".join(page.split())
     assert f"the velocity of the motion is largest along {true.peak_velocity_azimuth_deg:.0f}°" in text
-    strength = f"a PGV of {100 * true.pgv:.0f} cm/s, a PGA of {true.pga / STANDARD_GRAVITY:.2f} g"
+    strength = f"a PGV of {100 * true.pgv_m_s:.0f} cm/s, a PGA of {true.pga_m_s2 / STANDARD_GRAVITY:.2f} g"
     assert f"{strength} and its largest velocity along {true.peak_velocity_azimuth_deg:.0f}°" in text
     inferred = page.partition("<!-- example-survey-backwards:begin -->")[2].partition("<!--")[0]
     assert [site for site in DIRECTION_NOTATION_BY_SITE if f"\n  {site} " in inferred] == [

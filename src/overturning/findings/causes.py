@@ -41,11 +41,12 @@ class FallProbabilityAfterDoubling(FindingBaseClass):
 
     doubled_quantity: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
-    fall_probability_from_half: OptionalNumber
-    fall_probability_from_half_low: OptionalNumber = None
-    """Lower end of the interval of `fall_probability_from_half`."""
-    fall_probability_from_half_high: OptionalNumber = None
-    """Upper end of the interval of `fall_probability_from_half`."""
+    fall_probability_if_half_before: OptionalNumber
+    """Probability of a fall after doubling if it was 0.5 before."""
+    fall_probability_if_half_before_low: OptionalNumber = None
+    """Lower end of the interval of `fall_probability_if_half_before`."""
+    fall_probability_if_half_before_high: OptionalNumber = None
+    """Upper end of the interval of `fall_probability_if_half_before`."""
 
 
 class LogisticFitFindings(FindingBaseClass):
@@ -53,11 +54,11 @@ class LogisticFitFindings(FindingBaseClass):
 
     coefficients: list[LogisticCoefficient]
     """Coefficient of each predictor."""
-    fitted_outcomes: int
+    fitted_outcome_count: int
     """Number of fitted rows: outcomes of a block in a plane under a record."""
-    earthquakes: int
+    earthquake_count: int
     """Number of earthquakes."""
-    level: float
+    confidence_level: float
     """Probability of the intervals."""
     fall_probabilities_after_doubling: list[FallProbabilityAfterDoubling]
     """Factors on the odds as probabilities, for the predictors whose interval excludes no effect."""
@@ -78,10 +79,10 @@ class CriterionScore(FindingBaseClass):
     """Share of the standing blocks for which the criterion predicts a fall."""
     skill: Estimate
     """Skill over all blocks together."""
-    mean_skill_within_block_sizes: Estimate
+    mean_skill_at_fixed_height_and_b_over_h: Estimate
     """Mean over heights and B/H of the skill among the blocks of one height and B/H."""
-    skill_within_pulse_criterion_range: OptionalNumber
-    """Value of `mean_skill_within_block_sizes` without planes and blocks beyond the range of the pulse criterion."""
+    mean_skill_within_pulse_criterion_range: OptionalNumber
+    """Mean skill at fixed height and B/H without planes and blocks beyond the range of the pulse criterion."""
 
 
 class SkillDifference(FindingBaseClass):
@@ -92,7 +93,7 @@ class SkillDifference(FindingBaseClass):
     second_criterion: str
     """Name of the criterion that is listed second."""
     first_minus_second: Estimate
-    """Value of `mean_skill_within_block_sizes` of the first criterion minus that of the second."""
+    """Value of `mean_skill_at_fixed_height_and_b_over_h` of the first criterion minus that of the second."""
 
 
 class CriteriaFindings(FindingBaseClass):
@@ -101,14 +102,14 @@ class CriteriaFindings(FindingBaseClass):
     scores: list[CriterionScore]
     """Score of each criterion."""
     significantly_best_criterion: str
-    """Criterion with the largest `mean_skill_within_block_sizes`; empty unless it leads all others significantly."""
+    """Criterion with the largest mean skill at fixed height and B/H; empty unless it leads all others significantly."""
     largest_skill_criterion: str
-    """Criterion with the largest estimate of `mean_skill_within_block_sizes`; empty if no skill is defined."""
+    """Criterion with the largest mean skill at fixed height and B/H; empty if no skill is defined."""
     skill_lead_over_other_criteria: dict[str, Estimate]
-    """Value of `mean_skill_within_block_sizes` of `largest_skill_criterion` minus that of each other criterion."""
+    """Mean skill at fixed height and B/H of `largest_skill_criterion` minus that of each other criterion."""
     insignificant_skill_differences: list[SkillDifference]
     """Values of `skill_lead_over_other_criteria` with intervals that include 0, in the order of `scores`."""
-    share_beyond_pulse_criterion_range: OptionalNumber
+    share_of_cases_beyond_pulse_criterion_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
     max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
@@ -121,7 +122,7 @@ class PublishedOutcomeComparison(FindingBaseClass):
     """Name of the variant; "nominal" for the study itself."""
     record: str
     """Identifier of the record."""
-    azimuth_deg: float
+    motion_azimuth_deg: float
     """Azimuth of the motion, degrees."""
     height_m: float
     """Height of the block, m."""
@@ -166,9 +167,9 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     ]
     return LogisticFitFindings(
         coefficients=[] if fit.reason_without_estimate_or_interval.startswith("no fit") else rows,
-        fitted_outcomes=fit.row_count,
-        earthquakes=fit.earthquake_cluster_count,
-        level=CONFIDENCE_LEVEL,
+        fitted_outcome_count=fit.row_count,
+        earthquake_count=fit.earthquake_cluster_count,
+        confidence_level=CONFIDENCE_LEVEL,
         fall_probabilities_after_doubling=[one for one in chances if one is not None],
         reason_for_missing_fit_or_interval=fit.reason_without_estimate_or_interval,
     )
@@ -188,9 +189,9 @@ def _fall_probability_if_quantity_doubles(
     value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
     return FallProbabilityAfterDoubling(
         doubled_quantity=doubled_quantity,
-        fall_probability_from_half=value,
-        fall_probability_from_half_low=low,
-        fall_probability_from_half_high=high,
+        fall_probability_if_half_before=value,
+        fall_probability_if_half_before_low=low,
+        fall_probability_if_half_before_high=high,
     )
 
 
@@ -210,10 +211,10 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
             hit_rate=one.counts_over_all_cases.hit_rate,
             false_alarm_rate=one.counts_over_all_cases.false_alarm_rate,
             skill=estimate_from_mean(one.peirce_skill_over_all_cases, "skill over all blocks together"),
-            mean_skill_within_block_sizes=estimate_from_mean(
+            mean_skill_at_fixed_height_and_b_over_h=estimate_from_mean(
                 one.weighted_mean_skill_over_block_sizes, "mean skill over blocks of one height and B/H"
             ),
-            skill_within_pulse_criterion_range=one.weighted_mean_skill_in_pulse_valid_range,
+            mean_skill_within_pulse_criterion_range=one.weighted_mean_skill_in_pulse_valid_range,
         )
         for one in found.rule_scores
     ]
@@ -231,7 +232,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
         insignificant_skill_differences=_insignificant_skill_differences(
             found.best_criterion.name, leads, [one.criterion for one in scores]
         ),
-        share_beyond_pulse_criterion_range=found.case_share_above_valid_pulse_frequency_ratio,
+        share_of_cases_beyond_pulse_criterion_range=found.case_share_above_valid_pulse_frequency_ratio,
     )
 
 
@@ -264,7 +265,7 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutc
         PublishedOutcomeComparison(
             variant=variant,
             record=row.record,
-            azimuth_deg=row.azimuth,
+            motion_azimuth_deg=row.azimuth,
             height_m=round(height, 9),
             friction=round(friction, 9),
             published_overturns=row.overturns,

@@ -205,9 +205,9 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     """
     path = convert_argument_to_path("cube", cube, "the path of cube.nc, or of its folder: other results are next to it")
     with open_study_results(path, study) as results:
-        for name in results.changed_cube_names:
+        for name in results.names_of_cubes_changed_after_run:
             why = "its outcomes were changed after the run; the findings are of the changed ones and state their hash"
-            warnings.warn(f"{results.folder / name}: {why}", stacklevel=3)
+            warnings.warn(f"{results.results_folder / name}: {why}", stacklevel=3)
         if study is None and (lacking := note_on_findings_missing_without_study_file(results)):
             warnings.warn(lacking, stacklevel=3)  # The caller of `overturning.findings`, a module that can be called.
         return findings_from_results(results)

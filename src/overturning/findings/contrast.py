@@ -34,7 +34,7 @@ class VariantContrast(FindingBaseClass):
     is_primary_comparison: bool
     """True for the variant against which the primary statistic is compared."""
     scene_of_study: str
-    """Title of the scene of the study, and of that of the variant."""
+    """Name of the scene of the study, and of that of the variant."""
     scene_of_variant: str
     element_of_study: str
     """Name of the element that is compared in the study, and of that in the variant."""
@@ -43,7 +43,7 @@ class VariantContrast(FindingBaseClass):
     """Settings that differ: scene, contact, vertical, site."""
     soil_thickness_m: OptionalNumber
     """Thickness of the soil of the variant above the rock, m; None without soil."""
-    records: int
+    compared_record_count: int
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
     cases_not_compared: int
     """Number of cases under these records without an outcome in the study or in the variant."""
@@ -51,7 +51,7 @@ class VariantContrast(FindingBaseClass):
     """Share of the cases that overturn in the study."""
     share_overturned_variant: Estimate
     """Share of the cases that overturn in the variant."""
-    share_difference: Estimate
+    study_minus_variant_share: Estimate
     """Share in the study minus share in the variant, record by record."""
     share_overturned_only_in_study: Estimate
     """Share of the cases that overturn in the study only."""
@@ -59,24 +59,24 @@ class VariantContrast(FindingBaseClass):
     """Share of the cases that overturn in the variant only."""
     share_overturned_in_both: Estimate
     """Share of the cases that overturn in both."""
-    same_direction_share: Estimate
+    share_within_45_deg_of_each_other_if_both_fall: Estimate
     """Share of the falls in both that go within 45° of each other."""
-    different_direction_share: OptionalNumber
+    share_over_45_deg_apart_if_both_fall: OptionalNumber
     """Share of the falls in both that go more than 45° apart; None without such falls."""
-    earlier_fall_in_study_share: Estimate
+    share_earlier_in_study_if_both_fall: Estimate
     """Share of the falls in both that are earlier in the study."""
-    simultaneous_fall_share: Estimate
+    share_simultaneous_if_both_fall: Estimate
     """Share of the falls in both that are at the same time."""
-    first_or_lone_fall_in_study_share: Estimate
+    share_first_or_alone_in_study_if_any_falls: Estimate
     """Share, of the cases with a fall in either, in which the stone of the study falls first or alone; a case with
     falls at the same time counts half."""
     by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
-    fall_rate_in_study: Estimate | None
+    population_fall_rate_in_study: Estimate | None
     """Fall rate of the population in the study under the records as they are, over the stones with an outcome in both;
     None without a population."""
-    fall_rate_in_variant: Estimate | None
-    primary_statistic_difference: Estimate
+    population_fall_rate_in_variant: Estimate | None
+    primary_statistic_study_minus_variant: Estimate
     """Difference of the primary statistic: of the fall rates if that is the fall rate, otherwise of the shares."""
 
 
@@ -89,7 +89,7 @@ class OverturnedSharesAtBOverH(FindingBaseClass):
     """Share of the cases that overturn in the study."""
     share_overturned_variant: Estimate
     """Share of the cases that overturn in the variant."""
-    share_difference: Estimate
+    study_minus_variant_share: Estimate
     """First share minus the second, record by record."""
 
 
@@ -102,7 +102,7 @@ class ElementFallOutcomes(FindingBaseClass):
     """Name of the scene."""
     element: str
     """Name of the element."""
-    cases: int
+    cases_with_outcome: int
     """Number of cases with an outcome."""
     falls: int
     """Number of cases in which the element falls."""
@@ -110,9 +110,9 @@ class ElementFallOutcomes(FindingBaseClass):
     """Share of the cases in which the element falls."""
     first_fall_count: int
     """Number of falls in which no other element falls before."""
-    first_fall_share: OptionalNumber
+    first_share_of_its_falls: OptionalNumber
     """Share of its falls in which no other element falls before; None without falls."""
-    lone_fall_share: OptionalNumber
+    lone_share_of_its_falls: OptionalNumber
     """Share of its falls in which no other element falls at all; None without falls."""
     median_fall_time_s: OptionalNumber
     """Median time of the falls from the start of the record, s."""
@@ -134,7 +134,7 @@ class SiteFallRates(FindingBaseClass):
     """Name of the variant that sets the soil; "nominal" for the study itself."""
     layers: list[SoilLayerSummary]
     """Layers from the surface down; empty for the records without soil."""
-    equivalent_linear: bool
+    has_equivalent_linear_layer: bool
     """True if a layer softens with strain (equivalent-linear computation), False if all layers are linear."""
     amplitude_factor: float
     """Factor on the motion."""
@@ -142,14 +142,14 @@ class SiteFallRates(FindingBaseClass):
     """Median of the largest horizontal acceleration over records, m/s²."""
     mean_fall_rate: OptionalNumber
     """Mean over records of the share of the stones that fall."""
-    median_fall_axis_rotation_deg: OptionalNumber
+    median_angle_to_fall_axis_without_soil_deg: OptionalNumber
     """Median angle, over records, between the fall axes on this ground and on the ground as recorded; None if the
     planes of the study impose the axis."""
     records_with_both_fall_axes: int
     """Number of records with an axis on both grounds."""
     median_fall_rate: OptionalNumber
     """Median over records of the share of the stones that fall."""
-    records_with_half_fallen: int
+    records_with_at_least_half_fallen: int
     """Number of records under which at least half of the stones fall."""
 
 
@@ -209,11 +209,11 @@ def _compare_study_with_variant(
         element_of_variant=elements[1],
         differing_settings=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
         soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
-        records=int(record_indices.size),
+        compared_record_count=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
         share_overturned_study=here,
         share_overturned_variant=there,
-        share_difference=difference,
+        study_minus_variant_share=difference,
         share_overturned_only_in_study=estimate_from_mean(
             found.share_only_this_falls, "share of the cases that overturn in the study only"
         ),
@@ -221,26 +221,26 @@ def _compare_study_with_variant(
             found.share_only_other_falls, "share of the cases that overturn in the variant only"
         ),
         share_overturned_in_both=estimate_from_mean(found.share_both_fall, "share of the cases that overturn in both"),
-        same_direction_share=estimate_from_mean(
+        share_within_45_deg_of_each_other_if_both_fall=estimate_from_mean(
             same_direction, "share of the falls in both that go within 45° of each other"
         ),
-        different_direction_share=1.0 - same_direction.mean if same_direction.earthquake_count else float("nan"),
-        earlier_fall_in_study_share=estimate_from_mean(
+        share_over_45_deg_apart_if_both_fall=1.0 - same_direction.mean if same_direction.earthquake_count else float("nan"),
+        share_earlier_in_study_if_both_fall=estimate_from_mean(
             found.this_earlier_share_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
-        simultaneous_fall_share=estimate_from_mean(
+        share_simultaneous_if_both_fall=estimate_from_mean(
             found.same_time_share_if_both_fall, "share of the falls in both that are at the same time"
         ),
-        first_or_lone_fall_in_study_share=estimate_from_mean(
+        share_first_or_alone_in_study_if_any_falls=estimate_from_mean(
             found.this_first_or_alone_share_if_any_falls,
             "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
         by_b_over_h=_overturned_shares_at_each_b_over_h(
             results.default_element_cube["b_over_h"].to_numpy(), paired, events
         ),
-        fall_rate_in_study=mean_rates[0] if mean_rates else None,
-        fall_rate_in_variant=mean_rates[1] if mean_rates else None,
-        primary_statistic_difference=(
+        population_fall_rate_in_study=mean_rates[0] if mean_rates else None,
+        population_fall_rate_in_variant=mean_rates[1] if mean_rates else None,
+        primary_statistic_study_minus_variant=(
             difference
             if rate_difference is None
             else estimate_from_mean(rate_difference, f"difference of the {FALL_RATE_DESCRIPTION}")
@@ -270,7 +270,7 @@ def _overturned_shares_at_each_b_over_h(
         here, there, difference = _estimates_of_overturned_shares(events, one, other)
         found.append(OverturnedSharesAtBOverH(
             b_over_h=round(float(ratio), 9), share_overturned_study=here, share_overturned_variant=there,
-            share_difference=difference,
+            study_minus_variant_share=difference,
         ))  # fmt: skip
     return found
 
@@ -305,19 +305,20 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
 
 
 def _fall_outcomes_of_element(
-    variant: str, scene: Scene, fall_counts: ElementFallCounts, several_elements: bool
+    variant: str, scene: Scene, fall_counts: ElementFallCounts, scene_has_several_elements: bool
 ) -> ElementFallOutcomes:
     """Return number, share and median time of the falls of one scene element in the study or one of its variants.
 
-    `several_elements` is True if the scene has several.
+    `scene_has_several_elements` is True if the scene has several.
     """
     falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_before_other_elements
     return ElementFallOutcomes(
         variant=variant, scene=scene.name,
-        element=fall_counts.element_name if several_elements else scene.free_element_names[0],
-        cases=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,
-        first_fall_count=first_falls, first_fall_share=first_falls / falls if falls else None,
-        lone_fall_share=fall_counts.count_of_falls_without_other_falls / falls if falls else None,
+        element=fall_counts.element_name if scene_has_several_elements else scene.free_element_names[0],
+        cases_with_outcome=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,
+        first_fall_count=first_falls,
+        first_share_of_its_falls=first_falls / falls if falls else None,
+        lone_share_of_its_falls=fall_counts.count_of_falls_without_other_falls / falls if falls else None,
         median_fall_time_s=fall_counts.median_fall_time_s,
     )  # fmt: skip
 
@@ -345,14 +346,14 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
                         SoilLayerSummary(thickness_m=one.thickness_m, shear_wave_velocity_m_s=one.velocity_m_s)
                         for one in layers
                     ],
-                    equivalent_linear=any(layer.curve for layer in layers),
+                    has_equivalent_linear_layer=any(layer.curve for layer in layers),
                     amplitude_factor=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),
-                    median_fall_axis_rotation_deg=float(np.median(angles)) if angles.size else float("nan"),
+                    median_angle_to_fall_axis_without_soil_deg=float(np.median(angles) if angles.size else np.nan),
                     records_with_both_fall_axes=int(angles.size),
                     median_fall_rate=float(rate.median()),
-                    records_with_half_fallen=int((rate >= 0.5).sum()),
+                    records_with_at_least_half_fallen=int((rate >= 0.5).sum()),
                 )
             )
     return found

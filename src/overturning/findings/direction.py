@@ -29,9 +29,9 @@ class EarthquakeFallAxis(FindingBaseClass):
 
     event: str
     """Name of the earthquake."""
-    alignment: OptionalNumber
+    mean_cos_2_angle_to_fault_normal: OptionalNumber
     """Mean of cos 2Δ; None without falls or fault normal."""
-    resultant: OptionalNumber
+    fall_axis_resultant_length: OptionalNumber
     """Length of the mean of the doubled fall axes: 0 for axes in all directions, 1 for one axis."""
     fall_axis_from_fault_normal_deg: OptionalNumber
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
@@ -44,9 +44,9 @@ class BlockSelectionAlignment(FindingBaseClass):
     """Rule that selects the blocks."""
     is_study_rule: bool
     """True for the rule that the study uses; it was fixed before the results were known."""
-    records: int
+    records_with_counted_falls: int
     """Number of records with falls that count."""
-    alignment: Estimate
+    mean_cos_2_angle_to_fault_normal: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
     largest_possible_alignment: OptionalNumber
     """Alignment if the mean axis of every record were its fault normal."""
@@ -57,9 +57,9 @@ class RecordGroupFallDirection(FindingBaseClass):
 
     record_group: str
     """Name of the group of records."""
-    earthquakes: int
-    """Number of earthquakes with records in the group; `alignment.earthquakes` counts those with an alignment."""
-    alignment: Estimate
+    earthquake_count: int
+    """Number of earthquakes with records in the group; those with an alignment are counted there."""
+    mean_cos_2_angle_to_fault_normal: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
     largest_possible_alignment: OptionalNumber
     """Alignment if the mean axis of every record were its fault normal."""
@@ -99,7 +99,7 @@ class FallDirection(FindingBaseClass):
     """Direction of the falls of each group of records."""
     first_minus_second_group_alignment: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
-    outcome_change_share_between_neighbours: dict[str, OptionalNumber]
+    neighbour_outcome_change_share_by_dimension: dict[str, OptionalNumber]
     """Share of neighbouring cells with different outcomes, by dimension."""
     share_overturned_by_plane: list["OverturnedShareOfPlane"] = Field(default_factory=list)
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
@@ -154,7 +154,7 @@ class PlanarModelAgreement(FindingBaseClass):
     The 2-D model is computed in the two vertical planes that are normal to the side faces of the body.
     """
 
-    cases: int
+    compared_case_count: int
     """Number of cases with both outcomes."""
     same_outcome_share: OptionalNumber
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
@@ -180,8 +180,8 @@ def _alignment_finding_of_block_selection(
     return BlockSelectionAlignment(
         rule=rule_alignment.rule.description_template.format(direction_noun),
         is_study_rule=is_study_rule,
-        records=rule_alignment.records_with_falls_and_fault_normal,
-        alignment=estimate_from_mean(rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION),
+        records_with_counted_falls=rule_alignment.records_with_falls_and_fault_normal,
+        mean_cos_2_angle_to_fault_normal=estimate_from_mean(rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION),
         largest_possible_alignment=rule_alignment.largest_possible_mean_cos_of_doubled_angle,
     )
 
@@ -241,12 +241,16 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
             _alignment_finding_of_block_selection(one, word, one.rule is own)
             for one in results.fault_normal_alignments_by_record_group.get(name, [])
         ]
-        known = [one.alignment.value for one in rules if one.alignment.value is not None]
+        known = [
+            one.mean_cos_2_angle_to_fault_normal.value
+            for one in rules
+            if one.mean_cos_2_angle_to_fault_normal.value is not None
+        ]
         groups.append(
             RecordGroupFallDirection(
                 record_group=name,
-                earthquakes=summary.earthquake_count,
-                alignment=estimate_from_mean(summary.mean_cos_of_doubled_angle_to_fault_normal, ALIGNMENT_DESCRIPTION),
+                earthquake_count=summary.earthquake_count,
+                mean_cos_2_angle_to_fault_normal=estimate_from_mean(summary.mean_cos_of_doubled_angle_to_fault_normal, ALIGNMENT_DESCRIPTION),
                 largest_possible_alignment=summary.largest_possible_mean_cos_of_doubled_angle,
                 fall_axis_from_fault_normal_deg=summary.mean_axis_from_fault_normal_deg,
                 axis_interval_half_width_deg=summary.mean_axis_interval_half_width_deg,
@@ -258,15 +262,18 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
                 ),
                 by_earthquake=[
                     EarthquakeFallAxis(
-                        event=str(event), alignment=mean, resultant=length, fall_axis_from_fault_normal_deg=axis
+                        event=str(event),
+                        mean_cos_2_angle_to_fault_normal=mean,
+                        fall_axis_resultant_length=length,
+                        fall_axis_from_fault_normal_deg=axis,
                     )
                     for event, mean, length, axis in rows
                 ],
                 by_rule=rules,
                 smallest_alignment_over_rules=min(known, default=math.nan),
                 largest_alignment_over_rules=max(known, default=math.nan),
-                rules_with_interval=sum(one.alignment.low is not None for one in rules),
-                rule_intervals_excluding_zero=sum(one.alignment.excludes_zero for one in rules),
+                rules_with_interval=sum(one.mean_cos_2_angle_to_fault_normal.low is not None for one in rules),
+                rule_intervals_excluding_zero=sum(one.mean_cos_2_angle_to_fault_normal.excludes_zero for one in rules),
             )
         )
     changes = dict[str, OptionalNumber]()
@@ -281,7 +288,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         first_minus_second_group_alignment=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")
         if difference and difference.earthquake_count
         else None,
-        outcome_change_share_between_neighbours=changes,
+        neighbour_outcome_change_share_by_dimension=changes,
         share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "uneven planes" else [],
     )
 
@@ -293,7 +300,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
     """
     if results.model.is_planar or not results.share_overturned > 0:
         return []
-    found, ranges = results.fall_alignment_by_group
+    found, ranges = results.fall_alignments_and_range_labels
     groups = []
     for group, references in found.items():
         means = []
@@ -354,7 +361,7 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
         for name, one in shares_of_agreeing_2d_and_3d_outcomes(results.agreement_counts_of_2d_and_3d_outcomes).items()
     }
     return PlanarModelAgreement(
-        cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
+        compared_case_count=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
         same_outcome_share=whole["flag"],
         same_outcome_share_near_boundary=whole["flag_beside"],
         only_3d_overturns_share=whole["only_space"],

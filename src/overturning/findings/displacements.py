@@ -17,15 +17,15 @@ class ElementDisplacementFindings(FindingBaseClass):
     """Name of the element."""
     standing_case_count: int
     """Number of cases in which the element stands."""
-    median_slip_cm: OptionalNumber
+    median_slip_if_standing_cm: OptionalNumber
     """Median of the horizontal slip over the standing cases, cm."""
-    percentile_90_slip_cm: OptionalNumber
+    percentile_90_slip_if_standing_cm: OptionalNumber
     """90th percentile of the horizontal slip over the standing cases, cm."""
-    median_twist_deg: OptionalNumber
+    median_abs_twist_if_standing_deg: OptionalNumber
     """Median of the absolute rotation about the vertical over the standing cases, degrees."""
-    percentile_90_twist_deg: OptionalNumber
+    percentile_90_abs_twist_if_standing_deg: OptionalNumber
     """90th percentile of the absolute rotation about the vertical over the standing cases, degrees."""
-    falls: int
+    cases_with_fall: int
     """Number of cases in which the element falls."""
     share_of_falls_by_sliding_off: OptionalNumber
     """Share of its falls in which it slides over the rim of what it stands on; None without falls, and for the lowest
@@ -47,11 +47,11 @@ def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDi
             if "element" in cube.dims
             else variant_scene(results.study, variant).free_element_names[0],
             standing_case_count=row.standing_case_count,
-            median_slip_cm=100.0 * row.standing_median_and_p90_slip_m[0],
-            percentile_90_slip_cm=100.0 * row.standing_median_and_p90_slip_m[1],
-            median_twist_deg=row.standing_median_and_p90_twist_deg[0],
-            percentile_90_twist_deg=row.standing_median_and_p90_twist_deg[1],
-            falls=row.fallen_case_count,
+            median_slip_if_standing_cm=100.0 * row.standing_median_and_p90_slip_m[0],
+            percentile_90_slip_if_standing_cm=100.0 * row.standing_median_and_p90_slip_m[1],
+            median_abs_twist_if_standing_deg=row.standing_median_and_p90_twist_deg[0],
+            percentile_90_abs_twist_if_standing_deg=row.standing_median_and_p90_twist_deg[1],
+            cases_with_fall=row.fallen_case_count,
             share_of_falls_by_sliding_off=row.count_of_falls_over_support_rim / row.fallen_case_count
             if place and row.count_of_falls_over_support_rim is not None and row.fallen_case_count
             else None,

@@ -46,15 +46,15 @@ class EnsembleFindings(FindingBaseClass):
     """Largest number of runs of a repeated cell."""
     mean_runs_per_cell: OptionalNumber
     """Mean number of runs of a repeated cell."""
-    first_batch_runs: int
-    """Number of runs per cell to which `share_disagreeing` and (2-D) `share_falling_both_ways` refer."""
-    share_disagreeing: OptionalNumber
-    """Estimated share of the repeated cells in which, of `first_batch_runs` runs, some fall and others stand.
+    runs_per_cell_in_first_batch: int
+    """Number of runs per cell to which the shares of cells with falls and stands and (2-D) with both sides refer."""
+    share_of_repeated_cells_with_fall_and_stand: OptionalNumber
+    """Estimated share of the repeated cells in which some runs of the first batch fall and others stand.
 
     Cells with an outcome of fewer runs are left out.
     """
-    share_falling_both_ways: OptionalNumber
-    """Estimated share of the repeated cells in which most of `first_batch_runs` runs fall, but not all to one side; in
+    share_of_repeated_cells_falling_to_both_sides: OptionalNumber
+    """Estimated share of the repeated cells in which most runs of the first batch fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
     base_relief: BaseReliefFindings | None = None
     """Part of the relief under the base of a scanned stone; None unless the relief varies."""
@@ -75,7 +75,7 @@ class ConvergenceFindings(FindingBaseClass):
 
     result: ConvergenceCheckResult
     """Counts of the convergence check (`convergence.json`)."""
-    is_sample: bool
+    reruns_random_sample_only: bool
     """True if a random sample of the cases was run again, False if all were."""
     comparisons: list[ComparisonWithSecondComputation]
     """Cases that change in each second computation."""
@@ -96,13 +96,13 @@ class ConvergenceFindings(FindingBaseClass):
 class FinalTwist(FindingBaseClass):
     """Final rotation about the vertical, degrees, of stones that moved and stand."""
 
-    stones: int
+    moved_standing_stone_count: int
     """Number of stones that moved and stand."""
-    median_deg: OptionalNumber
+    median_abs_twist_deg: OptionalNumber
     """Median of the absolute rotation."""
-    percentile_90_deg: OptionalNumber
+    percentile_90_abs_twist_deg: OptionalNumber
     """90th percentile of the absolute rotation."""
-    largest_deg: OptionalNumber
+    largest_abs_twist_deg: OptionalNumber
     """Largest absolute rotation."""
 
 
@@ -114,7 +114,7 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
     is_sample, shift = found.rerun_case_count < found.simulated_study_cell_count, found.amplitude_change_rerun
     return ConvergenceFindings(
         result=found,
-        is_sample=is_sample,
+        reruns_random_sample_only=is_sample,
         comparisons=comparisons_with_second_computations(found),
         share_below_rocking_and_sliding_thresholds=found.rerun_cases_at_rest / found.rerun_case_count
         if found.rerun_case_count
@@ -153,10 +153,10 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
         np.concatenate(list(twists_by_b_over_h_and_friction_deg(results.default_element_cube).values()))
     )
     return FinalTwist(
-        stones=found.stone_count,
-        median_deg=found.median_deg,
-        percentile_90_deg=found.upper_quantile_deg,
-        largest_deg=found.largest_deg,
+        moved_standing_stone_count=found.stone_count,
+        median_abs_twist_deg=found.median_deg,
+        percentile_90_abs_twist_deg=found.upper_quantile_deg,
+        largest_abs_twist_deg=found.largest_deg,
     )
 
 
@@ -182,9 +182,9 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         fewest_runs_per_cell=float(found["fewest"].min()),
         most_runs_per_cell=float(found["most"].max()),
         mean_runs_per_cell=ratio_of_sums_over_records("members", "with_members"),
-        first_batch_runs=min(MEMBERS_PER_BATCH, settings.members),
-        share_disagreeing=ratio_of_sums_over_records("divided", "with_first_batch"),
-        share_falling_both_ways=ratio_of_sums_over_records("apart", "agree"),
+        runs_per_cell_in_first_batch=min(MEMBERS_PER_BATCH, settings.members),
+        share_of_repeated_cells_with_fall_and_stand=ratio_of_sums_over_records("divided", "with_first_batch"),
+        share_of_repeated_cells_falling_to_both_sides=ratio_of_sums_over_records("apart", "agree"),
         base_relief=fall_variance_due_to_base_relief(results),
     )
 

@@ -29,13 +29,13 @@ class StudyCounts(FindingBaseClass):
     frictions: int
     blocks: int
     """Number of blocks: heights times slendernesses times frictions, times ratios of depth to width in 3-D."""
-    direction_step_deg: OptionalNumber
+    azimuth_or_orientation_step_deg: OptionalNumber
     """Angle between neighbouring azimuths of the motion, or orientations of the body; None if it varies."""
-    first_direction_deg: OptionalNumber = None
+    smallest_azimuth_or_orientation_deg: OptionalNumber = None
     """Smallest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
-    last_direction_deg: OptionalNumber = None
+    largest_azimuth_or_orientation_deg: OptionalNumber = None
     """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
-    azimuth_gaps: list[tuple[float, float]]
+    unsimulated_azimuth_ranges_deg: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
     records_with_imposed_fall_axis: list[str]
     """Records whose outcomes are known at azimuths spread so unevenly that they impose the axis of the falls."""
@@ -55,7 +55,7 @@ class StudyCounts(FindingBaseClass):
     """Records of no group, because it is not stated whether they have a velocity pulse."""
     doubts_about_earthquake_assignment: list[str]
     """Doubts about the assignment of records to earthquakes."""
-    other_amplitude_factors: int
+    other_amplitude_factor_count: int
     """Number of other factors under which each record was computed."""
 
 
@@ -65,10 +65,10 @@ class ChosenMap(FindingBaseClass):
     record: str
     station: str
     event: str
-    reason: str
+    reason_for_choice: str
     """Reason for the choice: "every record", "most aligned", "median", "least aligned", "clearest axis" or
     "first with falls"."""
-    alignment: OptionalNumber
+    mean_cos_2_angle_to_fault_normal: OptionalNumber
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
 
@@ -85,7 +85,7 @@ class CaseCountOfStatus(FindingBaseClass):
     """Number of cases with one status, such as "simulated"."""
 
     status: str
-    cells: int
+    case_count: int
 
 
 class RecordSource(FindingBaseClass):
@@ -115,10 +115,10 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         b_over_h_values=sizes["b_over_h"],
         frictions=sizes["friction"],
         blocks=sizes["height"] * sizes["b_over_h"] * sizes["friction"] * int(cube.sizes.get("aspect", 1)),
-        direction_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
-        first_direction_deg=directions.min(),
-        last_direction_deg=directions.max(),
-        azimuth_gaps=unsimulated_azimuth_ranges(cube),
+        azimuth_or_orientation_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
+        smallest_azimuth_or_orientation_deg=directions.min(),
+        largest_azimuth_or_orientation_deg=directions.max(),
+        unsimulated_azimuth_ranges_deg=unsimulated_azimuth_ranges(cube),
         records_with_imposed_fall_axis=results.records_with_imposed_axis,
         has_mirrored_falls=mirrored,
         free_elements=len(variant_scene(study).free_element_names),
@@ -133,7 +133,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
             name.id for name, alone in zip(results.record_names, neither, strict=True) if alone
         ],
         doubts_about_earthquake_assignment=earthquake_assignment_notes(cube),
-        other_amplitude_factors=len(study.amplitude) - 1,
+        other_amplitude_factor_count=len(study.amplitude) - 1,
     )
 
 
@@ -154,8 +154,8 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
                 record=names[place].id,
                 station=names[place].station,
                 event=names[place].event,
-                reason=reason,
-                alignment=float(alignment[place]),
+                reason_for_choice=reason,
+                mean_cos_2_angle_to_fault_normal=float(alignment[place]),
             )
             for place, reason in choose_records_for_report_maps(cube, alignment, length, shares)
         ],
@@ -165,7 +165,7 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
 def case_counts_by_status(results: StudyResults) -> list[CaseCountOfStatus]:
     """Return the number of cases with each status, such as "simulated"; a status without cases is left out."""
     return [
-        CaseCountOfStatus(status=name, cells=count)
+        CaseCountOfStatus(status=name, case_count=count)
         for name, (count, _) in results.case_and_missing_outcome_counts_by_status.items()
         if count
     ]

@@ -42,8 +42,8 @@ class LikelyMotion(FindingBaseClass):
 class StoneSizeRange(FindingBaseClass):
     """Range of the heights or widths of stones, m."""
 
-    low: float
-    high: float
+    low_m: float
+    high_m: float
 
 
 class InferredMotionOfSite(FindingBaseClass):
@@ -80,7 +80,7 @@ class InferredMotion(FindingBaseClass):
     """Number of stones that fell."""
     stood: int
     """Number of stones that stood."""
-    level: float = CREDIBLE_INTERVAL_PROBABILITY
+    credible_interval_probability: float = CREDIBLE_INTERVAL_PROBABILITY
     """Probability of the credible intervals and of the arc."""
     peak_velocity_axis_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
@@ -98,7 +98,7 @@ class InferredMotion(FindingBaseClass):
     """Share of the probability on the weakest level of the motions."""
     weakest_pgv_level_cm_s: float
     strongest_pgv_level_cm_s: float
-    fixed_stone_share: float
+    assumed_fixed_stone_share: float
     """Share of stones taken to be fixed to their base."""
     fit_p_value: OptionalNumber
     """p-value of the posterior predictive check; small if no motion fits the survey."""
@@ -114,7 +114,7 @@ class InferredMotion(FindingBaseClass):
     stones_without_height: int
     """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
     stones_without_b_over_h: int
-    sizes_assumed: bool
+    has_assumed_sizes: bool
     assumed_height_m: StoneSizeRange
     """Height of the stones without one, and width of those without B/H."""
     assumed_width_m: StoneSizeRange
@@ -138,13 +138,13 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     one = inversion_result.posterior
     middle, width = inversion_result.credible_axis_arc_middle_and_width_deg
     weakest, strongest = (float(share) for share in one.probabilities_of_lowest_and_highest_pgv())
-    high = sum(int(each.count) for each in stones if math.isnan(each.height))
-    wide = sum(int(each.count) for each in stones if math.isnan(each.b_over_h_in_both_planes[0]))
+    high = sum(int(each.stone_count) for each in stones if math.isnan(each.height_m))
+    wide = sum(int(each.stone_count) for each in stones if math.isnan(each.b_over_h_in_both_planes[0]))
     assumed = StonePopulation()
-    shares, prior = one.motion_probabilities(), one.prior.sum(axis=(1, 2))
+    shares, prior = one.motion_probabilities(), one.prior_probability.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MAX_LISTED_MOTIONS]
     return InferredMotion(
-        survey_file_name=inversion_result.name,
+        survey_file_name=inversion_result.survey_or_site_name,
         fell=inversion_result.fell,
         stood=inversion_result.stood,
         peak_velocity_axis_deg=middle,
@@ -157,11 +157,11 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         has_no_lower_strength_bound=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         has_no_upper_strength_bound=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         direction_likelihood_exponent=DIRECTION_LIKELIHOOD_EXPONENT,
-        weakest_pgv_level_cm_s=float(one.level[0]) / CM,
-        strongest_pgv_level_cm_s=float(one.level[-1]) / CM,
-        fixed_stone_share=inversion_result.fixed,
-        fit_p_value=inversion_result.fit,
-        any_motion_fits=not inversion_result.fit < MIN_FIT_P_VALUE,
+        weakest_pgv_level_cm_s=float(one.pgv_levels_m_s[0]) / CM,
+        strongest_pgv_level_cm_s=float(one.pgv_levels_m_s[-1]) / CM,
+        assumed_fixed_stone_share=inversion_result.assumed_fixed_stone_share,
+        fit_p_value=inversion_result.goodness_of_fit_p_value,
+        any_motion_fits=not inversion_result.goodness_of_fit_p_value < MIN_FIT_P_VALUE,
         likeliest_motions=[
             LikelyMotion(
                 motion=one.motion_names[place],
@@ -172,9 +172,9 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         ],
         stones_without_height=int(high),
         stones_without_b_over_h=int(wide),
-        sizes_assumed=bool(high or wide),
-        assumed_height_m=StoneSizeRange(low=assumed.height.low, high=assumed.height.high),
-        assumed_width_m=StoneSizeRange(low=assumed.width.low, high=assumed.width.high),
+        has_assumed_sizes=bool(high or wide),
+        assumed_height_m=StoneSizeRange(low_m=assumed.height.low, high_m=assumed.height.high),
+        assumed_width_m=StoneSizeRange(low_m=assumed.width.low, high_m=assumed.width.high),
         sites=[_inferred_motion_of_site(each) for each in inversion_result.site_results],
     )
 
@@ -201,7 +201,7 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
     """Return the report's numbers on the ground motion that is inferred from one site of a survey."""
     middle, width = site_result.credible_axis_arc_middle_and_width_deg
     return InferredMotionOfSite(
-        site=site_result.name,
+        site=site_result.survey_or_site_name,
         fell=site_result.fell,
         stood=site_result.stood,
         strengths=_intensity_measure_credible_intervals(site_result),
@@ -209,6 +209,6 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
         velocity_axis_credible_arc_width_deg=width,
         velocity_axis_credible_arc_half_width_deg=width / 2,
         everything_fell=site_result.everything_fell,
-        fit_p_value=site_result.fit,
-        any_motion_fits=not site_result.fit < MIN_FIT_P_VALUE,
+        fit_p_value=site_result.goodness_of_fit_p_value,
+        any_motion_fits=not site_result.goodness_of_fit_p_value < MIN_FIT_P_VALUE,
     )

@@ -33,9 +33,9 @@ class MeanFallDirectionOrAxis(FindingBaseClass):
     """Mean, degrees clockwise from true north (axes: 0 to 180); None if the falls may well be in random directions."""
     interval_half_width_deg: OptionalNumber
     """Half the width of the interval of the mean; None for fewer than eight falls, or without mean."""
-    resultant: OptionalNumber
+    mean_resultant_length: OptionalNumber
     """Mean resultant length, 0 to 1; for axes that of the doubled angles."""
-    p_value: OptionalNumber
+    uniformity_p_value: OptionalNumber
     """Probability of a resultant at least as long if the stones fell in random directions."""
     level: float = 0.95
     """Probability of the interval."""
@@ -56,16 +56,16 @@ class ObservedFallsFinding(FindingBaseClass):
     """Number of standing stones that are shifted or twisted."""
     not_counted: int
     """Number of stones that count neither as fallen nor as standing."""
-    reasons_not_counted: dict[str, int]
+    not_counted_by_reason: dict[str, int]
     """Number of stones that do not count by reason: fixed, repaired, broken, unknown."""
     fell_in_unknown_direction: int
     """Number of stones that fell in an unknown direction."""
-    fell_share: ObservedStoneShare | None
+    fell_share_of_counted: ObservedStoneShare | None
     """Share of the counted stones that fell; None if no standing stone is listed, and thus perhaps only the fallen.
 
     For all sites together only those sites count that list a standing stone.
     """
-    stands_share: ObservedStoneShare | None
+    stands_share_of_counted: ObservedStoneShare | None
     """Share of the counted stones that stand; None if no standing stone is listed."""
     not_counted_share: ObservedStoneShare
     """Share of all stones that do not count."""
@@ -100,7 +100,7 @@ def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
     """Return the report's numbers on a survey by itself: outcomes and fall directions, together and by site."""
     declinations = summary.declinations_deg or (None,)
     return ObservedSurveyFindings(
-        survey_file_name=summary.name,
+        survey_file_name=summary.survey_file_name,
         doubts=list(summary.warnings),
         smallest_magnetic_declination_deg=declinations[0],
         largest_magnetic_declination_deg=declinations[-1],
@@ -131,14 +131,14 @@ def _observed_falls_finding(observed: ObservedOutcomesAndFallDirections) -> Obse
         stands=observed.stands,
         standing_shifted_or_twisted=observed.shifted_or_twisted,
         not_counted=not_counted,
-        reasons_not_counted=observed.uncounted_stones_by_reason,
+        not_counted_by_reason=observed.uncounted_stones_by_reason,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,
-        fell_share=observed_share(
+        fell_share_of_counted=observed_share(
             observed.fallen_count_at_sites_with_standing_stones, observed.stone_count_at_sites_with_standing_stones
         )
         if observed.stone_count_at_sites_with_standing_stones
         else None,
-        stands_share=(
+        stands_share_of_counted=(
             observed_share(
                 observed.stone_count_at_sites_with_standing_stones
                 - observed.fallen_count_at_sites_with_standing_stones,
@@ -160,6 +160,6 @@ def _finding_from_mean_fall_direction(mean_direction: MeanDirectionWithInterval)
         sample_size=mean_direction.observation_count,
         mean_deg=mean_direction.significant_mean_deg,
         interval_half_width_deg=mean_direction.interval_half_width_deg,
-        resultant=mean_direction.mean_resultant_length,
-        p_value=mean_direction.test_of_no_common_direction.p_value,
+        mean_resultant_length=mean_direction.mean_resultant_length,
+        uniformity_p_value=mean_direction.test_of_no_common_direction.p_value,
     )

@@ -19,7 +19,12 @@ from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_inter
 from overturning.study.scenes import NOMINAL_VARIANT
 from overturning.surveys.population import jma_intensities_of_scaled_motions
 
-JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
+JMA_DEGREES_WITH_INTENSITY_RANGES: Final = (
+    ("5 upper", 5.0, 5.5),
+    ("6 lower", 5.5, 6.0),
+    ("6 upper", 6.0, 6.5),
+    ("7", 6.5, math.inf),
+)
 """Degrees of the JMA scale, with their range of instrumental intensity."""
 
 MIN_MOTIONS_FOR_FALL_RATE: Final = 3
@@ -80,7 +85,7 @@ class JmaSurveyRuleCheck(FindingBaseClass):
     share_with_higher_intensity: ShareOfMotions | None
     """Share with a higher intensity; None for the highest degree."""
     share_agreeing_with_vertical_increment: ShareOfMotions | None
-    """Share that agrees if `vertical_intensity_increment` is added for a missing vertical component."""
+    """Share that agrees if `jma_intensity_increment_by_vertical_motion` is added for a missing vertical component."""
 
 
 class FragilityCurve(FindingBaseClass):
@@ -127,13 +132,13 @@ class RecordFallRate(FindingBaseClass):
     """Lower end of the interval."""
     high: OptionalNumber
     """Upper end of the interval."""
-    share_shifted: OptionalNumber
+    share_standing_shifted: OptionalNumber
     """Share of the stones that stand shifted; None for planar models."""
-    share_rotated: OptionalNumber
+    share_standing_rotated: OptionalNumber
     """Share of the stones that stand rotated; None for planar models."""
-    main_octant_deg: OptionalNumber
+    most_frequent_fall_octant_deg: OptionalNumber
     """Centre of the octant towards which most stones fall; None without falls."""
-    share_towards_main_octant: OptionalNumber
+    share_falling_towards_that_octant: OptionalNumber
     """Share of the stones that fall towards this octant."""
 
 
@@ -152,9 +157,9 @@ class PopulationFindings(FindingBaseClass):
     """Largest share of the stones without an outcome under one record."""
     largest_share_without_outcome_at_any_factor: OptionalNumber = 0.0
     """The same over all amplitude factors of the records."""
-    median_share_shifted: OptionalNumber
+    median_share_standing_shifted: OptionalNumber
     """Median share of the stones that stand shifted; None for planar models."""
-    median_share_rotated: OptionalNumber
+    median_share_standing_rotated: OptionalNumber
     """Median share of the stones that stand rotated; None for planar models."""
     median_fall_rate: OptionalNumber
     """Median over records (amplitude 1) of the share of the stones that fall."""
@@ -170,7 +175,7 @@ class PopulationFindings(FindingBaseClass):
     """Fall rate under each record."""
     records_without_vertical_motion: int
     """Number of records without a vertical component."""
-    vertical_intensity_increment: float = INTENSITY_INCREMENT_BY_VERTICAL_MOTION
+    jma_intensity_increment_by_vertical_motion: float = INTENSITY_INCREMENT_BY_VERTICAL_MOTION
     """Instrumental intensity that a vertical component usually adds."""
     by_intensity: list[FallRateAtIntensity]
     """Fall rate for each degree of the JMA scale."""
@@ -200,8 +205,8 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         mean_share_without_outcome=float(own["unknown"].mean()),
         largest_share_without_outcome=float(own["unknown"].max()),
         largest_share_without_outcome_at_any_factor=float(found["unknown"].max()),
-        median_share_shifted=float(own["shift_rate"].median()) if results.model.can_twist else math.nan,
-        median_share_rotated=float(own["rotation_rate"].median()) if results.model.can_twist else math.nan,
+        median_share_standing_shifted=float(own["shift_rate"].median()) if results.model.can_twist else math.nan,
+        median_share_standing_rotated=float(own["rotation_rate"].median()) if results.model.can_twist else math.nan,
         smallest_fall_rate=quantiles[0],
         lower_quartile_fall_rate=quantiles[1],
         median_fall_rate=quantiles[2],
@@ -213,7 +218,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
             FallRateAtIntensity(
                 jma_degree=degree, median_fall_rate=float(np.median(rates[at])), count=_count_motions(at, events)
             )
-            for degree, low, high in JMA_DEGREES
+            for degree, low, high in JMA_DEGREES_WITH_INTENSITY_RANGES
             if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
         survey_rules=[
@@ -252,10 +257,10 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
         fall_rate=rate,
         low=ends[0],
         high=ends[1],
-        share_shifted=float(own["shift_rate"]) if twists else math.nan,
-        share_rotated=float(own["rotation_rate"]) if twists else math.nan,
-        main_octant_deg=math.nan if most is None else float(most["octant"]),
-        share_towards_main_octant=math.nan if most is None else float(most["fall_octant"]),
+        share_standing_shifted=float(own["shift_rate"]) if twists else math.nan,
+        share_standing_rotated=float(own["rotation_rate"]) if twists else math.nan,
+        most_frequent_fall_octant_deg=math.nan if most is None else float(most["octant"]),
+        share_falling_towards_that_octant=math.nan if most is None else float(most["fall_octant"]),
     )
 
 

@@ -21,7 +21,7 @@ class RecordProcessing(FindingBaseClass):
 
     data_processing_state: str
     """"raw", "raw, response of a velocity sensor removed", "processed", "processed, as declared", or "as given"."""
-    processed_by: str
+    processing_agency: str
     """Agency that processed the data; empty if it is not known."""
     agency_processing: str
     """Processing by the agency, as its file states it; may be empty."""
@@ -88,7 +88,7 @@ def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcess
     notes, trusted, drift = list(provenance.get("notes", ())), list(provenance["trusted"]), provenance["drift"]
     return RecordProcessing(
         data_processing_state=data,
-        processed_by=agency,
+        processing_agency=agency,
         agency_processing=provenance["agency"],
         steps=[processing_entry_text(step) for step in provenance["steps"]],
         first_sample_time=provenance["start"],

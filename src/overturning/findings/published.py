@@ -7,9 +7,11 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass
 from overturning.units import CM, GAL
 
-PUBLISHED_PEAK_MEASURES: Final = (("pga", "pga_gal", "PGA", "Gal", GAL, 0.01), ("pgv", "pgv_cm_s", "PGV", "cm/s", CM,
-0.05),
-                ("pgd", "pgd_cm", "PGD", "cm", CM, 0.20))  # fmt: skip
+PUBLISHED_PEAK_MEASURES_UNITS_TOLERANCES: Final = (
+    ("pga", "pga_gal", "PGA", "Gal", GAL, 0.01),
+    ("pgv", "pgv_cm_s", "PGV", "cm/s", CM, 0.05),
+    ("pgd", "pgd_cm", "PGD", "cm", CM, 0.20),
+)
 """Variable, key of the study, measure, unit, factor to SI, and difference that the choices of a processing explain."""
 
 
@@ -20,10 +22,10 @@ class PublishedPeakComparison(FindingBaseClass):
     measure: str
     unit: str
     published_peak: float
-    computed: float
-    relative_difference: float
+    computed_peak: float
+    computed_over_published_minus_1: float
     """Share by which the computed peak is larger."""
-    max_difference_explained_by_processing: float
+    max_relative_difference_from_processing: float
     """Largest difference that the processing of a record explains."""
     agrees: bool
 
@@ -44,7 +46,7 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
     ids, rows = [name.id for name in results.record_names], []
     for row in results.study.published:
         measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
-        for variable, key, measure, unit, factor, tolerance in PUBLISHED_PEAK_MEASURES:
+        for variable, key, measure, unit, factor, tolerance in PUBLISHED_PEAK_MEASURES_UNITS_TOLERANCES:
             published = getattr(row, key)
             if published is not None:
                 computed = float(measures[variable]) / factor
@@ -55,9 +57,9 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
                         measure=measure,
                         unit=unit,
                         published_peak=published,
-                        computed=computed,
-                        relative_difference=difference,
-                        max_difference_explained_by_processing=tolerance,
+                        computed_peak=computed,
+                        computed_over_published_minus_1=difference,
+                        max_relative_difference_from_processing=tolerance,
                         agrees=abs(difference) <= tolerance,
                     )
                 )

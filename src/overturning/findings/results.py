@@ -80,9 +80,9 @@ class StudyResults:
         Fall rates of the study's population, by the names of the cubes; empty if it has none.
     inferred_motions : tuple of SurveyInversionResult
         Motions inferred from the surveys with the key `backwards`.
-    folder : Path
+    results_folder : Path
         Folder of the results.
-    changed_cube_names : tuple of str
+    names_of_cubes_changed_after_run : tuple of str
         Names of the cubes whose outcomes were changed after the run.
     """
 
@@ -95,8 +95,8 @@ class StudyResults:
     survey_displacement_comparisons: tuple[StoredDisplacementComparison, ...] = ()
     population_rates_by_variant: dict[str, xr.Dataset] = field(default_factory=dict)
     inferred_motions: tuple[SurveyInversionResult, ...] = ()
-    folder: Path = Path()
-    changed_cube_names: tuple[str, ...] = ()
+    results_folder: Path = Path()
+    names_of_cubes_changed_after_run: tuple[str, ...] = ()
     other_amplitudes_cube: xr.Dataset | None = None
 
     @cached_property
@@ -213,7 +213,7 @@ class StudyResults:
         return alignment_by_rule.fault_normal_alignments_by_record_group(self.default_element_cube)
 
     @cached_property
-    def fall_alignment_by_group(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
+    def fall_alignments_and_range_labels(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
         """Alignment of falls with reference directions, by group of records; and the labels of the B/H ranges.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
@@ -230,7 +230,7 @@ class StudyResults:
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
-        rates, file = self.population_rates_by_variant, self.folder / FRAGILITY_CURVES_PATH
+        rates, file = self.population_rates_by_variant, self.results_folder / FRAGILITY_CURVES_PATH
         return fit_or_read_fragility_curves(rates[NOMINAL_VARIANT], self.intensity, file) if rates else []
 
     @cached_property
@@ -285,7 +285,7 @@ class StudyResults:
         return _select_default_element(self.study, variant, self.cubes_by_variant[variant])
 
 
-KEYS_WITHOUT_EFFECT_ON_CUBE = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
+STUDY_KEYS_NOT_AFFECTING_CUBE = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
 """Settings of a study on which the cube does not depend."""
 
 B_OVER_H_RANGE_COUNT = 3
@@ -295,11 +295,11 @@ B_OVER_H_RANGE_COUNT = 3
 def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
     """Return a line naming the parts of the findings that are empty because the cube has no study.yaml next to it.
 
-    It is "" if there is a study.yaml. The cube of a run stores neither `KEYS_WITHOUT_EFFECT_ON_CUBE` nor surveys.
+    It is "" if there is a study.yaml. The cube of a run stores neither `STUDY_KEYS_NOT_AFFECTING_CUBE` nor surveys.
     """
     names = {"question": "the question", "primary": "the primary statistic"}
     names |= {"population": "the population of stones", "surveys": "surveys"}
-    path, study = results.folder / COMPLETE_STUDY_FILE_NAME, results.study
+    path, study = results.results_folder / COMPLETE_STUDY_FILE_NAME, results.study
     lacking = [text for key, text in names.items() if getattr(study, key) == type(study).model_fields[key].default]
     if not lacking or (path.is_file() and load_study(path).name == study.name):
         return ""
@@ -335,7 +335,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
     the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its attribute
     ``content_sha256`` is the hash of the outcomes as they are.
 
-    The keys `KEYS_WITHOUT_EFFECT_ON_CUBE` and the surveys are those of `study_override`; if it is None, those of
+    The keys `STUDY_KEYS_NOT_AFFECTING_CUBE` and the surveys are those of `study_override`; if it is None, those of
     the `find_study_for_figure_settings` of the cube.
     """
     cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
@@ -368,7 +368,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         named = (
             one.model_copy(update={"stones": path_without_absolute_folder(one.stones)}) for one in presented.surveys
         )
-        own = {name: getattr(presented, name) for name in KEYS_WITHOUT_EFFECT_ON_CUBE}
+        own = {name: getattr(presented, name) for name in STUDY_KEYS_NOT_AFFECTING_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL_VARIANT: nominal} | {name: open_variant_cube(name) for name in study.variants}
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
@@ -392,7 +392,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
                 one: population_outcome_rates_by_record(cube, stones) for one, cube in whole.items() if stones
             },
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
-            folder=folder,
-            changed_cube_names=tuple(changed),
+            results_folder=folder,
+            names_of_cubes_changed_after_run=tuple(changed),
             other_amplitudes_cube=None if scaled is None else _select_default_element(study, NOMINAL_VARIANT, scaled),
         )

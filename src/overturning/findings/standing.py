@@ -27,22 +27,22 @@ class StoneClassSurvival(FindingBaseClass):
 
     stone_class: str
     intensity_measure: str
-    falls_per_year: OptionalNumber
+    annual_fall_rate_per_stone: OptionalNumber
     survival_probability: OptionalNumber
     """Probability that a stone stands for the exposure time, with its 95 % interval."""
     survival_probability_low: OptionalNumber
     survival_probability_high: OptionalNumber
     surviving_share_with_constant_deviations: OptionalNumber
     """Share of the class that stands if the deviation of each stone from its class is constant."""
-    fall_share_from_shaking_beyond_records: OptionalNumber
+    share_of_falls_from_shaking_beyond_records: OptionalNumber
     """Share of the falls that come from shaking beyond the records."""
     hazard_factor_upper_bound: OptionalNumber
     """Upper bound of a factor on the hazard from standing stones; None without a bound."""
-    fall_share_at_first_hazard_level: OptionalNumber
+    share_of_stones_falling_at_lowest_level: OptionalNumber
     """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
-    first_hazard_level: float
+    lowest_hazard_level: float
     intensity_unit: str
-    falls_per_year_below_first_level: OptionalNumber
+    annual_fall_rate_per_stone_below_lowest_level: OptionalNumber
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
@@ -64,7 +64,7 @@ class SurveyStandingCountsAndRateBound(FindingBaseClass):
     fall_rate_upper_bound_per_year: OptionalNumber
     """Upper bound of the rate of falls if none fell; otherwise None."""
     confidence_of_fall_rate_bound: float
-    share: OptionalNumber
+    standing_share: OptionalNumber
     """Share that stands, with its exact binomial 95 % interval."""
     low: OptionalNumber
     high: OptionalNumber
@@ -91,10 +91,10 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
     ResultError
         If the unit of a hazard curve is doubtful and most falls come from levels beyond the records.
     """
-    stood, fell = (sum(one.count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
-    bound = upper_bound_of_annual_fall_rate(survival.years) if stood and not fell else math.nan
+    stood, fell = (sum(one.stone_count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
+    bound = upper_bound_of_annual_fall_rate(survival.exposure_time_years) if stood and not fell else math.nan
     return SurvivalFindings(
-        exposure_time_years=survival.years,
+        exposure_time_years=survival.exposure_time_years,
         hazard_unit_warnings=_check_hazard_units_and_list_warnings(survival),
         survival_of_stone_classes=[
             _survival_of_class(survival, place, bound)
@@ -127,7 +127,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
     }
     for *_, one in survival.curves_with_standing_probabilities:
         if (
-            one.measure in doubts
+            one.intensity_measure in doubts
             and not one.fall_rate_share_outside_fragility_data <= MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA
         ):
             share = (
@@ -135,7 +135,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
                 if math.isnan(one.fall_rate_share_outside_fragility_data)
                 else f"{100 * one.fall_rate_share_outside_fragility_data:.0f} % of the falls of {one.stone_class}"
             )
-            raise ResultError(f"{doubts[one.measure]}; {share} come from levels beyond the records")
+            raise ResultError(f"{doubts[one.intensity_measure]}; {share} come from levels beyond the records")
     return list(doubts.values())
 
 
@@ -143,21 +143,23 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[class_index]
     weaker = annual_fall_rate_below_first_level(curve, hazard)
-    counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate
+    counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate_per_stone
     return StoneClassSurvival(
         stone_class=one.stone_class,
-        intensity_measure=one.measure,
-        falls_per_year=one.annual_fall_rate,
+        intensity_measure=one.intensity_measure,
+        annual_fall_rate_per_stone=one.annual_fall_rate_per_stone,
         survival_probability=one.standing_probability,
         survival_probability_low=one.standing_probability_low,
         survival_probability_high=one.standing_probability_high,
         surviving_share_with_constant_deviations=one.standing_share_with_constant_stone_deviations,
-        fall_share_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
-        hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(curve, hazard, survival.years, fall_rate_bound),
-        fall_share_at_first_hazard_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
-        first_hazard_level=float(hazard.intensity_levels[0]),
+        share_of_falls_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
+        hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(
+            curve, hazard, survival.exposure_time_years, fall_rate_bound
+        ),
+        share_of_stones_falling_at_lowest_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
+        lowest_hazard_level=float(hazard.intensity_levels[0]),
         intensity_unit=hazard.unit,
-        falls_per_year_below_first_level=weaker if counts else math.nan,
+        annual_fall_rate_per_stone_below_lowest_level=weaker if counts else math.nan,
     )
 
 
@@ -172,7 +174,7 @@ def _survey_standing_counts_and_rate_bound(
         total=standing_count + fallen_count,
         fall_rate_upper_bound_per_year=fall_rate_bound,
         confidence_of_fall_rate_bound=FALL_RATE_BOUND_PROBABILITY,
-        share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
+        standing_share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
         low=low,
         high=high,
     )

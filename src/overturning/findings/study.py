@@ -44,11 +44,11 @@ class StudyFacts(FindingBaseClass):
     """Statistic that was fixed before the results were known."""
     comparison_variant_of_primary_statistic: str | None
     """Variant with which the primary statistic is compared."""
-    model: str
+    model_kind: str
     """"planes" for vertical planes of motion, "space" for free bodies under all components."""
-    free_elements: list[str]
+    free_element_names: list[str]
     """Names of the elements of the scene that can move."""
-    variants: list[str]
+    variant_names: list[str]
     """Names of the variants."""
     height_m: list[float]
     """Heights of the blocks, m."""
@@ -56,7 +56,7 @@ class StudyFacts(FindingBaseClass):
     """Width-to-height ratios B/H of the blocks."""
     friction: list[float]
     """Friction coefficients."""
-    direction_count: int
+    azimuth_or_orientation_count: int
     """Number of azimuths of the motion (planes), or of orientations of the body (space)."""
     amplitude_factors: list[float]
     """Factors on the motion."""
@@ -71,9 +71,9 @@ class StudyFacts(FindingBaseClass):
 class CaseCounts(FindingBaseClass):
     """Numbers of cases, of cases without outcome by reason, and shares of cases that overturn."""
 
-    total: int
+    total_cases: int
     """Number of cases."""
-    computed: int
+    cases_not_copied_by_symmetry: int
     """Number of cases that were computed; the others are copies by symmetry."""
     cases_without_outcome_by_status: dict[str, int]
     """Number of cases without an outcome, by status."""
@@ -142,9 +142,9 @@ class RecordFacts(FindingBaseClass):
 class NumericalQuality(FindingBaseClass):
     """Energy error and contact penetration of the cases, hash of the results cube, and software versions."""
 
-    mean_energy_error: OptionalNumber
+    mean_energy_error_share_of_input: OptionalNumber
     """Mean error of the energy balance over simulated cells, as a share of the input."""
-    largest_energy_error: OptionalNumber
+    largest_energy_error_share_of_input: OptionalNumber
     """Largest such error."""
     largest_penetration_m: OptionalNumber
     """Largest penetration of a contact, m."""
@@ -169,13 +169,13 @@ def study_facts(results: StudyResults) -> StudyFacts:
         question_kind=study.asks,
         primary_statistic=study.primary.statistic,
         comparison_variant_of_primary_statistic=study.primary.against,
-        model="planes" if results.model.is_planar else "space",
-        free_elements=list(results.free_element_names),
-        variants=list(study.variants),
+        model_kind="planes" if results.model.is_planar else "space",
+        free_element_names=list(results.free_element_names),
+        variant_names=list(study.variants),
         height_m=rounded_coordinate_values("height"),
         b_over_h=rounded_coordinate_values("b_over_h"),
         friction=rounded_coordinate_values("friction"),
-        direction_count=int(cube.sizes[results.model.direction_dimension_name]),
+        azimuth_or_orientation_count=int(cube.sizes[results.model.direction_dimension_name]),
         amplitude_factors=[float(one) for one in study.amplitude],
         max_ensemble_members_per_case=study.ensemble.members,
         applies_vertical_motion=bool(results.count_of_records_with_applied_vertical),
@@ -200,8 +200,10 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     within, beyond = overturned_shares_near_and_off_fault_normal(results.default_element_cube)
     scaled = None if results.other_amplitudes_cube is None else results.other_amplitudes_cube["overturned"]
     return CaseCounts(
-        total=int(results.default_element_cube["overturned"].size),
-        computed=int((results.default_element_cube[results.model.copy_flag_variable_name] == 0).sum().compute()),
+        total_cases=int(results.default_element_cube["overturned"].size),
+        cases_not_copied_by_symmetry=int(
+            (results.default_element_cube[results.model.copy_flag_variable_name] == 0).sum().compute()
+        ),
         cases_without_outcome_by_status={
             name: count for name, (_, count) in results.case_and_missing_outcome_counts_by_status.items() if count
         },
@@ -269,8 +271,8 @@ def numerical_quality(results: StudyResults) -> NumericalQuality:
     simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
     return NumericalQuality(
-        mean_energy_error=float(energy.mean().compute()),
-        largest_energy_error=float(energy.max().compute()),
+        mean_energy_error_share_of_input=float(energy.mean().compute()),
+        largest_energy_error_share_of_input=float(energy.max().compute()),
         largest_penetration_m=float(depth.max().compute()),
         results_cube_sha256=cube.attrs["content_sha256"],
         software_versions=json.loads(cube.attrs["versions"]),

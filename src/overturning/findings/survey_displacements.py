@@ -10,8 +10,8 @@ from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
 from overturning.surveys.displacements import (
-    MIN_SHIFT_M,
-    MIN_TWIST_DEG,
+    MIN_SHIFT_COUNTED_AS_SHIFTED_M,
+    MIN_TWIST_COUNTED_AS_TWISTED_DEG,
     ComparedStatisticName,
     DisplacementComparison,
     StoredDisplacementComparison,
@@ -33,7 +33,7 @@ class ObservedShareOrMedian(FindingBaseClass):
     """Probability of the interval."""
 
 
-class ComputedShareOrMedian(FindingBaseClass):
+class ShareOrMedianWithRangeOverFrictions(FindingBaseClass):
     """Computed share or median of stones: mean and range over the friction coefficients of the study."""
 
     value: OptionalNumber
@@ -52,7 +52,7 @@ class DisplacementMeasureFinding(FindingBaseClass):
     observed_stone_count: int
     """Number of observed stones of the share or median."""
     observed: ObservedShareOrMedian
-    computed: ComputedShareOrMedian
+    computed: ShareOrMedianWithRangeOverFrictions
 
 
 class FallDirectionFindingsIn3D(FindingBaseClass):
@@ -123,9 +123,9 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """Doubts about the survey file, such as the unit of its azimuths."""
     survey_file_comments: list[str]
     """Comment lines at the start of the survey file that are not empty."""
-    min_shift_cm: float = MIN_SHIFT_M / CM
+    min_shift_cm: float = MIN_SHIFT_COUNTED_AS_SHIFTED_M / CM
     """Shift from which a standing stone counts as shifted, cm."""
-    min_twist_deg: float = MIN_TWIST_DEG
+    min_twist_deg: float = MIN_TWIST_COUNTED_AS_TWISTED_DEG
     """Absolute twist from which a standing stone counts as twisted, degrees."""
     all_sites: SiteDisplacementFindings
     """All sites together."""
@@ -171,7 +171,7 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
                 share_or_median_name=one.name,
                 observed_stone_count=one.observed_stone_count,
                 observed=ObservedShareOrMedian(**observed),
-                computed=ComputedShareOrMedian(**computed),
+                computed=ShareOrMedianWithRangeOverFrictions(**computed),
             )
         )
     return SiteDisplacementFindings(

@@ -29,7 +29,7 @@ class StatisticalTestFinding(FindingBaseClass):
     """p-value."""
 
 
-class ComputedFallShare(FindingBaseClass):
+class FallShareWithRangeOverHeightsAndFrictions(FindingBaseClass):
     """Computed share of a survey's stones that fall: mean and range over heights and frictions.
 
     These are the heights and friction coefficients for which the study has simulated blocks.
@@ -48,13 +48,13 @@ class CemeteryGroundFinding(FindingBaseClass):
 
     site: str
     """Name of the site; empty for all sites of the survey that have no layers of their own."""
-    thickness_m: OptionalNumber
+    soil_thickness_m: OptionalNumber
     """Thickness of all layers, m."""
     mean_shear_wave_velocity_m_s: OptionalNumber
     """Mean shear-wave velocity of the layers: thickness over travel time, m/s."""
-    equivalent_linear: bool
+    has_equivalent_linear_layer: bool
     """True if a layer softens with strain."""
-    converged: bool
+    equivalent_linear_iteration_converged: bool
     """False if the equivalent-linear computation did not converge."""
     strain_exceeds_curve: bool
     """True if the effective strain of a layer exceeds the largest strain of its curve."""
@@ -77,7 +77,7 @@ class SurveySiteFindings(FindingBaseClass):
     """Number of falls whose direction is known."""
     observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if no stone that stood is listed."""
-    computed_fall_share: ComputedFallShare
+    computed_fall_share: FallShareWithRangeOverHeightsAndFrictions
     """Share computed for the stones of the site under the record of the survey."""
     log_likelihood_ratio: OptionalNumber
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than random directions."""
@@ -123,7 +123,7 @@ class SurveyFindings(FindingBaseClass):
     """
     sites_with_fallen_stones_only: list[str] = Field(default_factory=list)
     """Sites that list fallen stones only, while other sites list standing ones."""
-    computed_fall_share: ComputedFallShare
+    computed_fall_share: FallShareWithRangeOverHeightsAndFrictions
     """Share computed for the survey's stones under the record.
 
     A stone counts with its face, B/H and height, as far as the survey gives them (outside the grid: the nearest grid
@@ -231,7 +231,7 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         )
         if found.stone_count_at_sites_with_standing_stones
         else None,
-        computed_fall_share=ComputedFallShare(
+        computed_fall_share=FallShareWithRangeOverHeightsAndFrictions(
             value=found.computed_fall_share,
             low=found.lowest_computed_fall_share,
             high=found.highest_computed_fall_share,
@@ -281,10 +281,10 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, SoilBelowSurveySite]])
     return [
         CemeteryGroundFinding(
             site=site,
-            thickness_m=ground.thickness_m,
+            soil_thickness_m=ground.thickness_m,
             mean_shear_wave_velocity_m_s=ground.mean_shear_wave_velocity_m_s,
-            equivalent_linear=ground.equivalent_linear,
-            converged=ground.converged,
+            has_equivalent_linear_layer=ground.equivalent_linear,
+            equivalent_linear_iteration_converged=ground.converged,
             strain_exceeds_curve=ground.strain_exceeds_soil_curve,
             rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
             surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
@@ -305,7 +305,7 @@ def _site_prediction_findings(site: str, comparison: SurveyPredictionComparison)
         )
         if comparison.stone_count_at_sites_with_standing_stones
         else None,
-        computed_fall_share=ComputedFallShare(
+        computed_fall_share=FallShareWithRangeOverHeightsAndFrictions(
             value=comparison.computed_fall_share,
             low=comparison.lowest_computed_fall_share,
             high=comparison.highest_computed_fall_share,

@@ -46,7 +46,7 @@ from overturning.translation.texts import ENGLISH
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FALL_RATE_INTENSITY_MEASURE: Final = "PGV"
+FALL_RATE_FIGURE_INTENSITY_MEASURE: Final = "PGV"
 """Intensity measure of the figure of fall rates."""
 
 PHONE_FIGURE_PREFIX: Final = "narrow/"
@@ -61,7 +61,7 @@ def list_study_figures(folder: Path) -> dict[str, Path]:
     return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.svg"))}
 
 
-def translate_figures(figures: dict[str, Path], folder: Path, language: str) -> dict[str, Path]:
+def write_translated_figures(figures: dict[str, Path], folder: Path, language: str) -> dict[str, Path]:
     """Write copies of figure files, with their texts translated from English, into a folder; return them by name.
 
     For English, the files themselves are returned, whatever their language.
@@ -238,20 +238,20 @@ def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, lege
         *(convert_to_plotted_estimate(each.share_overturned_variant) for each in shapes),
     ]
     differences = [
-        convert_to_plotted_estimate(contrast.share_difference),
-        *(convert_to_plotted_estimate(each.share_difference) for each in shapes),
+        convert_to_plotted_estimate(contrast.study_minus_variant_share),
+        *(convert_to_plotted_estimate(each.study_minus_variant_share) for each in shapes),
     ]
     if (
-        contrast.fall_rate_in_study is not None
-        and contrast.fall_rate_in_variant is not None
-        and contrast.primary_statistic_difference != contrast.share_difference
+        contrast.population_fall_rate_in_study is not None
+        and contrast.population_fall_rate_in_variant is not None
+        and contrast.primary_statistic_study_minus_variant != contrast.study_minus_variant_share
     ):
         rows = ["stones of a cemetery", "all blocks", *rows[1:]]
         here, there = (
-            [convert_to_plotted_estimate(contrast.fall_rate_in_study), *here],
-            [convert_to_plotted_estimate(contrast.fall_rate_in_variant), *there],
+            [convert_to_plotted_estimate(contrast.population_fall_rate_in_study), *here],
+            [convert_to_plotted_estimate(contrast.population_fall_rate_in_variant), *there],
         )
-        differences = [convert_to_plotted_estimate(contrast.primary_statistic_difference), *differences]
+        differences = [convert_to_plotted_estimate(contrast.primary_statistic_study_minus_variant), *differences]
     return overturned_share_difference_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
 
 
@@ -331,14 +331,14 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     curve = next(
         one
         for one in results.fragility_curves
-        if one.stone_class == "all stones" and one.measure == FALL_RATE_INTENSITY_MEASURE
+        if one.stone_class == "all stones" and one.measure == FALL_RATE_FIGURE_INTENSITY_MEASURE
     )
     rates, jma = (
         fall_rates["free_fall_rate"].to_numpy(),
         jma_intensities_of_scaled_motions(fall_rates, results.intensity),
     )
     return overturned_fraction_by_intensity_figure(
-        rates, intensities_by_measure(fall_rates, results.intensity)[FALL_RATE_INTENSITY_MEASURE], curve, jma
+        rates, intensities_by_measure(fall_rates, results.intensity)[FALL_RATE_FIGURE_INTENSITY_MEASURE], curve, jma
     )
 
 
@@ -357,11 +357,13 @@ def draw_ground_motion_posterior(inversion_result: SurveyInversionResult) -> "Fi
     one, curves = inversion_result.posterior, {}
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
         order = np.argsort(values.ravel(), kind="stable")
-        posterior_mass, prior_mass = (each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior))
+        posterior_mass, prior_mass = (
+            each.sum(axis=2).ravel()[order].cumsum() for each in (one.posterior_probability, one.prior_probability)
+        )
         curves[name] = (values.ravel()[order], posterior_mass, prior_mass, one.credible_interval(values))
     shares = dict(zip(one.motion_names, one.motion_probabilities().tolist(), strict=True))
     return inferred_motion_posterior_figure(
-        inversion_result.name,
+        inversion_result.survey_or_site_name,
         one.peak_velocity_axis_probabilities(),
         inversion_result.credible_axis_arc_middle_and_width_deg,
         shares,

@@ -17,34 +17,34 @@ NO_BREAK_SPACE: Final = "\u00a0"
 """Space at which no line ends."""
 
 
-def format_number(value: float | None, digits: int = 2) -> str:
+def format_number(value: float | None, decimals: int = 2) -> str:
     """Format a number with a fixed number of decimals and a typographic minus sign; zero has no sign."""
     if _is_none_or_nan(value):
         return NO_VALUE
-    text = f"{value:.{digits}f}"
+    text = f"{value:.{decimals}f}"
     return (text.replace("-", "−") if float(text) != 0 else text.replace("-", "")).replace("inf", "∞")
 
 
-def format_significant_digits(value: float | None, digits: int = 2) -> str:
-    """Format a number with `digits` significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
+def format_significant_digits(value: float | None, significant_digits: int = 2) -> str:
+    """Format a number with significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
     if _is_none_or_nan(value) or value == 0 or math.isinf(value or 0.0):
         return format_number(value, 0)
-    return format_number(value, max(0, digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
+    return format_number(value, max(0, significant_digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
 
 
-def format_percent(share: float | None, digits: int = 0) -> str:
+def format_percent(share: float | None, min_decimals: int = 0) -> str:
     """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
     if _is_none_or_nan(share) or share is None:
         return NO_VALUE
-    return f"{format_number(100 * share, _decimals_needed_for_percent(share, digits))}{NO_BREAK_SPACE}%"
+    return f"{format_number(100 * share, _decimals_needed_for_percent(share, min_decimals))}{NO_BREAK_SPACE}%"
 
 
-def _decimals_needed_for_percent(share: float, digits: int) -> int:
-    """Return the number of decimals, at least `digits`, with which a share is not rounded to 0 or 100 %."""
+def _decimals_needed_for_percent(share: float, min_decimals: int) -> int:
+    """Return the number of decimals, at least `min_decimals`, with which a share is not rounded to 0 or 100 %."""
     between = ROUNDING_TOLERANCE < share < 1.0 - ROUNDING_TOLERANCE
-    while between and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
-        digits += 1
-    return digits
+    while between and float(f"{100 * share:.{min_decimals}f}") in (0.0, 100.0):
+        min_decimals += 1
+    return min_decimals
 
 
 def format_count(value: float | None) -> str:
@@ -78,35 +78,34 @@ def has_interval(finding: Estimate) -> bool:
     return not _is_none_or_nan(finding.low)
 
 
-def format_interval(finding: Any, digits: int = 2, scale: float = 1.0, *, word_between_ends: str) -> str:
+def format_interval(finding: Any, decimals: int = 2, scale: float = 1.0, *, word_between_ends: str) -> str:
     """Format the interval of an estimate as 0.1 to 0.4, with `word_between_ends` in the language of the report."""
     if _is_none_or_nan(finding.low):
         return NO_VALUE
-    return (
-        f"{format_number(scale * finding.low, digits)}{word_between_ends}{format_number(scale * finding.high, digits)}"
-    )
+    low, high = (format_number(scale * end, decimals) for end in (finding.low, finding.high))
+    return f"{low}{word_between_ends}{high}"
 
 
-def format_estimate_with_interval(finding: Estimate, digits: int = 2, *, word_between_ends: str) -> str:
+def format_estimate_with_interval(finding: Estimate, decimals: int = 2, *, word_between_ends: str) -> str:
     """Format an estimate, with its interval (if known) in parentheses: 0.13 (−0.18 to 0.41)."""
     interval = (
-        f" ({format_interval(finding, digits, word_between_ends=word_between_ends)})" if has_interval(finding) else ""
+        f" ({format_interval(finding, decimals, word_between_ends=word_between_ends)})" if has_interval(finding) else ""
     )
-    return f"{format_number(finding.value, digits)}{interval}"
+    return f"{format_number(finding.value, decimals)}{interval}"
 
 
-def format_share_with_interval(finding: Any, digits: int = 0, *, word_between_ends: str) -> str:
+def format_share_with_interval(finding: Any, min_decimals: int = 0, *, word_between_ends: str) -> str:
     """Format a share in per cent, with its interval (if known) in parentheses: 35 % (28 to 43)."""
     if not has_interval(finding):
-        return format_percent(finding.value, digits)
-    digits = _decimals_needed_for_percent(finding.value, digits)
-    interval = format_interval(finding, digits, 100.0, word_between_ends=word_between_ends)
-    return f"{format_percent(finding.value, digits)} ({interval})"
+        return format_percent(finding.value, min_decimals)
+    min_decimals = _decimals_needed_for_percent(finding.value, min_decimals)
+    interval = format_interval(finding, min_decimals, 100.0, word_between_ends=word_between_ends)
+    return f"{format_percent(finding.value, min_decimals)} ({interval})"
 
 
 def format_fragility_median(finding: Any, shows_median: bool = True, *, word_between_ends: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
-    digits = _decimals_to_show_in_interval(finding)
+    decimals = _decimals_to_show_in_interval(finding)
 
     def format_value_or_limit_of_data(bound: float | None) -> str:
         """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
@@ -114,7 +113,7 @@ def format_fragility_median(finding: Any, shows_median: bool = True, *, word_bet
             return NO_VALUE
         if math.isinf(bound):
             return f">{NO_BREAK_SPACE}{finding.data_maximum:.3g}"
-        return f"<{NO_BREAK_SPACE}{finding.data_minimum:.3g}" if bound == 0 else format_number(bound, digits)
+        return f"<{NO_BREAK_SPACE}{finding.data_minimum:.3g}" if bound == 0 else format_number(bound, decimals)
 
     return (
         format_value_or_limit_of_data(finding.median)

@@ -81,17 +81,17 @@ class _ReportPageBody:
     def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:
         self.figures, self.films, self.labels, self.inlined = figures, films, labels, count(1)
 
-    def html_of_markdown_nodes(self, nodes: list[SyntaxTreeNode], lazy: bool = False) -> Iterator[str]:
+    def html_of_markdown_nodes(self, nodes: list[SyntaxTreeNode], loads_images_lazily: bool = False) -> Iterator[str]:
         """Yield the HTML of paragraphs, headings, lists, tables, figures and containers of the report.
 
-        If `lazy`, figures are images that a browser reads when they come into view.
+        If `loads_images_lazily`, figures are images that a browser reads when they come into view.
         """
         for node in nodes:
             name, text = markdown_container_name_and_text(node)
             if name:
-                yield from self.html_of_markdown_container(node, name, text, lazy)
+                yield from self.html_of_markdown_container(node, name, text, loads_images_lazily)
             elif image := single_image_of_paragraph(node):
-                yield self.figure_html(image, node.meta["figure"], lazy)
+                yield self.figure_html(image, node.meta["figure"], loads_images_lazily)
             elif node.type == "heading":
                 yield f"<{node.tag}{_html_id_attribute(node)}>{_html_of_inline_markdown(node)}</{node.tag}>"
             elif node.type in ("fence", "code_block"):
@@ -101,21 +101,25 @@ class _ReportPageBody:
                 yield f'<div class="wide">\n<table>\n{parts}</table>\n</div>'
             elif node.type in ("bullet_list", "ordered_list", "list_item", "blockquote"):
                 tag = _HTML_TAG_BY_NODE_TYPE[node.type]
-                yield f"<{tag}>{''.join(self.html_of_markdown_nodes(node.children, lazy))}</{tag}>"
+                yield f"<{tag}>{''.join(self.html_of_markdown_nodes(node.children, loads_images_lazily))}</{tag}>"
             elif node.type == "paragraph":
                 inner = _html_of_inline_markdown(node)
                 yield inner if node.hidden else f"<p>{inner}</p>"
             else:
-                yield from self.html_of_markdown_nodes(node.children, lazy)
+                yield from self.html_of_markdown_nodes(node.children, loads_images_lazily)
 
-    def html_of_markdown_container(self, node: SyntaxTreeNode, name: str, text: str, lazy: bool) -> Iterator[str]:
+    def html_of_markdown_container(
+        self, node: SyntaxTreeNode, name: str, text: str, loads_images_lazily: bool
+    ) -> Iterator[str]:
         """Yield the HTML of a Markdown container (``::: name text``), such as a film or a collapsible section.
 
         A container ``paper`` is shown in the PDF only.
         """
         if name == "paper":
             return
-        inner = "\n".join(self.html_of_markdown_nodes(node.children, lazy or name == CONTAINER_WITH_LAZY_IMAGES))
+        inner = "\n".join(
+            self.html_of_markdown_nodes(node.children, loads_images_lazily or name == CONTAINER_WITH_LAZY_IMAGES)
+        )
         if name == "fold":
             summary = _html_of_inline_markdown(parse_markdown_line(text))
             yield f"<details{_html_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"
@@ -135,7 +139,7 @@ class _ReportPageBody:
         """Return the HTML of a figure or table caption, with the number (if any) in bold."""
         return f"<b>{self.labels[kind].format(number)}</b> {text}" if number else text
 
-    def figure_html(self, image: SyntaxTreeNode, number: int | None, lazy: bool) -> str:
+    def figure_html(self, image: SyntaxTreeNode, number: int | None, loads_images_lazily: bool) -> str:
         """Return the HTML of a figure with number and caption, and of its version for phones if there is one."""
         name = unquote(str(image.attrs["src"]))
         caption = self.caption_html("figure", number, escape(str(image.attrs.get("title", ""))))
@@ -143,9 +147,11 @@ class _ReportPageBody:
             return f"<figure>{escape(image.content)}<figcaption>{caption}</figcaption></figure>"
         if name not in self.figures or not self.figures[name].is_file():
             raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
-        shown = _embedded_figure_html(self.figures[name], image.content, f"figure-{next(self.inlined)}", lazy)
-        if (narrow := self.figures.get(f"{PHONE_FIGURE_PREFIX}{name}")) is not None and not lazy:
-            phone = _embedded_figure_html(narrow, image.content, f"figure-{next(self.inlined)}", lazy)
+        shown = _embedded_figure_html(
+            self.figures[name], image.content, f"figure-{next(self.inlined)}", loads_images_lazily
+        )
+        if (narrow := self.figures.get(f"{PHONE_FIGURE_PREFIX}{name}")) is not None and not loads_images_lazily:
+            phone = _embedded_figure_html(narrow, image.content, f"figure-{next(self.inlined)}", loads_images_lazily)
             shown = f'<div class="broad">{shown}</div><div class="narrow">{phone}</div>'
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"
 
@@ -185,12 +191,12 @@ def _html_of_table_head_or_body(group: SyntaxTreeNode) -> str:
     return f"<{_HTML_TAG_BY_NODE_TYPE[group.type]}>\n{''.join(rows)}</{_HTML_TAG_BY_NODE_TYPE[group.type]}>\n"
 
 
-def _embedded_figure_html(path: Path, alt: str, name: str, lazy: bool) -> str:
+def _embedded_figure_html(path: Path, alt: str, name: str, loads_images_lazily: bool) -> str:
     """Return the HTML that embeds a figure file in the page: an SVG as element with unique ids, else image data.
 
-    If `lazy` (inside a fold), an SVG is also embedded as image data, so that the page is lighter.
+    If `loads_images_lazily` (inside a fold), an SVG is also embedded as image data, so that the page is lighter.
     """
-    if path.suffix != ".svg" or lazy:
+    if path.suffix != ".svg" or loads_images_lazily:
         kind = "svg+xml" if path.suffix == ".svg" else "png"
         data = base64.b64encode(path.read_bytes()).decode("ascii")
         return f'<img alt="{escape(alt)}" loading="lazy" src="data:image/{kind};base64,{data}">'

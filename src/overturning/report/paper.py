@@ -53,8 +53,8 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
     blocks = _convert_to_pdf_blocks(tree.children, figures, files)
-    drawn = [figures[each] for each in files]
-    fonts = installed_fonts_of_language(language) or _installed_japanese_fonts_if_needed(title, blocks, drawn)
+    figure_files = [figures[each] for each in files]
+    fonts = installed_fonts_of_language(language) or _installed_japanese_fonts_if_needed(title, blocks, figure_files)
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
     data = {
         "title": title,
@@ -79,21 +79,27 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
         except typst.TypstError as error:
             reason = str(error).splitlines()[0]
             raise ResultError(
-                f"the PDF of the report cannot be made ({reason}); {_advice_after_pdf_failure(drawn)}"
+                f"the PDF of the report cannot be made ({reason}); {_advice_after_pdf_failure(figure_files)}"
             ) from None
     return pages
 
 
-def _installed_japanese_fonts_if_needed(title: str, blocks: list[dict[str, Any]], drawn: Iterable[Path]) -> list[str]:
+def _installed_japanese_fonts_if_needed(
+    title: str, blocks: list[dict[str, Any]], figure_files: Iterable[Path]
+) -> list[str]:
     """Return installed fonts for Japanese characters in the report's texts or figures; [] if it has none of them."""
-    texts = (title, json.dumps(blocks, ensure_ascii=False), *(path.read_text(encoding="utf-8") for path in drawn))
+    texts = (
+        title,
+        json.dumps(blocks, ensure_ascii=False),
+        *(path.read_text(encoding="utf-8") for path in figure_files),
+    )
     last = max(chain.from_iterable(texts), default="")
     return installed_fonts_of_language(font_language_of_text(last))
 
 
-def _advice_after_pdf_failure(drawn: Iterable[Path]) -> str:
+def _advice_after_pdf_failure(figure_files: Iterable[Path]) -> str:
     """Return advice for the user if the PDF cannot be made, naming a figure (SVG) that is damaged, if any."""
-    for path in drawn:
+    for path in figure_files:
         try:
             ElementTree.parse(path)
         except ElementTree.ParseError:
@@ -102,7 +108,7 @@ def _advice_after_pdf_failure(drawn: Iterable[Path]) -> str:
 
 
 def _convert_to_pdf_blocks(
-    nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], paired: bool = False
+    nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], in_pair: bool = False
 ) -> list[dict[str, Any]]:
     """Convert the report's Markdown nodes to dictionaries (paragraphs, tables, figures) for the PDF template.
 
@@ -116,21 +122,21 @@ def _convert_to_pdf_blocks(
             continue
         if name in ("table", "sortable"):
             caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_markdown_line(text))}
-            blocks += [one | caption for one in _convert_to_pdf_blocks(node.children, figures, files, paired)]
+            blocks += [one | caption for one in _convert_to_pdf_blocks(node.children, figures, files, in_pair)]
         elif name == "paper":
-            blocks += _convert_to_pdf_blocks(node.children, figures, files, paired)
+            blocks += _convert_to_pdf_blocks(node.children, figures, files, in_pair)
         elif name:
-            inner = _convert_to_pdf_blocks(node.children, figures, files, paired or name == "pair")
+            inner = _convert_to_pdf_blocks(node.children, figures, files, in_pair or name == "pair")
             blocks.append({"kind": "box", "name": name, "blocks": inner})
         elif image := single_image_of_paragraph(node):
             source = unquote(str(image.attrs["src"]))
             source = (
-                f"{PHONE_FIGURE_PREFIX}{source}" if paired and f"{PHONE_FIGURE_PREFIX}{source}" in figures else source
+                f"{PHONE_FIGURE_PREFIX}{source}" if in_pair and f"{PHONE_FIGURE_PREFIX}{source}" in figures else source
             )
             blocks.append({
                 "kind": "figure", "file": files.setdefault(source, f"{len(files)}"), "alt": image.content,
                 "number": node.meta["figure"], "caption": str(image.attrs.get("title", "")),
-                "paired": paired,
+                "paired": in_pair,
             })  # fmt: skip
         elif node.type == "heading":
             blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _convert_to_pdf_text_parts(node)})
@@ -142,13 +148,13 @@ def _convert_to_pdf_blocks(
             blocks.append(
                 {
                     "kind": "list",
-                    "items": [_convert_to_pdf_blocks(item.children, figures, files, paired) for item in node.children],
+                    "items": [_convert_to_pdf_blocks(item.children, figures, files, in_pair) for item in node.children],
                 }
             )
         elif node.type == "paragraph":
             blocks.append({"kind": "paragraph", "text": _convert_to_pdf_text_parts(node)})
         else:
-            blocks += _convert_to_pdf_blocks(node.children, figures, files, paired)
+            blocks += _convert_to_pdf_blocks(node.children, figures, files, in_pair)
     return blocks
 
 

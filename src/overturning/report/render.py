@@ -134,7 +134,7 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
         parser.use(container_plugin, name=name)
     tree = SyntaxTreeNode(parser.parse(text))
     numbers = {"figure": count(1), "table": count(1)}
-    for node, folded in _nodes_and_whether_collapsed(tree):
+    for node, is_collapsed in _nodes_and_whether_collapsed(tree):
         kind = (
             "figure"
             if single_image_of_paragraph(node)
@@ -143,16 +143,18 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
             else ""
         )
         if kind:
-            node.meta[kind] = None if folded else next(numbers[kind])
+            node.meta[kind] = None if is_collapsed else next(numbers[kind])
     return tree
 
 
-def _nodes_and_whether_collapsed(node: SyntaxTreeNode, folded: bool = False) -> Iterator[tuple[SyntaxTreeNode, bool]]:
+def _nodes_and_whether_collapsed(
+    node: SyntaxTreeNode, is_collapsed: bool = False
+) -> Iterator[tuple[SyntaxTreeNode, bool]]:
     """Yield the nodes of a Markdown tree, each with True if collapsed or shown only on the HTML page or in the PDF."""
     for one in node.children:
-        yield one, folded
+        yield one, is_collapsed
         yield from _nodes_and_whether_collapsed(
-            one, folded or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
+            one, is_collapsed or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
         )
 
 

@@ -14,7 +14,7 @@ from overturning.report.drawings import (
     draw_figures_with_report,
     list_study_figures,
     names_of_shown_figures_by_record,
-    translate_figures,
+    write_translated_figures,
 )
 from overturning.report.page import render_report_html_page
 from overturning.report.paper import compile_report_pdf
@@ -89,7 +89,7 @@ def write_report(
         figures |= {f"{name}-strip": folder / case.film_strip_file_name for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
             raise ResultError(f"{missing[0]}: no such figure; run the figures of the study first")
-        figures = translate_figures(figures, Path(drawings) / language, language)
+        figures = write_translated_figures(figures, Path(drawings) / language, language)
         with use_translation_language(language):
             films = {
                 name: film_html_element(case.film, figures[f"{name}-strip"], translate(case.strip_alt))

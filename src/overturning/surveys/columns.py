@@ -88,13 +88,13 @@ class RecognisedColumns:
         Known name of each column, in order; "" for a column that is not used.
     notes : list of str
         Notes on columns with another name, and on columns that are not used.
-    faults : list of str
+    error_messages : list of str
         Error messages on columns that are refused.
     """
 
     standard_names: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    faults: list[str] = field(default_factory=list)
+    error_messages: list[str] = field(default_factory=list)
 
 
 def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> RecognisedColumns:
@@ -115,14 +115,14 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
     is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
     for name, (meaning, refusal) in zip(header, found, strict=True):
         if "fell" in exact and _simplified_column_name(name) in _STANDING_COUNT_COLUMN_NAMES:
-            plan.faults.append(
+            plan.error_messages.append(
                 f"column {name!r} beside fell: fell is yes or no for the stones of a row; write the numbers of fallen "
                 "and of standing stones into the column count, each in a row of its own"
             )
             plan.standard_names.append("")
             continue
         if is_row_of_stone and re.fullmatch(r"[+-]?\d+([.,]\d*)?", name):
-            plan.faults.append(
+            plan.error_messages.append(
                 f"column {name!r} is a number; the first line without # names the columns: write the names above the "
                 "first stone"
             )
@@ -138,9 +138,9 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
             unused.append(f"{name.lower()} (did you mean {meaning}?)")
             meaning = ""
         elif refusal:
-            plan.faults.append(f"column {name.lower()!r} is not known; {refusal}")
+            plan.error_messages.append(f"column {name.lower()!r} is not known; {refusal}")
         elif meaning and meaning in plan.standard_names:
-            plan.faults.append(f"column {name!r}: {meaning} is named twice; name each column once")
+            plan.error_messages.append(f"column {name!r}: {meaning} is named twice; name each column once")
             meaning = ""
         elif meaning and name.lower() not in (meaning, "declination"):
             plan.notes.append(f"column {name!r} is read as {meaning}")

@@ -206,7 +206,7 @@ def compare_survey_with_prediction(
     # Both means turn with the survey and the cube.
     origin = directions["predicted_mean_direction_deg"]
     if not directions["predicted_resultant_length"] > MIN_RESULTANT_FOR_MEAN:
-        exactly = [stone.azimuth_deg for stone, *_ in fallen if stone.direction_uncertainty_half_width_deg == 0]
+        exactly = [stone.fall_azimuth_deg for stone, *_ in fallen if stone.direction_uncertainty_half_width_deg == 0]
         origin = mean_angle_deg_and_mean_resultant_length(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
@@ -242,7 +242,7 @@ def _fallen_stones_with_predictions(
         if stone.fell_in_known_direction:
             site_prediction = predictions.site_prediction_for_stone(stone)
             density = _fall_sector_probabilities(site_prediction, stone)
-            fallen += stone.count * [(stone, density, site_prediction.octant_probabilities_from_sectors(density))]
+            fallen += stone.stone_count * [(stone, density, site_prediction.octant_probabilities_from_sectors(density))]
     return fallen
 
 
@@ -259,7 +259,7 @@ def _predicted_fall_share_and_range(
             for stone in stones
         ]
     )
-    weight = np.isfinite(falls) * np.array([stone.count for stone in stones])[:, None, None]
+    weight = np.isfinite(falls) * np.array([stone.stone_count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():
         return math.nan, math.nan, math.nan
@@ -275,7 +275,7 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
         """Return the number of stones, with the count of each row, for which the function `condition` returns True."""
-        return sum(stone.count for stone in stones if condition(stone))
+        return sum(stone.stone_count for stone in stones if condition(stone))
 
     def lacks_computed_outcome(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
@@ -336,7 +336,7 @@ def _confusion_matrix_of_standing_and_fall_sides(
     confusion = np.zeros((len(STANDING_OR_FALL_SIDES), len(STANDING_OR_FALL_SIDES)), dtype=np.int64)
     for stone in known:
         probable = int(np.argmax(predictions.site_prediction_for_stone(stone).standing_and_side_probabilities(stone)))
-        confusion[observed_standing_or_side_index(stone), probable] += stone.count
+        confusion[observed_standing_or_side_index(stone), probable] += stone.stone_count
     return confusion if known else None
 
 

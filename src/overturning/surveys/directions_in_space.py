@@ -114,14 +114,16 @@ def compare_fall_directions(
             continue
         density = FALL_DIRECTION_SECTORS.share
         if computed is None:
-            without_outcome += stone.count
+            without_outcome += stone.stone_count
         elif not computed.size:
-            never += stone.count
+            never += stone.stone_count
         else:
             density = (1 - background) * fall_shares_by_sector_after_spreading(
                 computed
             ) + background * FALL_DIRECTION_SECTORS.share
-        fallen += stone.count * [(stone, density, FALL_DIRECTION_SECTORS.octant_probabilities_from_sectors(density))]
+        fallen += stone.stone_count * [
+            (stone, density, FALL_DIRECTION_SECTORS.octant_probabilities_from_sectors(density))
+        ]
     if not fallen:
         return None
     return FallDirectionComparisonIn3D(

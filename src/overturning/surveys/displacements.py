@@ -30,10 +30,10 @@ from overturning.surveys.stones import (
     stones_of_sites_with_standing_stones,
 )
 
-MIN_SHIFT_M: Final = StonePopulation().shifted
+MIN_SHIFT_COUNTED_AS_SHIFTED_M: Final = StonePopulation().shifted
 """Shift from which a standing stone counts as shifted, m; people rarely note smaller ones."""
 
-MIN_TWIST_DEG: Final = StonePopulation().rotated
+MIN_TWIST_COUNTED_AS_TWISTED_DEG: Final = StonePopulation().rotated
 """Absolute twist from which a standing stone counts as twisted, degrees."""
 
 _ROUNDING_TOLERANCE: Final = 1e-9
@@ -48,8 +48,8 @@ class ObservedAndComputedStatistic:
 
     Attributes
     ----------
-    name : MeasureName
-        Name of the measure.
+    name : ComparedStatisticName
+        Name of the statistic.
     observed_stone_count : int
         Number of observed stones of the share or median.
     observed, observed_low, observed_high : float
@@ -85,10 +85,10 @@ class DisplacementComparison:
     stones_without_computed_outcome : int
         Stones for which no similar computed case has an outcome; they are not compared with computed values.
     stones_far_outside_shape_grid : int
-        Stones whose B/H or D/B lies far outside the grid of the study (`has_shape_far_outside_grid`); like those of
-        `without_outcome`, they are not compared with computed values; they do not count in `without_outcome`.
-    compared_statistics : tuple of DisplacementMeasure
-        Measures in a fixed order.
+        Stones whose B/H or D/B lies far outside the grid of the study (`has_shape_far_outside_grid`); they are not
+        compared with computed values either, and do not count in `stones_without_computed_outcome`.
+    compared_statistics : tuple of ObservedAndComputedStatistic
+        Statistics in a fixed order.
     fall_direction_comparison : FallDirectionComparisonIn3D or None
         Observed and computed fall directions; None if no stone fell in a known direction.
     """
@@ -141,17 +141,16 @@ class _SimulatedCasesResemblingStones(NamedTuple):
 class _CaseOutcomeArrays(NamedTuple):
     """Outcomes of all cases of a 3-D results cube, as arrays whose first axis is friction.
 
-    Flags, azimuths towards which cases fall (degrees), slip (m) and twist (degrees); `grid` has the coordinates of the
-    dimensions by which a stone is compared with the cases.
+    `grid_values_by_dimension` has the coordinates of the dimensions by which a stone is compared with the cases.
     """
 
     dimension_names: tuple[str, ...]
-    grid: dict[str, FloatArray]
-    flags: NDArray[np.floating]
-    fall_azimuth: NDArray[np.floating]
-    slip_north: NDArray[np.floating]
-    slip_east: NDArray[np.floating]
-    twist: NDArray[np.floating]
+    grid_values_by_dimension: dict[str, FloatArray]
+    overturned_flags: NDArray[np.floating]
+    fall_azimuth_deg: NDArray[np.floating]
+    residual_slip_north_m: NDArray[np.floating]
+    residual_slip_east_m: NDArray[np.floating]
+    residual_twist_deg: NDArray[np.floating]
 
     @classmethod
     def from_cube(cls, cube: xr.Dataset) -> "_CaseOutcomeArrays":
@@ -202,35 +201,35 @@ def compare_displacements(
     if not observed:
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
     arrays = {id(one): _CaseOutcomeArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
-    used = {key: np.zeros(one.flags.shape, np.bool_) for key, one in arrays.items()}
+    used = {key: np.zeros(one.overturned_flags.shape, np.bool_) for key, one in arrays.items()}
     standing, never_stand, without_outcome, beyond = list[_SimulatedCasesResemblingStones](), 0, 0, 0
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((site_cubes or {}).get(one.stone.site, cube))
-        seen = stone_dimensions_from_side_nearest_to_grid(arrays[own].grid, one.stone)
-        if has_shape_far_outside_grid(arrays[own].grid, seen):
-            beyond += one.stone.count
-            fall_shares.append((one.stone.count, np.full(arrays[own].flags.shape[0], math.nan)))
+        seen = stone_dimensions_from_side_nearest_to_grid(arrays[own].grid_values_by_dimension, one.stone)
+        if has_shape_far_outside_grid(arrays[own].grid_values_by_dimension, seen):
+            beyond += one.stone.stone_count
+            fall_shares.append((one.stone.stone_count, np.full(arrays[own].overturned_flags.shape[0], math.nan)))
             fall_azimuths.append(None)
             continue
-        chosen = nearest_grid_indices_of_stone(arrays[own].grid, seen)
+        chosen = nearest_grid_indices_of_stone(arrays[own].grid_values_by_dimension, seen)
         flags, azimuths, cells = _outcomes_of_cases_nearest_in_size_and_face(arrays[own], chosen, used[own])
-        fall_shares.append((one.stone.count, _fall_share_by_friction(flags)))
+        fall_shares.append((one.stone.stone_count, _fall_share_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
-            without_outcome += one.stone.count
+            without_outcome += one.stone.stone_count
         elif not one.stone.fell and (cells is None or not cells.weight.size):
-            never_stand += one.stone.count
+            never_stand += one.stone.stone_count
         elif not one.stone.fell and cells is not None:
-            standing.append(cells._replace(weight=one.stone.count * cells.weight))
+            standing.append(cells._replace(weight=one.stone.stone_count * cells.weight))
     computed = (
         _SimulatedCasesResemblingStones(*(np.concatenate(parts) for parts in zip(*standing, strict=True)))
         if standing
         else None
     )
     return DisplacementComparison(
-        fell=sum(one.stone.count for one in observed if one.stone.fell),
-        stood=sum(one.stone.count for one in observed if not one.stone.fell),
+        fell=sum(one.stone.stone_count for one in observed if one.stone.fell),
+        stood=sum(one.stone.stone_count for one in observed if not one.stone.fell),
         similar_computed_case_count=sum(int(mask.sum()) for mask in used.values()),
         standing_stones_without_standing_simulation=never_stand,
         compared_statistics=(
@@ -253,19 +252,19 @@ def _observed_stone_of_row(table: SurveyTable, line: int, row: SurveyRow) -> _Ob
 
 
 def _outcomes_of_cases_nearest_in_size_and_face(
-    cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used: NDArray[np.bool_]
+    cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used_cases_mask: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
-    """Select the simulated cases that resemble a stone, and mark them in `used`.
+    """Select the simulated cases that resemble a stone, and mark them in `used_cases_mask`.
 
     Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
     direction, and displacements of those that stand, with weights whose sum is 1. `chosen_indices` are those of
     `nearest_grid_indices_of_stone`.
     """
-    sizes = zip(cells.dimension_names, cells.flags.shape, strict=True)
+    sizes = zip(cells.dimension_names, cells.overturned_flags.shape, strict=True)
     at = np.ix_(*(chosen_indices.get(name, np.arange(size)) for name, size in sizes))
-    flags = cells.flags[at]
-    used[at] |= np.isfinite(flags)
-    azimuths = np.asarray(cells.fall_azimuth[at], np.float64)[flags == 1]
+    flags = cells.overturned_flags[at]
+    used_cases_mask[at] |= np.isfinite(flags)
+    azimuths = np.asarray(cells.fall_azimuth_deg[at], np.float64)[flags == 1]
     azimuths = azimuths[np.isfinite(azimuths)]
     frictions = flags.shape[0]
     rows = (flags == 0).reshape(frictions, -1)
@@ -273,7 +272,7 @@ def _outcomes_of_cases_nearest_in_size_and_face(
         return flags, azimuths, None
     north, east, twist = (
         np.asarray(values[at], np.float64).reshape(rows.shape)[rows]
-        for values in (cells.slip_north, cells.slip_east, cells.twist)
+        for values in (cells.residual_slip_north_m, cells.residual_slip_east_m, cells.residual_twist_deg)
     )
     # Frictions have equal weight where both stand and fall; within a friction so have its standing cases.
     weight = np.where(rows, 1.0, 0.0) / np.maximum(rows.sum(axis=1, keepdims=True), 1) / rows.any(axis=1).sum()
@@ -337,14 +336,15 @@ def _compare_shifts_and_twists_of_standing_stones(
 ) -> list[ObservedAndComputedStatistic]:
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
     standing = [one for one in observed if not one.stone.fell]
-    counts = np.array([one.stone.count for one in standing], np.intp)
+    counts = np.array([one.stone.stone_count for one in standing], np.intp)
     shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift_m", "twist_deg"))
     shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
-    far, turned = shift >= MIN_SHIFT_M - _ROUNDING_TOLERANCE, np.abs(twist) >= MIN_TWIST_DEG - _ROUNDING_TOLERANCE
+    far = shift >= MIN_SHIFT_COUNTED_AS_SHIFTED_M - _ROUNDING_TOLERANCE
+    turned = np.abs(twist) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
     none = _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
     cells = computed or none
-    cells_far = cells.shift_m >= MIN_SHIFT_M - _ROUNDING_TOLERANCE
-    cells_turned = np.abs(cells.twist_deg) >= MIN_TWIST_DEG - _ROUNDING_TOLERANCE
+    cells_far = cells.shift_m >= MIN_SHIFT_COUNTED_AS_SHIFTED_M - _ROUNDING_TOLERANCE
+    cells_turned = np.abs(cells.twist_deg) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
 
     def statistic_by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
         """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""

@@ -35,8 +35,8 @@ def octant_weights_of_fallen_stone(stone: Stone) -> FloatArray:
     11.25°. An azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
     """
     if stone.has_octant_direction or not stone.direction_recording_step_deg:
-        return np.eye(8)[sector_index(stone.azimuth_deg, 8)]
-    return _share_of_each_arc_in_each_octant(np.array([stone.azimuth_deg]), stone.direction_recording_step_deg)[0]
+        return np.eye(8)[sector_index(stone.fall_azimuth_deg, 8)]
+    return _share_of_each_arc_in_each_octant(np.array([stone.fall_azimuth_deg]), stone.direction_recording_step_deg)[0]
 
 
 def _share_of_each_arc_in_each_octant(middle_deg: FloatArray, width_deg: float) -> FloatArray:
@@ -72,7 +72,7 @@ def _distinguishable_direction_arcs_deg(stone: Stone) -> tuple[FloatArray, Float
     The arcs are as wide as the recording step; the first arc begins between 0° and the step.
     """
     step = stone.direction_recording_step_deg
-    begin = (stone.azimuth_deg - 0.5 * step) % step + step * np.arange(round(360.0 / step), dtype=np.float64)
+    begin = (stone.fall_azimuth_deg - 0.5 * step) % step + step * np.arange(round(360.0 / step), dtype=np.float64)
     return begin, begin + step
 
 
@@ -111,7 +111,7 @@ def azimuth_goodness_of_fit(
     observed = np.zeros(len(exact))
     for place, (stone, density, _) in enumerate(exact):
         step = stone.direction_recording_step_deg
-        first = stone.azimuth_deg - 0.5 * step
+        first = stone.fall_azimuth_deg - 0.5 * step
         half = 0.5 * fall_direction_probabilities_of_arcs(sectors, density, first, first + step)
         observed[place] = (fall_direction_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
         if step:
@@ -136,16 +136,16 @@ def _direction_probabilities_and_observed_class_index(
     uniform = sectors.share
     if stone.has_octant_direction:
         even = sectors.octant_probabilities_from_sectors(uniform)
-        return octants, even, int(sector_index(stone.azimuth_deg, 8))
+        return octants, even, int(sector_index(stone.fall_azimuth_deg, 8))
     if stone.has_16_point_direction:
         begin, end = _distinguishable_direction_arcs_deg(stone)
         predicted, even = (fall_direction_probabilities_of_arcs(sectors, of, begin, end) for of in (density, uniform))
         return (
             predicted,
             even,
-            round((stone.azimuth_deg - 0.5 * COMPASS_POINT_WIDTH_DEG - begin[0]) / COMPASS_POINT_WIDTH_DEG) % 16,
+            round((stone.fall_azimuth_deg - 0.5 * COMPASS_POINT_WIDTH_DEG - begin[0]) / COMPASS_POINT_WIDTH_DEG) % 16,
         )
-    return density, uniform, sectors.nearest_sector_index(stone.azimuth_deg)
+    return density, uniform, sectors.nearest_sector_index(stone.fall_azimuth_deg)
 
 
 def log_likelihood_ratio_and_p_value(
@@ -185,7 +185,7 @@ def compare_observed_and_predicted_directions(
     `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
     mean, length, _ = significant_mean_direction_resultant_and_test(
-        [stone.azimuth_deg for stone, *_ in fallen_stones],
+        [stone.fall_azimuth_deg for stone, *_ in fallen_stones],
         [stone.direction_recording_step_deg for stone, *_ in fallen_stones],
     )
     density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))

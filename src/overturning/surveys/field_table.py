@@ -22,7 +22,7 @@ _BYTE_ORDER_MARKS: Final = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 class NumberedTableRow:
     """Cells of one row of a table, without blanks at their ends, and the number of the row's first line."""
 
-    line: int
+    first_line_number: int
     cells: tuple[str, ...]
 
 
@@ -30,29 +30,31 @@ class NumberedTableRow:
 class TextTable:
     """Header, rows and separator of a text table, without its comments and empty rows.
 
-    ``separator`` is the character between cells; ``leading_comments`` are the comment lines above the header, without
-    ``#``. ``lines_of_row_like_comments`` are the numbers of comment lines below the header that have the cells of a
-    row.
+    ``cell_separator`` is the character between cells; ``leading_comments`` are the comment lines above the header,
+    without ``#``. ``line_numbers_of_row_like_comments`` are the numbers of comment lines below the header that have the
+    cells of a row.
     """
 
     header: NumberedTableRow
     rows: tuple[NumberedTableRow, ...]
-    separator: str
+    cell_separator: str
     leading_comments: tuple[str, ...] = ()
-    lines_of_row_like_comments: tuple[int, ...] = ()
+    line_numbers_of_row_like_comments: tuple[int, ...] = ()
 
     @property
-    def lines_of_rows_pasted_into_cells(self) -> tuple[int, ...]:
+    def line_numbers_of_rows_pasted_into_cells(self) -> tuple[int, ...]:
         """Line numbers of rows with a cell that seems to contain a whole row, with as many separators as the header."""
         least = len(self.header.cells) - 1
-        lines = [(row.line, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]]
-        found = [number for number, line in lines if least > 1 and line.count(self.separator) >= least]
+        lines = [
+            (row.first_line_number, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]
+        ]
+        found = [number for number, line in lines if least > 1 and line.count(self.cell_separator) >= least]
         return tuple(dict.fromkeys(found))
 
     @property
     def separator_name(self) -> str:
         """Plural name of the table's separator for messages, such as "semicolons"."""
-        return _SEPARATORS[self.separator]
+        return _SEPARATORS[self.cell_separator]
 
 
 def read_text_table(path: Path, table_kind: str) -> TextTable:
@@ -91,7 +93,7 @@ def read_text_table(path: Path, table_kind: str) -> TextTable:
     comments = tuple(
         number
         for number, line in enumerate(lines, 1)
-        if number > rows[0].line and _comment_resembles_table_row(line, separator, len(rows[0].cells))
+        if number > rows[0].first_line_number and _comment_resembles_table_row(line, separator, len(rows[0].cells))
     )
     return TextTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
 

@@ -116,13 +116,17 @@ class SurveyInversion:
                 stone, np.append(outcome_indices_matching_observation(stone), STANDING_OUTCOME_INDEX)
             )
             stands, falls = chance[..., -1], 1 - chance[..., -1]
-            total[0] += stone.count * np.log(falls if stone.fell else stands)
+            total[0] += stone.stone_count * np.log(falls if stone.fell else stands)
             if stone.fell_in_known_direction:
-                total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
+                total[1] += stone.stone_count * np.log(chance[..., :-1].sum(axis=-1) / falls)
         return total
 
     def compute_posterior(
-        self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = DIRECTION_LIKELIHOOD_EXPONENT
+        self,
+        log_likelihoods: FloatArray,
+        *,
+        prior: ArrayLike = 1.0,
+        direction_likelihood_exponent: float = DIRECTION_LIKELIHOOD_EXPONENT,
     ) -> MotionPosterior:
         """Compute the posterior probabilities of motion, peak-velocity level and rotation from log-likelihoods.
 
@@ -134,10 +138,10 @@ class SurveyInversion:
             Result of `log_likelihoods_of_survey_by_motion`.
         prior : array_like
             Prior weights that broadcast to (s, l, r); default: uniform.
-        power : float
+        direction_likelihood_exponent : float
             Exponent of the likelihood of the directions, see `DIRECTION_LIKELIHOOD_EXPONENT`.
         """
-        log_likelihoods = log_likelihoods[0] + power * log_likelihoods[1]
+        log_likelihoods = log_likelihoods[0] + direction_likelihood_exponent * log_likelihoods[1]
         weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), log_likelihoods.shape)
         probability, motions = (
             weight * np.exp(log_likelihoods - log_likelihoods[weight > 0].max()),
@@ -145,12 +149,12 @@ class SurveyInversion:
         )
         return MotionPosterior(
             motion_names=tuple(one.name for one in motions),
-            level=SIMULATED_PGV_M_S,
-            turn=np.arange(0.0, 360.0, MOTION_ROTATION_STEP_DEG),
-            probability=probability / probability.sum(),
-            prior=weight / weight.sum(),
-            pga=np.array([one.pga / one.pgv for one in motions]),
-            axis=np.array([one.peak_velocity_azimuth_deg for one in motions]),
+            pgv_levels_m_s=SIMULATED_PGV_M_S,
+            clockwise_rotations_deg=np.arange(0.0, 360.0, MOTION_ROTATION_STEP_DEG),
+            posterior_probability=probability / probability.sum(),
+            prior_probability=weight / weight.sum(),
+            pga_m_s2_at_pgv_1_m_s=np.array([one.pga_m_s2 / one.pgv_m_s for one in motions]),
+            unrotated_peak_velocity_azimuth_deg=np.array([one.peak_velocity_azimuth_deg for one in motions]),
         )
 
     def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> SurveyInversionResult:
@@ -176,7 +180,7 @@ class SurveyInversion:
     ) -> SurveyInversionResult:
         """Return the posterior of the motions, the p-value of fit, and the numbers of fallen and standing stones."""
         posterior = self.compute_posterior(log_likelihoods)
-        fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
+        fell, stood = (sum(one.stone_count for one in stones if one.fell is kind) for kind in (True, False))
         fit = self.posterior_predictive_p_value(stones, posterior)
         return SurveyInversionResult(name, fell, stood, self.fixed_stone_share, fit, posterior)
 
@@ -189,26 +193,26 @@ class SurveyInversion:
         the largest density. Without this division the measure would depend on the resolution of directions.
         """
         generator = np.random.Generator(np.random.PCG64(seed))
-        possible = np.flatnonzero(posterior.prior.ravel() > 0)
-        share = posterior.probability.ravel()[possible]
+        possible = np.flatnonzero(posterior.prior_probability.ravel() > 0)
+        share = posterior.posterior_probability.ravel()[possible]
         drawn = generator.choice(possible.size, FIT_CHECK_RANDOM_SURVEY_COUNT, p=share / share.sum())
         totals = np.zeros((possible.size, 1 + FIT_CHECK_RANDOM_SURVEY_COUNT), np.float32)
         for stone in stones:
             chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BIN_COUNT + 1)[possible]
             own = int(outcome_indices_matching_observation(stone)[0])
             if stone.has_16_point_direction:
-                own = round(stone.azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT
+                own = round(stone.fall_azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT
             if stone.has_octant_direction:
                 chance = np.stack(
                     [chance[:, place == _OCTANT_BY_OUTCOME_INDEX].sum(axis=1) for place in range(9)], axis=1
                 )
-                own = int(sector_index(stone.azimuth_deg, 8))
+                own = int(sector_index(stone.fall_azimuth_deg, 8))
             elif stone.fell and not stone.fell_in_known_direction:
                 chance, own = np.stack([chance[:, :-1].sum(axis=1), chance[:, -1]], axis=1), 0
             below, falls = chance[drawn].cumsum(axis=1), chance[:, :-1]
             density = falls / falls.max(axis=1, keepdims=True)
             good = np.log(np.append(density * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1))
-            for _ in range(stone.count):
+            for _ in range(stone.stone_count):
                 lot = generator.random(FIT_CHECK_RANDOM_SURVEY_COUNT)[:, None] * below[:, -1:]
                 totals += good[:, np.append(own, (lot >= below).sum(axis=1))]
         best = totals.max(axis=0)
@@ -226,8 +230,12 @@ def outcome_indices_matching_observation(stone: Stone) -> NDArray[np.intp]:
     if not stone.fell_in_known_direction:
         return np.arange(DIRECTION_BIN_COUNT)
     if stone.has_octant_direction:
-        return np.flatnonzero(_OCTANT_BY_OUTCOME_INDEX[:STANDING_OUTCOME_INDEX] == sector_index(stone.azimuth_deg, 8))
+        return np.flatnonzero(
+            _OCTANT_BY_OUTCOME_INDEX[:STANDING_OUTCOME_INDEX] == sector_index(stone.fall_azimuth_deg, 8)
+        )
     if stone.has_16_point_direction:
-        away = (DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT) - stone.azimuth_deg + 180.0) % 360.0 - 180.0
+        away = (
+            DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT) - stone.fall_azimuth_deg + 180.0
+        ) % 360.0 - 180.0
         return np.flatnonzero(np.abs(away) <= stone.direction_uncertainty_half_width_deg)
-    return np.array([round(stone.azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT])
+    return np.array([round(stone.fall_azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT])

@@ -45,7 +45,7 @@ class CandidateMotion:
         Name of the record and of its earthquake ("" for a pulse).
     motion : Motion
         Motion of the ground.
-    pga, pgv : float
+    pga_m_s2, pgv_m_s : float
         Largest over all azimuths, m/s² and m/s.
     peak_velocity_azimuth_deg : float
         Azimuth of the largest velocity, degrees clockwise from north, 0 to 180.
@@ -54,8 +54,8 @@ class CandidateMotion:
     name: str
     earthquake_name: str
     motion: Motion
-    pga: float
-    pgv: float
+    pga_m_s2: float
+    pgv_m_s: float
     peak_velocity_azimuth_deg: float
 
     @classmethod

@@ -79,16 +79,16 @@ def warnings_on_survey_table(
                 "also has the option --declination"
             )
     yield from _warnings_on_implausible_stone_sizes(name, rows)
-    if source.lines_of_rows_pasted_into_cells:
+    if source.line_numbers_of_rows_pasted_into_cells:
         yield (
-            f"{name}: {label_of_line_numbers(list(source.lines_of_rows_pasted_into_cells))}: "
+            f"{name}: {label_of_line_numbers(list(source.line_numbers_of_rows_pasted_into_cells))}: "
             "a cell in quotation marks contains "
             "whole rows of the table; if a quotation mark is there by mistake, remove it"
         )
-    if source.lines_of_row_like_comments:
+    if source.line_numbers_of_row_like_comments:
         yield (
-            f"{name}: {label_of_line_numbers(list(source.lines_of_row_like_comments))}: not used, because # marks a "
-            "comment, but with the cells of a row; if # begins the name of a stone, write the name without #"
+            f"{name}: {label_of_line_numbers(list(source.line_numbers_of_row_like_comments))}: not used, because "
+            "# marks a comment, but with the cells of a row; if # begins the name of a stone, write the name without #"
         )
     lines_of: dict[tuple[str, str], list[int]] = {}
     for line, row in rows:

@@ -65,7 +65,7 @@ class SurveySummary:
     ``declinations_deg`` are the different magnetic declinations that were added to directions, ascending.
     """
 
-    name: str
+    survey_file_name: str
     falls_at_all_sites: ObservedOutcomesAndFallDirections
     falls_by_site: tuple[ObservedOutcomesAndFallDirections, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -80,7 +80,7 @@ def summarise_survey(table: SurveyTable) -> SurveySummary:
         row.magnetic_declination_deg for _, row in table.rows if _row_has_fall_direction_or_face_azimuth(table, row)
     }
     return SurveySummary(
-        table.name,
+        table.survey_file_name,
         _summarise_observed_falls(table, "", sector_count),
         tuple(
             _summarise_observed_falls(table.select_site(site), site, sector_count) for site in sites if len(sites) > 1
@@ -105,15 +105,15 @@ def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
     for stone in stones:
         if stone.fell_in_known_direction:
             half = stone.direction_uncertainty_half_width_deg if stone.has_16_point_direction else 0.0
-            towards = sector_index(stone.azimuth_deg + half * fine, sector_count)
-            counts += stone.count * np.bincount(towards, minlength=sector_count) / fine.size
+            towards = sector_index(stone.fall_azimuth_deg + half * fine, sector_count)
+            counts += stone.stone_count * np.bincount(towards, minlength=sector_count) / fine.size
     return counts
 
 
 def _row_has_fall_direction_or_face_azimuth(table: SurveyTable, row: SurveyRow) -> bool:
     """True if a survey row has a fall direction or a face azimuth."""
     stone = table.create_stone_from_row(0, row)
-    return math.isfinite(stone.azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
+    return math.isfinite(stone.fall_azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
 
 
 def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedOutcomesAndFallDirections:
@@ -126,19 +126,19 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
     share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing_stones(stones))
     directed = [stone for stone in stones if stone.fell_in_known_direction]
     angles, steps = (
-        np.repeat([value(stone) for stone in directed], [stone.count for stone in directed])
-        for value in (lambda stone: stone.azimuth_deg, lambda stone: stone.direction_recording_step_deg)
+        np.repeat([value(stone) for stone in directed], [stone.stone_count for stone in directed])
+        for value in (lambda stone: stone.fall_azimuth_deg, lambda stone: stone.direction_recording_step_deg)
     )
     return ObservedOutcomesAndFallDirections(
         site=site,
-        fell=sum(stone.count for stone in stones if stone.fell),
-        stands=sum(stone.count for stone in stones if not stone.fell),
+        fell=sum(stone.stone_count for stone in stones if stone.fell),
+        stands=sum(stone.stone_count for stone in stones if not stone.fell),
         shifted_or_twisted=table.count_stones(
             lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
         ),
         uncounted_stones_by_reason=dict(reasons),
         fell_in_unknown_direction=sum(
-            stone.count for stone in stones if stone.fell and not stone.fell_in_known_direction
+            stone.stone_count for stone in stones if stone.fell and not stone.fell_in_known_direction
         ),
         fallen_count_at_sites_with_standing_stones=share_fell,
         stone_count_at_sites_with_standing_stones=share_stones,

@@ -30,14 +30,16 @@ width of 71 % of 180° contained the true axis in 73 % of cases, like random arc
 (`verification/backwards_coverage.py`).
 """
 
-_STORED_DIMENSIONS_BY_ATTRIBUTE: Final = {
-    "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
-    "pga": "source", "axis": "source",
+_STORED_VARIABLE_AND_DIMENSIONS_BY_ATTRIBUTE: Final = {
+    "pgv_levels_m_s": ("level", ("level",)), "clockwise_rotations_deg": ("turn", ("turn",)),
+    "posterior_probability": ("probability", ("source", "level", "turn")),
+    "prior_probability": ("prior", ("source", "level", "turn")), "pga_m_s2_at_pgv_1_m_s": ("pga", ("source",)),
+    "unrotated_peak_velocity_azimuth_deg": ("axis", ("source",)),
 }  # fmt: skip
-"""Attributes of a `MotionPosterior` that are stored in its file, with their dimensions."""
+"""Attributes of a `MotionPosterior` that are stored in its file, each with its variable there and its dimensions."""
 
-_STORED_SITE_ATTRIBUTES: Final = ("fell", "stood", "fit")
-"""Attributes of the result for one site that are stored in the file of the survey."""
+_STORED_NAME_BY_SITE_ATTRIBUTE: Final = {"fell": "fell", "stood": "stood", "goodness_of_fit_p_value": "fit"}
+"""Attributes of the result for one site that are stored in the file of the survey, each with its name there."""
 
 
 @dataclass(frozen=True)
@@ -48,34 +50,34 @@ class MotionPosterior:
     ----------
     motion_names : tuple of str
         Names of the motions.
-    level : ndarray, shape (l,)
+    pgv_levels_m_s : ndarray, shape (l,)
         Peak velocities to which motions are scaled, m/s (maximum over all azimuths).
-    turn : ndarray, shape (r,)
+    clockwise_rotations_deg : ndarray, shape (r,)
         Clockwise rotations of the motions, degrees.
-    probability, prior : ndarray, shape (s, l, r)
+    posterior_probability, prior_probability : ndarray, shape (s, l, r)
         Posterior and prior; each sums to 1.
-    pga : ndarray, shape (s,)
+    pga_m_s2_at_pgv_1_m_s : ndarray, shape (s,)
         PGA of each motion scaled to a peak velocity of 1 m/s, m/s².
-    axis : ndarray, shape (s,)
+    unrotated_peak_velocity_azimuth_deg : ndarray, shape (s,)
         Azimuth of the largest velocity of each unrotated motion, degrees.
     """
 
     motion_names: tuple[str, ...]
-    level: FloatArray
-    turn: FloatArray
-    probability: FloatArray
-    prior: FloatArray
-    pga: FloatArray
-    axis: FloatArray
+    pgv_levels_m_s: FloatArray
+    clockwise_rotations_deg: FloatArray
+    posterior_probability: FloatArray
+    prior_probability: FloatArray
+    pga_m_s2_at_pgv_1_m_s: FloatArray
+    unrotated_peak_velocity_azimuth_deg: FloatArray
 
     @property
     def pgv_by_motion_and_level(self) -> FloatArray:
         """Peak velocity (m/s) to which each candidate motion is scaled, for each level, shape (motions, levels)."""
-        return np.broadcast_to(self.level, self.probability.shape[:2])
+        return np.broadcast_to(self.pgv_levels_m_s, self.posterior_probability.shape[:2])
 
     def probabilities_of_lowest_and_highest_pgv(self) -> tuple[float, float]:
         """Return the posterior probabilities of the lowest and the highest peak velocity that were considered."""
-        weight = self.probability.sum(axis=(0, 2))
+        weight = self.posterior_probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
 
     def credible_interval(
@@ -99,7 +101,7 @@ class MotionPosterior:
             level has more probability than one tail, the library does not cover the posterior, and that end is 0
             (infinite).
         """
-        weight = (self.prior if use_prior else self.probability).sum(axis=2).ravel()
+        weight = (self.prior_probability if use_prior else self.posterior_probability).sum(axis=2).ravel()
         logs = np.log(np.asarray(values_by_motion_and_level, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
@@ -116,14 +118,18 @@ class MotionPosterior:
 
         The shape is (s,).
         """
-        return np.asarray(self.probability.sum(axis=(1, 2)))
+        return np.asarray(self.posterior_probability.sum(axis=(1, 2)))
 
     def peak_velocity_axis_probabilities(self) -> FloatArray:
         """Return the posterior probability of each axis (azimuth from 0 to 180°) of the largest velocity.
 
         Azimuths are 0 to 180° in steps of `MOTION_ROTATION_STEP_DEG`.
         """
-        place, weight = (self.axis[:, None] + self.turn) / MOTION_ROTATION_STEP_DEG, self.probability.sum(axis=1)
+        place, weight = (
+            (self.unrotated_peak_velocity_azimuth_deg[:, None] + self.clockwise_rotations_deg)
+            / MOTION_ROTATION_STEP_DEG,
+            self.posterior_probability.sum(axis=1),
+        )
         below, count = np.floor(place).astype(np.intp), 180 // MOTION_ROTATION_STEP_DEG
         # An axis between two steps is divided linearly between both.
         parts = ((below, 1 - (place - below)), (below + 1, place - below))
@@ -157,13 +163,13 @@ class SurveyInversionResult:
 
     Attributes
     ----------
-    name : str
+    survey_or_site_name : str
         Name of the survey file.
     fell, stood : int
         Number of stones.
-    fixed : float
+    assumed_fixed_stone_share : float
         Assumed share of stones that are fixed to their base, so that no motion overturns them.
-    fit : float
+    goodness_of_fit_p_value : float
         p-value of the check of fit, see `SurveyInversion.posterior_predictive_p_value`.
     posterior : MotionPosterior
         Posterior of the motion, of the peak velocity to which it is scaled, and of its rotation about the vertical.
@@ -171,11 +177,11 @@ class SurveyInversionResult:
         Results for the stones of each site by itself, whose names are those of the sites; empty for one site.
     """
 
-    name: str
+    survey_or_site_name: str
     fell: int
     stood: int
-    fixed: float
-    fit: float
+    assumed_fixed_stone_share: float
+    goodness_of_fit_p_value: float
     posterior: MotionPosterior
     site_results: tuple["SurveyInversionResult", ...] = ()
 
@@ -199,29 +205,33 @@ class SurveyInversionResult:
         Both are the largest over all azimuths.
         """
         pgv = self.posterior.pgv_by_motion_and_level
-        return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
+        return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga_m_s2_at_pgv_1_m_s[:, None] * pgv / STANDARD_GRAVITY}
 
 
 def write_inversion_result(inversion_result: SurveyInversionResult, path: Path) -> None:
     """Write the motion that was inferred from a survey, with its probabilities, to a NetCDF file."""
     variables = {
-        name: (dims, getattr(inversion_result.posterior, name))
-        for name, dims in _STORED_DIMENSIONS_BY_ATTRIBUTE.items()
+        name: (dims, getattr(inversion_result.posterior, attribute))
+        for attribute, (name, dims) in _STORED_VARIABLE_AND_DIMENSIONS_BY_ATTRIBUTE.items()
     }
     coordinates = {"source": list(inversion_result.posterior.motion_names)}
     if sites := inversion_result.site_results:
-        coordinates["site"] = [one.name for one in sites]
-        probability = np.stack([one.posterior.probability for one in sites])
+        coordinates["site"] = [one.survey_or_site_name for one in sites]
+        probability = np.stack([one.posterior.posterior_probability for one in sites])
         variables["site_probability"] = (("site", "source", "level", "turn"), probability)
         variables |= {
-            f"site_{name}": ("site", [getattr(one, name) for one in sites]) for name in _STORED_SITE_ATTRIBUTES
+            f"site_{name}": (("site",), [getattr(one, attribute) for one in sites])
+            for attribute, name in _STORED_NAME_BY_SITE_ATTRIBUTE.items()
         }
     table = xr.Dataset(
         variables,
         coordinates,
         {
-            "survey": inversion_result.name,
-            **{name: getattr(inversion_result, name) for name in ("fell", "stood", "fixed", "fit")},
+            "survey": inversion_result.survey_or_site_name,
+            "fell": inversion_result.fell,
+            "stood": inversion_result.stood,
+            "fixed": inversion_result.assumed_fixed_stone_share,
+            "fit": inversion_result.goodness_of_fit_p_value,
         },
     )
     with atomic_write(path) as part:
@@ -235,7 +245,11 @@ def read_inversion_result(path: Path) -> SurveyInversionResult:
             table = stored.load()
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
         posterior = MotionPosterior(
-            sources, **{name: np.asarray(table[name]) for name in _STORED_DIMENSIONS_BY_ATTRIBUTE}
+            sources,
+            **{
+                attribute: np.asarray(table[name])
+                for attribute, (name, _) in _STORED_VARIABLE_AND_DIMENSIONS_BY_ATTRIBUTE.items()
+            },
         )
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
         return SurveyInversionResult(str(about["survey"]), *numbers, posterior, _read_site_results(table, posterior))
@@ -250,11 +264,11 @@ def _read_site_results(table: xr.Dataset, posterior: MotionPosterior) -> tuple[S
     fixed = float(table.attrs["fixed"])
     columns = [
         table["site"].to_numpy().tolist(),
-        *(table[f"site_{name}"].to_numpy() for name in _STORED_SITE_ATTRIBUTES),
+        *(table[f"site_{name}"].to_numpy() for name in _STORED_NAME_BY_SITE_ATTRIBUTE.values()),
     ]
     return tuple(
         SurveyInversionResult(
-            str(name), int(fell), int(stood), fixed, float(fit), replace(posterior, probability=probability)
+            str(name), int(fell), int(stood), fixed, float(fit), replace(posterior, posterior_probability=probability)
         )
         for name, fell, stood, fit, probability in zip(*columns, table["site_probability"].to_numpy(), strict=True)
     )

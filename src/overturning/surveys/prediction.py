@@ -184,33 +184,33 @@ class SiteFallPrediction(FallSectors):
         return np.asarray((1 - self.background) * model + self.background * blind)
 
     def _simulated_standing_and_side_probabilities(
-        self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
+        self, face_azimuth_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, without random falls, shape (5, n faces).
 
         The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
         """
         return _mean_of_known_values(
-            self._standing_and_side_probabilities_by_block(face_azimuth_deg, slenderness), axis=1
+            self._standing_and_side_probabilities_by_block(face_azimuth_deg, b_over_h_in_both_planes), axis=1
         )
 
     def _standing_and_side_probabilities_by_block(
-        self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
+        self, face_azimuth_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
 
         A block is a height and friction of the cube. A probability is NaN if unknown. The result is stored, since
         several numbers of a comparison need it for the same stone.
         """
-        key = (face_azimuth_deg.tobytes(), slenderness)
+        key = (face_azimuth_deg.tobytes(), b_over_h_in_both_planes)
         if key not in self._side_probabilities:
             self._side_probabilities[key] = self._compute_standing_and_side_probabilities_by_block(
-                face_azimuth_deg, slenderness
+                face_azimuth_deg, b_over_h_in_both_planes
             )
         return self._side_probabilities[key]
 
     def _compute_standing_and_side_probabilities_by_block(
-        self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
+        self, face_azimuth_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Compute the probabilities that a stone stands, and that it falls to each of its four sides.
 
@@ -218,7 +218,7 @@ class SiteFallPrediction(FallSectors):
         """
         planes = [
             self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
-            for i, shape in enumerate(slenderness)
+            for i, shape in enumerate(b_over_h_in_both_planes)
         ]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
@@ -258,12 +258,12 @@ class SiteFallPrediction(FallSectors):
             found = _mean_of_known_values(falls, axis=(1, 2), weight=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)
         found = self._fall_probabilities[key]
-        if math.isnan(stone.height):
+        if math.isnan(stone.height_m):
             return found
         at_height = np.full(found.shape[1], math.nan)
         for place, column in enumerate(found.T):
             if (known := np.isfinite(column)).any():
-                at_height[place] = np.interp(stone.height, self.height[known], column[known])
+                at_height[place] = np.interp(stone.height_m, self.height[known], column[known])
         return np.asarray(np.broadcast_to(at_height, found.shape))
 
     def has_simulated_outcome(self, stone: Stone) -> bool:
@@ -272,7 +272,7 @@ class SiteFallPrediction(FallSectors):
 
     def has_height_outside_grid(self, stone: Stone) -> bool:
         """True if the height of a stone is known and lies outside the simulated range."""
-        return bool(stone.height < self.height[0] - 1e-9 or stone.height > self.height[-1] + 1e-9)
+        return bool(stone.height_m < self.height[0] - 1e-9 or stone.height_m > self.height[-1] + 1e-9)
 
 
 class SurveyFallPrediction:
@@ -342,7 +342,7 @@ def note_on_b_over_h_far_outside_study(
     least, most = min(study_b_over_h), max(study_b_over_h)
     low, high = least / LARGEST_FACTOR_BEYOND_GRID, LARGEST_FACTOR_BEYOND_GRID * most
     far = [
-        (stone.count, values)
+        (stone.stone_count, values)
         for stone in stones
         if (values := [one for one in stone.b_over_h_in_both_planes if one < low or one > high])
     ]
@@ -364,4 +364,4 @@ def has_known_face_and_b_over_h(stone: Stone) -> bool:
 
 def observed_standing_or_side_index(stone: Stone) -> int:
     """Return the index in `STANDING_OR_FALL_SIDES` of a stone's observed outcome: standing, or the side of its fall."""
-    return 1 + int(sector_index(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0
+    return 1 + int(sector_index(stone.fall_azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

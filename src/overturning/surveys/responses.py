@@ -68,18 +68,18 @@ class StoneDimensions:
         """Return height and shape of a survey's stone; an `ArgumentError` if outside the simulated range."""
         front, side = stone.b_over_h_in_both_planes
         for name, value, grid in (
-            ("height_m", stone.height, SIMULATED_HEIGHTS_M),
+            ("height_m", stone.height_m, SIMULATED_HEIGHTS_M),
             ("b_over_h", min(front, side), SIMULATED_B_OVER_H),
         ):
             if not (
                 math.isnan(value)
                 or grid[0] / LARGEST_FACTOR_BEYOND_GRID <= value <= LARGEST_FACTOR_BEYOND_GRID * grid[-1]
             ):
-                where = f"line {stone.line}: {name} {value:g}"
+                where = f"line {stone.line_number}: {name} {value:g}"
                 raise ArgumentError(
                     f"{where}; stones of {grid[0]:g} to {grid[-1]:.3g} are computed: leave out the stone"
                 )
-        height = None if math.isnan(stone.height) else stone.height
+        height = None if math.isnan(stone.height_m) else stone.height_m
         if math.isnan(front):
             return cls(height, None, 0.0 if stone.has_round_plan else 1.0)
         aspect = max(front, side) / min(front, side)
@@ -134,7 +134,7 @@ def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list
 
 def note_on_stones_broader_than_simulated(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
-    shapes = [(stone.count, stone.b_over_h_in_both_planes) for stone in stones if not stone.has_round_plan]
+    shapes = [(stone.stone_count, stone.b_over_h_in_both_planes) for stone in stones if not stone.has_round_plan]
     most = LARGEST_FACTOR_BEYOND_GRID * SIMULATED_D_OVER_B[-1]
     broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > most * min(both)]
     if not broad:

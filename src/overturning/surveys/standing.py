@@ -17,7 +17,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.tables import read_table_rows
 
-CAPACITY_INTEGRATION_POINTS: Final = np.linspace(-6.0, 6.0, 241)
+CAPACITY_POINTS_IN_STANDARD_DEVIATIONS: Final = np.linspace(-6.0, 6.0, 241)
 """Integration points for the capacity of a stone relative to its class, in standard deviations."""
 
 MIN_LOG_SPREAD: Final = 1e-3
@@ -75,18 +75,20 @@ class HazardCurve:
     ----------
     measure, unit : str
         Intensity measure and its unit.
-    intensity_levels, annual_rates : ndarray, shape (n,)
+    intensity_levels, annual_exceedance_rates : ndarray, shape (n,)
         Ascending levels and their annual rates of exceedance, 1/year.
     """
 
     measure: str
     unit: str
     intensity_levels: FloatArray
-    annual_rates: FloatArray
+    annual_exceedance_rates: FloatArray
 
     def annual_exceedance_rate(self, level: ArrayLike) -> FloatArray:
         """Return the annual rates, 1/year, at which shaking exceeds given intensity levels, by interpolation."""
-        return np.asarray(np.exp(np.interp(np.log(level), np.log(self.intensity_levels), np.log(self.annual_rates))))
+        return np.asarray(
+            np.exp(np.interp(np.log(level), np.log(self.intensity_levels), np.log(self.annual_exceedance_rates)))
+        )
 
     def annual_fall_rate(
         self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
@@ -141,9 +143,9 @@ class StandingProbabilityEstimate:
 
     Attributes
     ----------
-    stone_class, measure : str
+    stone_class, intensity_measure : str
         Class and intensity measure.
-    annual_fall_rate : float
+    annual_fall_rate_per_stone : float
         Annual rate of falls λ, 1/year; stronger shaking than the last level counts with the probability there.
     standing_probability, standing_probability_low, standing_probability_high : float
         Probability exp(−λT) that a stone stands after T years, and its values at the ends of the interval of the
@@ -159,8 +161,8 @@ class StandingProbabilityEstimate:
     """
 
     stone_class: str
-    measure: str
-    annual_fall_rate: float
+    intensity_measure: str
+    annual_fall_rate_per_stone: float
     standing_probability: float
     standing_probability_low: float
     standing_probability_high: float
@@ -176,7 +178,7 @@ def estimate_standing_probability(
 
     The fragility curve must have a fitted median.
     """
-    last, seldom = float(hazard_curve.intensity_levels[-1]), float(hazard_curve.annual_rates[-1])
+    last, seldom = float(hazard_curve.intensity_levels[-1]), float(hazard_curve.annual_exceedance_rates[-1])
 
     def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
         """Return the probability of a fall at one intensity level, for each median of the fragility curve."""
@@ -205,10 +207,10 @@ def estimate_standing_probability(
     share = math.nan
     if math.isfinite(fragility_curve.other_spread):
         each = annual_fall_rates(
-            fragility_curve.median * np.exp(CAPACITY_INTEGRATION_POINTS * fragility_curve.other_spread),
+            fragility_curve.median * np.exp(CAPACITY_POINTS_IN_STANDARD_DEVIATIONS * fragility_curve.other_spread),
             fragility_curve.record_spread,
         )
-        weight = np.exp(-0.5 * CAPACITY_INTEGRATION_POINTS**2)
+        weight = np.exp(-0.5 * CAPACITY_POINTS_IN_STANDARD_DEVIATIONS**2)
         share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
     first = float(fall_probability(float(hazard_curve.intensity_levels[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
@@ -224,7 +226,7 @@ class SurvivalByStoneClass:
 
     Attributes
     ----------
-    years : float
+    exposure_time_years : float
         Exposure time, years.
     hazard_table_name : str
         Name of the hazard table, for messages.
@@ -236,7 +238,7 @@ class SurvivalByStoneClass:
         Classes whose median or spread is unknown.
     """
 
-    years: float
+    exposure_time_years: float
     hazard_table_name: str
     hazard_curves_by_measure: dict[str, HazardCurve]
     curves_with_standing_probabilities: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbabilityEstimate], ...]
@@ -321,7 +323,7 @@ def upper_bound_of_factor_on_hazard_curve(
     larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
     spread are unknown. NaN without a bound.
     """
-    rate = estimate_standing_probability(fragility_curve, hazard_curve, years).annual_fall_rate
+    rate = estimate_standing_probability(fragility_curve, hazard_curve, years).annual_fall_rate_per_stone
     if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
@@ -344,12 +346,15 @@ def upper_bound_of_factor_on_hazard_curve(
 
 def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
     """Estimate the annual rate of falls due to shaking below the hazard curve's first level, by extrapolation."""
-    steepness = np.log(hazard_curve.annual_rates[0] / hazard_curve.annual_rates[1]) / np.log(
+    steepness = np.log(hazard_curve.annual_exceedance_rates[0] / hazard_curve.annual_exceedance_rates[1]) / np.log(
         hazard_curve.intensity_levels[1] / hazard_curve.intensity_levels[0]
     )
     level = hazard_curve.intensity_levels[0] * np.array([0.1, 1.0])
     below = HazardCurve(
-        hazard_curve.measure, hazard_curve.unit, level, hazard_curve.annual_rates[0] * (level / level[1]) ** -steepness
+        hazard_curve.measure,
+        hazard_curve.unit,
+        level,
+        hazard_curve.annual_exceedance_rates[0] * (level / level[1]) ** -steepness,
     )
     return float(below.annual_fall_rate(fragility_curve.median, fragility_curve.log_spread)[0])
 

@@ -24,7 +24,7 @@ def stone_dimensions_from_side_nearest_to_grid(grid: Mapping[str, FloatArray], s
         """Return height, B/H, D/B and face azimuth of the stone, seen from the side whose B/H is `b_over_h`."""
         aspect = d_over_h / b_over_h if b_over_h else math.nan
         return {
-            "height": stone.height, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
+            "height": stone.height_m, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
         }  # fmt: skip
 
     def distance_from_grid(description: dict[str, float]) -> float:

@@ -77,12 +77,12 @@ def simulated_grid_as_text() -> str:
     return repr(grid)
 
 
-def face_azimuths_to_simulate_for_d_over_b(aspect: float) -> FloatArray:
+def face_azimuths_to_simulate_for_d_over_b(d_over_b: float) -> FloatArray:
     """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without symmetric repetitions.
 
     A round stone has the D/B 0.
     """
-    return np.arange(0.0, 1 if aspect == 0.0 else 90 if aspect == 1.0 else 180, ORIENTATION_STEP_DEG)
+    return np.arange(0.0, 1 if d_over_b == 0.0 else 90 if d_over_b == 1.0 else 180, ORIENTATION_STEP_DEG)
 
 
 def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
@@ -93,7 +93,14 @@ def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
     one, motion = candidate_motion, candidate_motion.motion
     vertical = 0.0 if motion.up is None else float(np.abs(motion.up).max())
     return np.array(
-        [motion.north.size, motion.sampling_interval, one.pga, one.pgv, one.peak_velocity_azimuth_deg, vertical],
+        [
+            motion.north.size,
+            motion.sampling_interval,
+            one.pga_m_s2,
+            one.pgv_m_s,
+            one.peak_velocity_azimuth_deg,
+            vertical,
+        ],
         np.float64,
     )
 
@@ -114,19 +121,19 @@ def _d_over_b_texts_with_shipped_outcomes() -> frozenset[str]:
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
 
 
-def shipped_stone_outcomes_of_motion(candidate_motion: CandidateMotion, aspect: float) -> dict[str, NDArray[np.int8]]:
+def shipped_stone_outcomes_of_motion(candidate_motion: CandidateMotion, d_over_b: float) -> dict[str, NDArray[np.int8]]:
     """Return the stone outcomes that the package contains for a motion, by key ``height-shape`` (grid indices).
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
     """
-    if f"{aspect:g}" not in _d_over_b_texts_with_shipped_outcomes():
+    if f"{d_over_b:g}" not in _d_over_b_texts_with_shipped_outcomes():
         return {}
     own, every = motion_signature(candidate_motion), _shipped_outcome_array("motions")
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
     if same.size != 1:
         return {}
-    outcomes = _shipped_outcome_array(f"outcomes {aspect:g}")[same[0]]
-    sizes = _shipped_outcome_array(f"sizes {aspect:g}")
+    outcomes = _shipped_outcome_array(f"outcomes {d_over_b:g}")[same[0]]
+    sizes = _shipped_outcome_array(f"sizes {d_over_b:g}")
     return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
 
 
@@ -135,18 +142,20 @@ def stone_outcome_cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
-def _stone_outcome_cache_path(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> Path:
-    """Return the path of the cache file for stones with one D/B (`aspect`) under one motion.
+def _stone_outcome_cache_path(candidate_motion: CandidateMotion, d_over_b: float, folder: Path) -> Path:
+    """Return the path of the cache file for stones with one D/B under one motion.
 
     The file name is a hash of all inputs.
     """
-    inputs = f"{_source_hash_of_stone_outcomes()} {candidate_motion.samples_sha256} {candidate_motion.pgv} {aspect}"
+    inputs = (
+        f"{_source_hash_of_stone_outcomes()} {candidate_motion.samples_sha256} {candidate_motion.pgv_m_s} {d_over_b}"
+    )
     key = hashlib.sha256(f"{inputs} {simulated_grid_as_text()}".encode()).hexdigest()[:24]
     return folder / f"{key}.npz"
 
 
 def outcomes_of_needed_sizes(
-    candidate_motion: CandidateMotion, aspect: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
+    candidate_motion: CandidateMotion, d_over_b: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
     """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
 
@@ -154,14 +163,14 @@ def outcomes_of_needed_sizes(
     indices; each value has the direction bin of the fall, `STANDING_OUTCOME_INDEX` or `UNKNOWN_OUTCOME_INDEX` for each
     friction, peak velocity to which the motion is scaled, and orientation of the stone.
     """
-    shipped = shipped_stone_outcomes_of_motion(candidate_motion, aspect)
+    shipped = shipped_stone_outcomes_of_motion(candidate_motion, d_over_b)
     needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]
-    return shipped | (load_or_simulate_outcomes(candidate_motion, aspect, needed, folder, threads) if needed else {})
+    return shipped | (load_or_simulate_outcomes(candidate_motion, d_over_b, needed, folder, threads) if needed else {})
 
 
 def load_or_simulate_outcomes(
     candidate_motion: CandidateMotion,
-    aspect: float,
+    d_over_b: float,
     size_grid_indices: Sequence[tuple[int, int]],
     folder: Path,
     threads: int,
@@ -170,7 +179,7 @@ def load_or_simulate_outcomes(
 
     Simulated outcomes are stored in the cache folder. Keys and shapes are those of `outcomes_of_needed_sizes`.
     """
-    path, known = _stone_outcome_cache_path(candidate_motion, aspect, folder), dict[str, NDArray[np.int8]]()
+    path, known = _stone_outcome_cache_path(candidate_motion, d_over_b, folder), dict[str, NDArray[np.int8]]()
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}
@@ -180,7 +189,7 @@ def load_or_simulate_outcomes(
         path.unlink(missing_ok=True)
     missing = [(h, b) for h, b in size_grid_indices if f"{h}-{b}" not in known]
     if missing:
-        found = simulate_outcomes_of_sizes(candidate_motion, aspect, missing, threads)
+        found = simulate_outcomes_of_sizes(candidate_motion, d_over_b, missing, threads)
         known |= {f"{h}-{b}": one for (h, b), one in zip(missing, found, strict=True)}
         # A cache that cannot be written costs time only.
         with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
@@ -188,13 +197,13 @@ def load_or_simulate_outcomes(
     return known
 
 
-def size_keys_with_stored_outcomes(candidate_motion: CandidateMotion, aspect: float, folder: Path) -> set[str]:
+def size_keys_with_stored_outcomes(candidate_motion: CandidateMotion, d_over_b: float, folder: Path) -> set[str]:
     """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.
-    with suppress(Exception), np.load(_stone_outcome_cache_path(candidate_motion, aspect, folder)) as stored:
+    with suppress(Exception), np.load(_stone_outcome_cache_path(candidate_motion, d_over_b, folder)) as stored:
         stored_names = stored.files
-    return {*stored_names, *shipped_stone_outcomes_of_motion(candidate_motion, aspect)}
+    return {*stored_names, *shipped_stone_outcomes_of_motion(candidate_motion, d_over_b)}
 
 
 @cache
@@ -204,7 +213,7 @@ def _source_hash_of_stone_outcomes() -> str:
 
 
 def simulate_outcomes_of_sizes(
-    candidate_motion: CandidateMotion, aspect: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
+    candidate_motion: CandidateMotion, d_over_b: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
 ) -> NDArray[np.int8]:
     """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
 
@@ -216,17 +225,17 @@ def simulate_outcomes_of_sizes(
     axes = (
         np.arange(len(size_grid_indices)),
         np.array(SIMULATED_FRICTIONS),
-        SIMULATED_PGV_M_S / candidate_motion.pgv,
-        face_azimuths_to_simulate_for_d_over_b(aspect),
+        SIMULATED_PGV_M_S / candidate_motion.pgv_m_s,
+        face_azimuths_to_simulate_for_d_over_b(d_over_b),
     )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = (
         grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
     )
     node = node.astype(np.intp)
-    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
+    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(d_over_b, 1.0))
     found = simulate_cases(
-        "rectangle" if aspect else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
+        "rectangle" if d_over_b else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
     )
     way = np.round(np.nan_to_num(found.fall_azimuth) / DIRECTION_BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BIN_COUNT
     outcome = np.where(

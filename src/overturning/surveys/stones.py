@@ -56,12 +56,12 @@ class Stone:
     ----------
     fell : bool
         True if the stone fell.
-    azimuth_deg : float
+    fall_azimuth_deg : float
         Direction towards which it fell, degrees clockwise from true north; NaN where it stood, or fell in an unknown
         direction.
     has_octant_direction : bool
         The direction was given as a compass octant, so it is known to ±22.5°.
-    count : int
+    stone_count : int
         Number of stones in this row.
     b_over_h : float
         Width over height in the plane through the normal of the face; NaN where not given.
@@ -69,11 +69,11 @@ class Stone:
         Width over height in the plane at right angles; NaN where not given (a square footprint is assumed then).
     face_azimuth_deg : float
         Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
-    height : float
+    height_m : float
         m; NaN where not given.
     has_round_plan : bool
         A column, which can fall in any plane.
-    line : int
+    line_number : int
         Line of the file.
     has_16_point_direction : bool
         The direction was given as one of 16 compass points, so it is known to ±11.25°.
@@ -84,14 +84,14 @@ class Stone:
     """
 
     fell: bool
-    azimuth_deg: float
+    fall_azimuth_deg: float
     has_octant_direction: bool
-    count: int = 1
+    stone_count: int = 1
     b_over_h: float = math.nan
     b_over_h_side: float = math.nan
     face_azimuth_deg: float = math.nan
-    line: int = 0
-    height: float = math.nan
+    line_number: int = 0
+    height_m: float = math.nan
     has_round_plan: bool = False
     has_16_point_direction: bool = False
     site: str = ""
@@ -101,7 +101,7 @@ class Stone:
     @property
     def fell_in_known_direction(self) -> bool:
         """True if the stone fell in a known direction."""
-        return self.fell and math.isfinite(self.azimuth_deg)
+        return self.fell and math.isfinite(self.fall_azimuth_deg)
 
     @property
     def direction_uncertainty_half_width_deg(self) -> float:
@@ -135,7 +135,7 @@ class SurveyTable:
 
     Attributes
     ----------
-    name : str
+    survey_file_name : str
         Name of the file.
     rows : tuple of (int, SurveyRow)
         Line of the file, and validated row, in order.
@@ -148,7 +148,7 @@ class SurveyTable:
         Step in which fall directions in degrees are recorded, see `common_azimuth_step_deg`.
     """
 
-    name: str
+    survey_file_name: str
     rows: tuple[tuple[int, SurveyRow], ...]
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -169,7 +169,7 @@ class SurveyTable:
     def select_site(self, site: str) -> "SurveyTable":
         """Return a table with the rows of one site only."""
         return SurveyTable(
-            self.name, tuple((line, row) for line, row in self.rows if row.site == site),
+            self.survey_file_name, tuple((line, row) for line, row in self.rows if row.site == site),
             compass_points_are_octants=self.compass_points_are_octants,
             azimuth_recording_step_deg=self.azimuth_recording_step_deg,
         )  # fmt: skip
@@ -187,11 +187,11 @@ class SurveyTable:
         azimuth, wind = row.fall_direction
         by_octant = row.octant is not None or (wind is not None and self.compass_points_are_octants)
         return Stone(
-            fell=fell, azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
+            fell=fell, fall_azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
             has_octant_direction=by_octant and fell, has_16_point_direction=wind is not None and not by_octant and fell,
-            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line=line,
-            height=row.height_m, site=row.site, name=row.stone,
-            azimuth_recording_step_deg=self.azimuth_recording_step_deg, count=row.count, b_over_h=row.b_over_h,
+            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line_number=line,
+            height_m=row.height_m, site=row.site, name=row.stone,
+            azimuth_recording_step_deg=self.azimuth_recording_step_deg, stone_count=row.count, b_over_h=row.b_over_h,
             b_over_h_side=row.b_over_h_side, has_round_plan=row.round,
         )  # fmt: skip
 
@@ -213,7 +213,7 @@ def stones_of_sites_with_standing_stones(stones: Sequence[Stone]) -> list[Stone]
 
 def fallen_and_all_stone_counts(stones: Sequence[Stone]) -> tuple[int, int]:
     """Return the number of stones that fell, and the number of all stones."""
-    return sum(stone.count for stone in stones if stone.fell), sum(stone.count for stone in stones)
+    return sum(stone.stone_count for stone in stones if stone.fell), sum(stone.stone_count for stone in stones)
 
 
 def read_counted_stones(path: Path) -> list[Stone]:
@@ -263,31 +263,30 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     table = read_text_table(path, "survey")
     plan = recognise_columns(table.header.cells, SURVEY_COLUMNS)
     of_numbers = stone_count_column_errors(table.header.cells, plan.standard_names, [line.cells for line in table.rows])
-    faults = [(table.header.line, message) for message in (*plan.faults, *of_numbers)]
-    above = table.leading_comments[-1].split(table.separator) if table.leading_comments else []
+    header_line = table.header.first_line_number
+    faults = [(header_line, message) for message in (*plan.error_messages, *of_numbers)]
+    above = table.leading_comments[-1].split(table.cell_separator) if table.leading_comments else []
     if (
         "" in plan.standard_names
         and len(above) == len(plan.standard_names)
         and looks_like_header(above, SURVEY_COLUMNS, _OUTCOME_COLUMNS)
     ):
-        faults = [(table.header.line, "the line above it names the columns, but is a comment; remove its #")]
+        faults = [(header_line, "the line above it names the columns, but is a comment; remove its #")]
     missing = not _OUTCOME_COLUMNS & set(plan.standard_names)
     if missing:
-        faults.append((table.header.line, _missing_outcome_column_message(table)))
+        faults.append((header_line, _missing_outcome_column_message(table)))
     if declination_deg is not None:
         if "magnetic_declination_deg" in plan.standard_names:
-            faults.append((table.header.line, "a column gives the declination; leave out the option declination"))
+            faults.append((header_line, "a column gives the declination; leave out the option declination"))
         elif not abs(declination_deg) <= 180:
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
     if declination_deg or "magnetic_declination_deg" in plan.standard_names:
-        faults += [
-            (table.header.line, message) for message in _errors_on_true_north_columns(table, plan.standard_names)
-        ]
+        faults += [(header_line, message) for message in _errors_on_true_north_columns(table, plan.standard_names)]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
         row, messages = _validate_row(line, plan.standard_names, table, declination_deg, outcome_is_missing=missing)
-        faults += [(line.line, message) for message in messages]
-        rows += [(line.line, row)] if row is not None else []
+        faults += [(line.first_line_number, message) for message in messages]
+        rows += [(line.first_line_number, row)] if row is not None else []
     winds = {row.fall_direction.compass_point_index for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
     step = common_azimuth_step_deg(
@@ -341,10 +340,10 @@ def _validate_row(
     """Validate one row of a survey table; return the row (None if invalid) and error messages."""
     cells = line.cells
     # In a table of commas, an empty cell too many may come from a decimal comma: 120,5 reads as 120 and 5.
-    while len(cells) > len(column_names) and not cells[-1] and table.separator != ",":
+    while len(cells) > len(column_names) and not cells[-1] and table.cell_separator != ",":
         cells = cells[:-1]
-    if len(cells) > len(column_names) or (len(cells) < len(column_names) and table.separator != "\t"):
-        comma = table.separator == "," and len(cells) > len(column_names)
+    if len(cells) > len(column_names) or (len(cells) < len(column_names) and table.cell_separator != "\t"):
+        comma = table.cell_separator == "," and len(cells) > len(column_names)
         hint = "; with decimal commas, separate cells by semicolons, and end no line with a comma" if comma else ""
         return None, [
             f"{len(cells)} cells, the header names {len(column_names)} columns; "

@@ -84,13 +84,13 @@ def test_outcome_notations_are_read_as_kinds_and_values(
 ) -> None:
     found = parse_outcome(text)
     expected = StatedOutcome()._replace(
-        direction_is_unknown=bool(more.get("unknown", False)),
+        states_unknown_fall_direction=bool(more.get("unknown", False)),
         shift_m=more.get("shift", math.nan),
         twist_deg=more.get("twist", math.nan),
     )
     assert found.kinds == kinds
-    assert found.direction_is_unknown == expected.direction_is_unknown
-    assert found.direction.azimuth_deg == pytest.approx(more.get("azimuth", math.nan), nan_ok=True)
+    assert found.states_unknown_fall_direction == expected.states_unknown_fall_direction
+    assert found.fall_direction.azimuth_deg == pytest.approx(more.get("azimuth", math.nan), nan_ok=True)
     assert found.shift_m == pytest.approx(expected.shift_m, nan_ok=True)
     assert found.twist_deg == pytest.approx(expected.twist_deg, nan_ok=True)
 

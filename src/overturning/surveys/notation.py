@@ -94,7 +94,7 @@ def parse_direction(text: object) -> StatedDirection:
     return StatedDirection(degrees)
 
 
-def common_azimuth_step_deg(azimuth_deg: Iterable[float]) -> float:
+def largest_common_azimuth_step_deg(azimuth_deg: Iterable[float]) -> float:
     """Return the step in which azimuths were recorded: the largest of 45, 30, 15, 10, 5 and 1° that divides all.
 
     It is 0 if none of the steps divides all azimuths. NaN stands for an azimuth that is not known.
@@ -151,9 +151,9 @@ class StatedOutcome(NamedTuple):
     ----------
     kinds : tuple of str
         What happened, in the order of the cell.
-    direction : StatedDirection
+    fall_direction : StatedDirection
         Direction of the fall if the cell names it, as in "fell SE".
-    direction_is_unknown : bool
+    states_unknown_fall_direction : bool
         True if the cell states that the direction of the fall is not known.
     shift_m : float
         Shift of the base, m; NaN where not given.
@@ -164,19 +164,19 @@ class StatedOutcome(NamedTuple):
     """
 
     kinds: tuple[OutcomeKind, ...] = ()
-    direction: StatedDirection = NO_DIRECTION
-    direction_is_unknown: bool = False
+    fall_direction: StatedDirection = NO_DIRECTION
+    states_unknown_fall_direction: bool = False
     shift_m: float = math.nan
     twist_deg: float = math.nan
     twist_sense: int = 0
 
     def merged_with(self, other: "StatedOutcome") -> "StatedOutcome":
         """Combine the outcomes that two statements of one table cell state, such as "fell SE" and "broken"."""
-        direction = other.direction if math.isfinite(other.direction.azimuth_deg) else self.direction
+        direction = other.fall_direction if math.isfinite(other.fall_direction.azimuth_deg) else self.fall_direction
         return StatedOutcome(
             (*self.kinds, *other.kinds),
             direction,
-            self.direction_is_unknown,
+            self.states_unknown_fall_direction,
             other.shift_m if math.isfinite(other.shift_m) else self.shift_m,
             other.twist_deg if math.isfinite(other.twist_deg) else self.twist_deg,
             other.twist_sense or self.twist_sense,
@@ -192,17 +192,17 @@ def parse_outcome(text: object) -> StatedOutcome:
         return text
     whole = str(text).strip().replace("\N{MINUS SIGN}", "-")
     rest = _UNKNOWN_DIRECTION_REGEX.sub("", whole)
-    found = StatedOutcome(direction_is_unknown=rest != whole)
+    found = StatedOutcome(states_unknown_fall_direction=rest != whole)
     for part in filter(None, _OUTCOME_SEPARATOR_REGEX.split(rest)):
         one = _parse_single_outcome(part)
         if any(kind in found.kinds for kind in one.kinds if kind in ("fell", "shifted", "twisted")):
             raise ValueError(f"{one.kinds[0]} is stated twice; state it once")
         found = found.merged_with(one)
-    if "fell" not in found.kinds and found.direction_is_unknown:
+    if "fell" not in found.kinds and found.states_unknown_fall_direction:
         raise ValueError("only a fall has a direction; write fell direction unknown")
     if not found.kinds:
         raise ValueError(OUTCOME_FORMAT_HINT)
-    if found.direction_is_unknown and math.isfinite(found.direction.azimuth_deg):
+    if found.states_unknown_fall_direction and math.isfinite(found.fall_direction.azimuth_deg):
         raise ValueError("gives a direction and states that it is not known; leave out one of them")
     if {"fell", "stands"} <= set(found.kinds):
         raise ValueError("a stone fell or stands, not both")

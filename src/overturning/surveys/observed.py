@@ -28,7 +28,7 @@ class ObservedOutcomesAndFallDirections:
     ----------
     site : str
         Name of the site; "" for stones without one, and for all sites together.
-    fell, stands, shifted_or_twisted : int
+    fell, stands, standing_shifted_or_twisted : int
         Stones that fell; that stand; and, of the latter, that are shifted or twisted.
     uncounted_stones_by_reason : dict of str to int
         Stones that count neither as fallen nor as standing, by reason.
@@ -46,7 +46,7 @@ class ObservedOutcomesAndFallDirections:
     site: str
     fell: int
     stands: int
-    shifted_or_twisted: int
+    standing_shifted_or_twisted: int
     uncounted_stones_by_reason: dict[str, int]
     fell_in_unknown_direction: int
     fallen_count_at_sites_with_standing_stones: int
@@ -60,16 +60,17 @@ class ObservedOutcomesAndFallDirections:
 class SurveySummary:
     """Summary of a survey: outcomes and fall directions of all stones together, and by site if there are several.
 
-    ``sites`` is empty if there is only one site.
+    ``falls_by_site`` is empty if there is only one site.
 
-    ``declinations_deg`` are the different magnetic declinations that were added to directions, ascending.
+    ``distinct_magnetic_declinations_deg`` are the different magnetic declinations that were added to directions,
+    ascending.
     """
 
     survey_file_name: str
     falls_at_all_sites: ObservedOutcomesAndFallDirections
     falls_by_site: tuple[ObservedOutcomesAndFallDirections, ...] = ()
     warnings: tuple[str, ...] = ()
-    declinations_deg: tuple[float, ...] = field(default=())
+    distinct_magnetic_declinations_deg: tuple[float, ...] = field(default=())
 
 
 def summarise_survey(table: SurveyTable) -> SurveySummary:
@@ -133,7 +134,7 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
         site=site,
         fell=sum(stone.stone_count for stone in stones if stone.fell),
         stands=sum(stone.stone_count for stone in stones if not stone.fell),
-        shifted_or_twisted=table.count_stones(
+        standing_shifted_or_twisted=table.count_stones(
             lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
         ),
         uncounted_stones_by_reason=dict(reasons),

@@ -53,14 +53,14 @@ class StoneDimensions:
 
     Attributes
     ----------
-    height, b_over_h : float or None
+    height_m, smaller_b_over_h : float or None
         Height, m, and the smaller B/H of its two planes; None if unknown.
     d_over_b : float
         D/B, broader over narrower side, of a rectangular stone; 0 for a round stone.
     """
 
-    height: float | None = None
-    b_over_h: float | None = None
+    height_m: float | None = None
+    smaller_b_over_h: float | None = None
     d_over_b: float = 1.0
 
     @classmethod
@@ -104,8 +104,8 @@ class StoneDimensions:
             one.low + (one.high - one.low) * u
             for one, u in zip((size_population.height, size_population.width), unit, strict=True)
         )
-        height = height if self.height is None else np.full(RANDOM_SIZE_COUNT, self.height)
-        shape = width / height if self.b_over_h is None else np.full(RANDOM_SIZE_COUNT, self.b_over_h)
+        height = height if self.height_m is None else np.full(RANDOM_SIZE_COUNT, self.height_m)
+        shape = width / height if self.smaller_b_over_h is None else np.full(RANDOM_SIZE_COUNT, self.smaller_b_over_h)
         place = np.interp(np.log(height), np.log(SIMULATED_HEIGHTS_M), np.arange(SIMULATED_HEIGHTS_M.size))
         of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(SIMULATED_HEIGHTS_M.size)))
         apart = (

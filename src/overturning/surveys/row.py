@@ -199,12 +199,12 @@ class SurveyRow(BaseModel):
         if exact and self.octant is not None:
             named = f"azimuth_deg {self.azimuth_deg.azimuth_deg:g} and octant {OCTANTS[self.octant]}"
             yield {"azimuth_deg", "octant"}, f"{named}: give azimuth_deg or octant, not both"
-        if directed and math.isfinite(outcome.direction.azimuth_deg):
+        if directed and math.isfinite(outcome.fall_direction.azimuth_deg):
             yield (
                 {"azimuth_deg", "octant", "outcome"},
                 "outcome: names a direction, and so does azimuth_deg or octant; give it once",
             )
-        if directed and outcome.direction_is_unknown:
+        if directed and outcome.states_unknown_fall_direction:
             yield (
                 {"azimuth_deg", "octant", "outcome"},
                 "outcome: the direction is not known, but azimuth_deg or octant gives one; empty one of them",
@@ -279,7 +279,7 @@ class SurveyRow(BaseModel):
         if self.octant is not None:
             return StatedDirection(45.0 * self.octant, 2 * self.octant)
         given = self.azimuth_deg
-        return given if math.isfinite(given.azimuth_deg) else self.outcome.direction
+        return given if math.isfinite(given.azimuth_deg) else self.outcome.fall_direction
 
     @property
     def shift_m(self) -> float:

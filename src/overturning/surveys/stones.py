@@ -14,7 +14,7 @@ from overturning.surveys.columns import (
     stone_count_column_errors,
 )
 from overturning.surveys.field_table import NumberedTableRow, TextTable, read_text_table
-from overturning.surveys.notation import OCTANTS, UNKNOWN_VALUE_TEXTS, common_azimuth_step_deg
+from overturning.surveys.notation import OCTANTS, UNKNOWN_VALUE_TEXTS, largest_common_azimuth_step_deg
 from overturning.surveys.notes import (
     AZIMUTH_COLUMNS,
     label_of_line_numbers,
@@ -145,7 +145,7 @@ class SurveyTable:
     compass_points_are_octants : bool
         True if the compass points in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
     azimuth_recording_step_deg : float
-        Step in which fall directions in degrees are recorded, see `common_azimuth_step_deg`.
+        Step in which fall directions in degrees are recorded, see `largest_common_azimuth_step_deg`.
     """
 
     survey_file_name: str
@@ -289,7 +289,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         rows += [(line.first_line_number, row)] if row is not None else []
     winds = {row.fall_direction.compass_point_index for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
-    step = common_azimuth_step_deg(
+    step = largest_common_azimuth_step_deg(
         [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.compass_point_index is None]
     )
     faults += list(_octant_declination_errors(rows, compass_points_are_octants=octants))

@@ -191,7 +191,7 @@ def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
     heads = ("criterion", "a block falls if", "hits", "false alarms", "skill, all blocks", "skill, blocks of one size")
     leads = [
         (found.largest_skill_criterion, name, estimate_with_interval_text(lead))
-        for name, lead in found.skill_lead_over_other_criteria.items()
+        for name, lead in found.best_minus_other_skill_by_other_criterion.items()
     ]
     return {
         "criteria": markdown_table(heads, rows),

@@ -53,7 +53,7 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
     found = fall_variance_due_to_base_relief(StubReliefResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
     assert found.midrange_base_relief_mm == pytest.approx(3.0)
-    assert (found.share_falling_at_low_base_relief, found.share_falling_at_high_base_relief) == pytest.approx(
+    assert (found.share_of_low_relief_runs_falling, found.share_of_high_relief_runs_falling) == pytest.approx(
         (2.5 / 3, 0.5 / 3)
     )
     # Between 2 × 0.25, less the sampling variance 0.25 × 0.5 / 11 of the third case; in total 3 × 0.25.
@@ -67,8 +67,8 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
 def test_report_states_the_share_of_variance_explained_by_base_relief(language: str) -> None:
     relief = BaseReliefFindings(
         midrange_base_relief_mm=3.0,
-        share_falling_at_low_base_relief=0.61,
-        share_falling_at_high_base_relief=0.17,
+        share_of_low_relief_runs_falling=0.61,
+        share_of_high_relief_runs_falling=0.17,
         variance_share_explained_by_base_relief=0.43,
     )
     ensemble = EnsembleFindings(

@@ -53,7 +53,7 @@ def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
     parts = {
         "variant": "other", "is_primary_comparison": True, "scene_of_study": "stack", "scene_of_variant": "monolith",
         "differing_settings": ["scene"],
-        "element_of_study": "stone", "element_of_variant": "stone", "soil_thickness_m": None,
+        "element_of_study": "stone", "element_of_variant": "stone", "soil_thickness_of_variant_m": None,
         "compared_record_count": 14, "cases_not_compared": 23, "share_overturned_study": estimate_entry(0.384, 0.203,
         0.557),
         "share_overturned_variant": estimate_entry(0.116, 0.042, 0.263),
@@ -183,8 +183,8 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
                     "mean_skill_at_fixed_height_and_b_over_h": estimate_entry(0.0),
                     "mean_skill_within_pulse_criterion_range": 0.0}],
         "significantly_best_criterion": "", "largest_skill_criterion": "West",
-        "skill_lead_over_other_criteria": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
-        "insignificant_skill_differences": [{"first_criterion": "West", "second_criterion": "Ishiyama",
+        "best_minus_other_skill_by_other_criterion": {"Ishiyama": estimate_entry(0.101, -0.03, 0.19)},
+        "insignificant_differences_from_best_skill": [{"first_criterion": "West", "second_criterion": "Ishiyama",
                                  "first_minus_second": estimate_entry(0.101, -0.03, 0.19)}],
         "share_of_cases_beyond_pulse_criterion_range": 0.28,
     },
@@ -199,7 +199,8 @@ DIRECTION_STUDY_FINDINGS: dict[str, Any] = {
                           "mean_cos_2_angle_to_fault_normal": 0.52}]},
     "records": [RECORD_FINDING],
     "record_notes": {"records_with_notes": 1,
-                     "doubts": [{"doubt": d, "count": 1, "records": ["vale"]} for d in RECORD_PROCESSING["doubts"]]},
+                     "doubts": [{"doubt": d, "record_count": 1,
+                     "records": ["vale"]} for d in RECORD_PROCESSING["doubts"]]},
     "status_case_counts": [{"status": "simulated", "case_count": 101528}, {"status": "step limit", "case_count": 19}],
     "sources": [{"record": "vale", "source": "by hand", "licence": "none"}],
     "numerical_quality": {"mean_energy_error_share_of_input": 1e-4, "largest_energy_error_share_of_input": 0.007,
@@ -262,7 +263,8 @@ SURVEY_COMPARISON: dict[str, Any] = {
     "fall_direction_resultant": 0.57,
     "observed_falls_by_octant": {"N": 12.0, "S": 7.0}, "predicted_falls_by_octant": {"N": 10.4, "S": 8.6},
     "predicted_mean_direction_deg": 147.0, "predicted_fall_direction_resultant": 0.29,
-    "stones_without_prediction": 0, "has_no_stone_with_prediction": False, "stones_with_height_outside_grid": 8,
+    "stones_with_b_over_h_far_outside_grid": 0, "has_no_stone_with_prediction": False,
+    "stones_with_height_outside_grid": 8,
     "observed_fall_share": {"value": 0.759, "low": 0.565, "high": 0.897},
     "computed_fall_share": {"value": 0.42, "low": 0.31, "high": 0.64},
     "log_likelihood_ratio": 2.83, "log_likelihood_ratio_p_value": 0.021, "predicted_side_counts_by_observed_side": {},
@@ -293,7 +295,8 @@ def _displacement_measure_finding(name: str, stones: int, observed: list[Any], c
 
 
 _SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
-    "site": "", "fell": 21, "stood": 33, "matching_computed_cases": 417, "standing_without_any_computed_standing": 2,
+    "site": "", "fell": 21, "stood": 33, "matching_computed_cases": 417,
+    "standing_stones_without_standing_simulation": 2,
     "stones_without_computed_outcome": 4, "stones_far_outside_shape_grid": 3,
     "compared_shares_and_medians": [
         _displacement_measure_finding("fell", 54, [0.389, 0.259, 0.531], [0.44, 0.37, 0.52]),
@@ -358,29 +361,29 @@ OBSERVED_SURVEY_FINDINGS: dict[str, Any] = {
 }  # fmt: skip
 
 INFERRED_MOTION: dict[str, Any] = {
-    "survey_file_name": "ruin", "fell": 22, "stood": 7, "peak_velocity_axis_deg": 122.0,
+    "survey_file_name": "ruin", "fell": 22, "stood": 7, "peak_velocity_axis_credible_arc_middle_deg": 122.0,
     "velocity_axis_credible_arc_width_deg": 86.0,
     "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 36.7, "posterior_high": 171.0, "prior_low": 8.2,
                    "prior_high": 340.0}],
     "everything_fell": False, "velocity_axis_credible_arc_half_width_deg": 43.0,
-    "probability_of_strongest_pgv_level": 0.07,
-    "probability_of_weakest_pgv_level": 0.0,
+    "posterior_probability_of_strongest_pgv_level": 0.07,
+    "posterior_probability_of_weakest_pgv_level": 0.0,
     "weakest_pgv_level_cm_s": 6.0, "strongest_pgv_level_cm_s": 400.0, "assumed_fixed_stone_share": 0.02,
     "fit_p_value": 0.33,
     "any_motion_fits": True,
     "has_no_upper_strength_bound": True, "has_no_lower_strength_bound": False, "direction_likelihood_exponent": 0.3,
-    "likeliest_motions": [{"motion": "vale", "posterior_probability": 0.19, "prior_probability": 0.04}],
+    "likeliest_motions": [{"motion_name": "vale", "posterior_probability": 0.19, "prior_probability": 0.04}],
     "stones_without_height": 3,
     "stones_without_b_over_h": 5, "has_assumed_sizes": True, "assumed_height_m": {"low_m": 0.61, "high_m": 0.92},
     "assumed_width_m": {"low_m": 0.31, "high_m": 0.42},
     "sites": [
-        {"site": "upper", "fell": 13, "stood": 6, "peak_velocity_axis_deg": 118.0,
+        {"site": "upper", "fell": 13, "stood": 6, "peak_velocity_axis_credible_arc_middle_deg": 118.0,
         "velocity_axis_credible_arc_width_deg": 98.0,
          "velocity_axis_credible_arc_half_width_deg": 49.0, "everything_fell": False, "fit_p_value": 0.004,
          "any_motion_fits": False,
          "strengths": [{"measure": "PGV", "unit": "cm/s", "posterior_low": 31.2, "posterior_high": 214.0,
                         "prior_low": 8.2, "prior_high": 340.0}]},
-        {"site": "", "fell": 9, "stood": 0, "peak_velocity_axis_deg": 127.0,
+        {"site": "", "fell": 9, "stood": 0, "peak_velocity_axis_credible_arc_middle_deg": 127.0,
         "velocity_axis_credible_arc_width_deg": 162.0,
          "velocity_axis_credible_arc_half_width_deg": 81.0, "everything_fell": True, "fit_p_value": 0.41,
          "any_motion_fits": True,
@@ -437,7 +440,7 @@ FALL_RATE_COMPARISON_FINDINGS = {
     "population_fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
     "primary_statistic_study_minus_variant": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
 PLANAR_MODEL_AGREEMENT_FINDING = {
-    "compared_case_count": 66528, "same_outcome_share": 0.967, "same_outcome_share_near_boundary": 0.854,
+    "compared_case_count": 66528, "same_outcome_share": 0.967, "same_outcome_share_beside_outcome_change": 0.854,
     "only_3d_overturns_share": 0.021,
     "only_2d_overturns_share": 0.012, "same_fall_edge_share": 0.743,
     "mean_angle_between_fall_axes_deg": 23.0}  # fmt: skip
@@ -482,7 +485,7 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
     "site": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
         site_fall_rates=[SITE_EFFECT_FINDING],
-        contrasts=[variant_comparison_findings(differing_settings=["site"], soil_thickness_m=20.0,
+        contrasts=[variant_comparison_findings(differing_settings=["site"], soil_thickness_of_variant_m=20.0,
         **FALL_RATE_COMPARISON_FINDINGS)],
         unconverged_soil_responses=["other, vale: north not converged"],
         soil_responses_with_strain_beyond_curves=["other, ford: east converged"]),

@@ -314,7 +314,7 @@ PHRASES_ON_REFERENCE_DIRECTIONS = {
         ({}, {}, [True, True, True, True, True]),
         ({"same_fall_edge_share": 1.0, "same_outcome_share": 1.0}, {}, [False, True, True, True, True]),
         (
-            {"same_outcome_share_near_boundary": None, "same_fall_edge_share": None},
+            {"same_outcome_share_beside_outcome_change": None, "same_fall_edge_share": None},
             {},
             [False, False, True, True, True],
         ),

@@ -42,7 +42,7 @@ def write_and_read_record_with_north(path: Path, north: np.ndarray, trust_data: 
 def markdown_report_on_record(record: Record, language: str) -> str:
     """Return the Markdown of a report on one record."""
     processing = processing_finding_of_record(source_and_processing_of_record(record))
-    doubts = [{"doubt": one, "count": 1, "records": ["vale"]} for one in processing.doubts]
+    doubts = [{"doubt": one, "record_count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
     parts = {"records": [RECORD_FINDING | {"processing": processing}], "record_notes": notes}
     return render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | parts), language)

@@ -53,7 +53,7 @@ SURVIVAL_FINDINGS_OF_ONE_STONE = {
     "hazard_unit_warnings": [],
     "survey_stone_counts": {"stood": 1, "fell": 0, "total": 1, "fall_rate_upper_bound_per_year": 0.0037,
     "confidence_of_fall_rate_bound": 0.95,
-               "standing_share": 1.0, "low": 0.05, "high": 1.0},
+               "standing_share": 1.0, "standing_share_low": 0.05, "standing_share_high": 1.0},
 }  # fmt: skip
 SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES = SURVIVAL_FINDINGS_OF_ONE_STONE | {
     "survey_stone_counts": SURVIVAL_FINDINGS_OF_ONE_STONE["survey_stone_counts"]

@@ -176,7 +176,7 @@ def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str
     assert all(translate_whole_text_by_table(kind, labels) in line for kind in kinds)
     assert line.count("vale") == 3
     assert "weak" in text
-    data["record_notes"]["doubts"][0] |= {"count": 40, "records": [f"station{number}" for number in range(40)]}
+    data["record_notes"]["doubts"][0] |= {"record_count": 40, "records": [f"station{number}" for number in range(40)]}
     assert "station5" in text_outside_collapsed_sections(data)
     assert "station6" not in text_outside_collapsed_sections(data)
     data["record_notes"] = {"records_with_notes": 0, "doubts": []}
@@ -198,7 +198,7 @@ def test_criterion_is_called_best_only_if_its_lead_is_significant(language: str)
     assert highest not in paragraphs[0]
     names = [translate_whole_text_by_table(name, read_label_translations(language)) for name in ("West", "Ishiyama")]
     assert 0 < paragraphs[0].index(names[0]) < paragraphs[0].index(names[1])
-    data["criteria_scores"] |= {"significantly_best_criterion": "West", "insignificant_skill_differences": []}
+    data["criteria_scores"] |= {"significantly_best_criterion": "West", "insignificant_differences_from_best_skill": []}
     assert highest in report_text(Findings.model_validate(data), language)
 
 

@@ -169,7 +169,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
         study=study, default_element_cube=cubes["nominal"], cubes_by_variant=cubes,
-        intensity=cubes["nominal"], convergence=None, survey_comparisons=(),
+        intensity_measures=cubes["nominal"], convergence=None, survey_comparisons=(),
     )  # fmt: skip
     elements, contrasts = element_fall_findings(results), compare_study_with_variants(results)
     # A study of the upper base is compared with the variant that has a shaft by the shaft, which is in both scenes.

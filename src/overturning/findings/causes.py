@@ -105,10 +105,10 @@ class CriteriaFindings(FindingBaseClass):
     """Criterion with the largest mean skill at fixed height and B/H; empty unless it leads all others significantly."""
     largest_skill_criterion: str
     """Criterion with the largest mean skill at fixed height and B/H; empty if no skill is defined."""
-    skill_lead_over_other_criteria: dict[str, Estimate]
+    best_minus_other_skill_by_other_criterion: dict[str, Estimate]
     """Mean skill at fixed height and B/H of `largest_skill_criterion` minus that of each other criterion."""
-    insignificant_skill_differences: list[SkillDifference]
-    """Values of `skill_lead_over_other_criteria` with intervals that include 0, in the order of `scores`."""
+    insignificant_differences_from_best_skill: list[SkillDifference]
+    """Values of `best_minus_other_skill_by_other_criterion` with intervals that include 0, in the order of `scores`."""
     share_of_cases_beyond_pulse_criterion_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
     max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
@@ -201,7 +201,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
     asked = results.model.is_planar and not note_on_size_reference_stone(results.default_element_cube)
-    found = score_overturning_criteria(results.default_element_cube, results.intensity) if asked else None
+    found = score_overturning_criteria(results.default_element_cube, results.intensity_measures) if asked else None
     if found is None:
         return None
     scores = [
@@ -228,8 +228,8 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
         if leads and all(one.excludes_zero for one in leads.values())
         else "",
         largest_skill_criterion=found.best_criterion.name if leads else "",
-        skill_lead_over_other_criteria=leads,
-        insignificant_skill_differences=_insignificant_skill_differences(
+        best_minus_other_skill_by_other_criterion=leads,
+        insignificant_differences_from_best_skill=_insignificant_skill_differences(
             found.best_criterion.name, leads, [one.criterion for one in scores]
         ),
         share_of_cases_beyond_pulse_criterion_range=found.case_share_above_valid_pulse_frequency_ratio,

@@ -41,7 +41,7 @@ class VariantContrast(FindingBaseClass):
     element_of_variant: str
     differing_settings: list[str]
     """Settings that differ: scene, contact, vertical, site."""
-    soil_thickness_m: OptionalNumber
+    soil_thickness_of_variant_m: OptionalNumber
     """Thickness of the soil of the variant above the rock, m; None without soil."""
     compared_record_count: int
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
@@ -208,7 +208,7 @@ def _compare_study_with_variant(
         element_of_study=elements[0],
         element_of_variant=elements[1],
         differing_settings=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
-        soil_thickness_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
+        soil_thickness_of_variant_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         compared_record_count=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
         share_overturned_study=here,

@@ -158,7 +158,7 @@ class PlanarModelAgreement(FindingBaseClass):
     """Number of cases with both outcomes."""
     same_outcome_share: OptionalNumber
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
-    same_outcome_share_near_boundary: OptionalNumber
+    same_outcome_share_beside_outcome_change: OptionalNumber
     """Value of `same_outcome_share` for cases whose neighbour in B/H has another outcome."""
     only_3d_overturns_share: OptionalNumber
     """Share of the cases that overturn in the 3-D model only."""
@@ -363,7 +363,7 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
     return PlanarModelAgreement(
         compared_case_count=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
         same_outcome_share=whole["flag"],
-        same_outcome_share_near_boundary=whole["flag_beside"],
+        same_outcome_share_beside_outcome_change=whole["flag_beside"],
         only_3d_overturns_share=whole["only_space"],
         only_2d_overturns_share=whole["only_plane"],
         same_fall_edge_share=whole["face"],

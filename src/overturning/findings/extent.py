@@ -152,8 +152,8 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
         records=[
             ChosenMap(
                 record=names[place].id,
-                station=names[place].station,
-                event=names[place].event,
+                station=names[place].station_name,
+                event=names[place].earthquake_name,
                 reason_for_choice=reason,
                 mean_cos_2_angle_to_fault_normal=float(alignment[place]),
             )

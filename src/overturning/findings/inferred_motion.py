@@ -34,7 +34,7 @@ class IntensityCredibleIntervals(FindingBaseClass):
 class LikelyMotion(FindingBaseClass):
     """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
-    motion: str
+    motion_name: str
     posterior_probability: OptionalNumber
     prior_probability: OptionalNumber
 
@@ -57,7 +57,7 @@ class InferredMotionOfSite(FindingBaseClass):
     """Number of stones that stood."""
     strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
-    peak_velocity_axis_deg: OptionalNumber
+    peak_velocity_axis_credible_arc_middle_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
     velocity_axis_credible_arc_width_deg: OptionalNumber
     """Width of this arc."""
@@ -82,7 +82,7 @@ class InferredMotion(FindingBaseClass):
     """Number of stones that stood."""
     credible_interval_probability: float = CREDIBLE_INTERVAL_PROBABILITY
     """Probability of the credible intervals and of the arc."""
-    peak_velocity_axis_deg: OptionalNumber
+    peak_velocity_axis_credible_arc_middle_deg: OptionalNumber
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
     velocity_axis_credible_arc_width_deg: OptionalNumber
     """Width of the arc of the axis of the largest velocity."""
@@ -92,9 +92,9 @@ class InferredMotion(FindingBaseClass):
     """True if every stone fell: then the survey shows no axis."""
     velocity_axis_credible_arc_half_width_deg: OptionalNumber
     """Half of the width of the arc of the axis."""
-    probability_of_strongest_pgv_level: float
+    posterior_probability_of_strongest_pgv_level: float
     """Share of the probability on the strongest level of the motions."""
-    probability_of_weakest_pgv_level: float
+    posterior_probability_of_weakest_pgv_level: float
     """Share of the probability on the weakest level of the motions."""
     weakest_pgv_level_cm_s: float
     strongest_pgv_level_cm_s: float
@@ -147,13 +147,13 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         survey_file_name=inversion_result.survey_or_site_name,
         fell=inversion_result.fell,
         stood=inversion_result.stood,
-        peak_velocity_axis_deg=middle,
+        peak_velocity_axis_credible_arc_middle_deg=middle,
         velocity_axis_credible_arc_width_deg=width,
         strengths=_intensity_measure_credible_intervals(inversion_result),
         everything_fell=inversion_result.everything_fell,
         velocity_axis_credible_arc_half_width_deg=width / 2,
-        probability_of_weakest_pgv_level=weakest,
-        probability_of_strongest_pgv_level=strongest,
+        posterior_probability_of_weakest_pgv_level=weakest,
+        posterior_probability_of_strongest_pgv_level=strongest,
         has_no_lower_strength_bound=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         has_no_upper_strength_bound=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         direction_likelihood_exponent=DIRECTION_LIKELIHOOD_EXPONENT,
@@ -164,7 +164,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
         any_motion_fits=not inversion_result.goodness_of_fit_p_value < MIN_FIT_P_VALUE,
         likeliest_motions=[
             LikelyMotion(
-                motion=one.motion_names[place],
+                motion_name=one.motion_names[place],
                 posterior_probability=float(shares[place]),
                 prior_probability=float(prior[place]),
             )
@@ -205,7 +205,7 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
         fell=site_result.fell,
         stood=site_result.stood,
         strengths=_intensity_measure_credible_intervals(site_result),
-        peak_velocity_axis_deg=middle,
+        peak_velocity_axis_credible_arc_middle_deg=middle,
         velocity_axis_credible_arc_width_deg=width,
         velocity_axis_credible_arc_half_width_deg=width / 2,
         everything_fell=site_result.everything_fell,

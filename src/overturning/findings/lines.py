@@ -10,7 +10,8 @@ from overturning.findings.values import Estimate
 _ENTRY_LABEL_FIELDS: Final = (
     "id", "record_group", "variant", "reference", "rule", "criterion", "predictor", "event", "jma_degree",
     "inferred_jma_degree", "record", "element", "second_computation_kind", "stone_class", "survey_file_name", "measure",
-    "intensity_measure", "name", "b_over_h", "site", "status", "doubt", "doubled_quantity", "motion", "first_criterion",
+    "intensity_measure", "name", "b_over_h", "site", "status", "doubt", "doubled_quantity", "motion_name",
+    "first_criterion",
     "share_or_median_name", "azimuth_deg", "motion_azimuth_deg",
 )  # fmt: skip
 """Fields that can label an entry of a list; the first one that differs between all entries is used, otherwise all."""

@@ -98,7 +98,7 @@ class ObservedSurveyFindings(FindingBaseClass):
 
 def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
     """Return the report's numbers on a survey by itself: outcomes and fall directions, together and by site."""
-    declinations = summary.declinations_deg or (None,)
+    declinations = summary.distinct_magnetic_declinations_deg or (None,)
     return ObservedSurveyFindings(
         survey_file_name=summary.survey_file_name,
         doubts=list(summary.warnings),
@@ -129,7 +129,7 @@ def _observed_falls_finding(observed: ObservedOutcomesAndFallDirections) -> Obse
         stones=counted + not_counted,
         fell=observed.fell,
         stands=observed.stands,
-        standing_shifted_or_twisted=observed.shifted_or_twisted,
+        standing_shifted_or_twisted=observed.standing_shifted_or_twisted,
         not_counted=not_counted,
         not_counted_by_reason=observed.uncounted_stones_by_reason,
         fell_in_unknown_direction=observed.fell_in_unknown_direction,

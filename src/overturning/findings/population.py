@@ -191,8 +191,8 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     if stones is None:
         return None
     found = results.population_rates_by_variant[NOMINAL_VARIANT]
-    own, jma = found.sel(amplitude=1.0), jma_intensities_of_scaled_motions(found, results.intensity)
-    horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
+    own, jma = found.sel(amplitude=1.0), jma_intensities_of_scaled_motions(found, results.intensity_measures)
+    horizontal = results.intensity_measures["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
     quantiles = np.quantile(rate, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist() if rate.size else [math.nan] * 5
     rates, free_rates = found["fall_rate"].to_numpy(), found["free_fall_rate"].to_numpy()

@@ -60,7 +60,7 @@ class DoubtfulRecords(FindingBaseClass):
 
     doubt: str
     """Kind of doubt, such as "clipped samples"."""
-    count: int
+    record_count: int
     """Number of these records."""
     records: list[str]
     """Identifiers of these records."""
@@ -132,7 +132,7 @@ def summarise_record_notes_and_doubts(processing_by_id: Mapping[str, RecordProce
             for one in known.values()
         ),
         doubts=[
-            DoubtfulRecords(doubt=kind, count=len(doubtful), records=doubtful)
+            DoubtfulRecords(doubt=kind, record_count=len(doubtful), records=doubtful)
             for kind, doubtful in named.items()
             if doubtful
         ],

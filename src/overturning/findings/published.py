@@ -45,7 +45,7 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
     """Compare PGA, PGV and other peaks of the study's motions with published peaks along the same azimuths."""
     ids, rows = [name.id for name in results.record_names], []
     for row in results.study.published:
-        measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
+        measures = results.intensity_measures.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
         for variable, key, measure, unit, factor, tolerance in PUBLISHED_PEAK_MEASURES_UNITS_TOLERANCES:
             published = getattr(row, key)
             if published is not None:

@@ -17,9 +17,9 @@ class BaseReliefFindings(FindingBaseClass):
 
     midrange_base_relief_mm: OptionalNumber
     """Relief that divides the runs of a case into two halves, mm."""
-    share_falling_at_low_base_relief: OptionalNumber
+    share_of_low_relief_runs_falling: OptionalNumber
     """Share of the runs with a lower relief that fall, over the cases that were run again."""
-    share_falling_at_high_base_relief: OptionalNumber
+    share_of_high_relief_runs_falling: OptionalNumber
     """Share of the runs with a higher relief that fall, over the cases that were run again."""
     variance_share_explained_by_base_relief: OptionalNumber
     """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
@@ -39,8 +39,8 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFinding
     cells, total = float(found["cells"]), float(found["total"])
     return BaseReliefFindings(
         midrange_base_relief_mm=500.0 * (relief.low + relief.high),
-        share_falling_at_low_base_relief=float(found["low"]) / cells if cells else float("nan"),
-        share_falling_at_high_base_relief=float(found["high"]) / cells if cells else float("nan"),
+        share_of_low_relief_runs_falling=float(found["low"]) / cells if cells else float("nan"),
+        share_of_high_relief_runs_falling=float(found["high"]) / cells if cells else float("nan"),
         variance_share_explained_by_base_relief=min(max(float(found["between"]) / total, 0.0), 1.0)
         if total > 0.0
         else float("nan"),

@@ -49,8 +49,8 @@ class RecordIdAndNames:
     """Identifier of a record, with the names of its station and its earthquake, which may be empty."""
 
     id: str
-    station: str
-    event: str
+    station_name: str
+    earthquake_name: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +68,7 @@ class StudyResults:
     other_amplitudes_cube : xarray.Dataset or None
         Cube like `default_element_cube` at the other amplitude factors of the study, over ``amplitude``; None if it has
         one factor.
-    intensity : xarray.Dataset
+    intensity_measures : xarray.Dataset
         Intensity measures.
     convergence : ConvergenceCheckResult or None
         Result of its convergence check; None if the study has none.
@@ -89,7 +89,7 @@ class StudyResults:
     study: Study
     default_element_cube: xr.Dataset
     cubes_by_variant: dict[str, xr.Dataset]
-    intensity: xr.Dataset
+    intensity_measures: xr.Dataset
     convergence: ConvergenceCheckResult | None
     survey_comparisons: tuple[StoredSurveyComparison, ...]
     survey_displacement_comparisons: tuple[StoredDisplacementComparison, ...] = ()
@@ -124,7 +124,7 @@ class StudyResults:
     @property
     def count_of_records_with_unused_vertical(self) -> int:
         """Number of records whose vertical component the study does not apply."""
-        return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
+        return 0 if self.study.simulation.vertical else int(self.intensity_measures["pga_vertical"].notnull().sum())
 
     @cached_property
     def model(self) -> Model:
@@ -141,7 +141,7 @@ class StudyResults:
         """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
         if not self.model.is_planar or note_on_size_reference_stone(self.default_element_cube):
             return None
-        return fit_logistic_overturning_model(self.default_element_cube, self.intensity)
+        return fit_logistic_overturning_model(self.default_element_cube, self.intensity_measures)
 
     @cached_property
     def share_overturned(self) -> float:
@@ -224,14 +224,14 @@ class StudyResults:
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
         return earthquakes.alignments_with_references_by_record_group(
-            self.default_element_cube, self.intensity, [slice(0, count), *parts]
+            self.default_element_cube, self.intensity_measures, [slice(0, count), *parts]
         ), names
 
     @cached_property
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
         rates, file = self.population_rates_by_variant, self.results_folder / FRAGILITY_CURVES_PATH
-        return fit_or_read_fragility_curves(rates[NOMINAL_VARIANT], self.intensity, file) if rates else []
+        return fit_or_read_fragility_curves(rates[NOMINAL_VARIANT], self.intensity_measures, file) if rates else []
 
     @cached_property
     def agreement_counts_of_2d_and_3d_outcomes(self) -> xr.Dataset:
@@ -381,7 +381,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
             study=study,
             default_element_cube=_select_default_element(study, NOMINAL_VARIANT, cubes[NOMINAL_VARIANT]),
             cubes_by_variant=cubes,
-            intensity=intensity,
+            intensity_measures=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
             survey_comparisons=tuple(read_survey_comparison(file) for file in (() if in_space else survey_files)),
             survey_displacement_comparisons=tuple(

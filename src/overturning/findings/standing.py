@@ -66,8 +66,8 @@ class SurveyStandingCountsAndRateBound(FindingBaseClass):
     confidence_of_fall_rate_bound: float
     standing_share: OptionalNumber
     """Share that stands, with its exact binomial 95 % interval."""
-    low: OptionalNumber
-    high: OptionalNumber
+    standing_share_low: OptionalNumber
+    standing_share_high: OptionalNumber
 
 
 class SurvivalFindings(FindingBaseClass):
@@ -175,6 +175,6 @@ def _survey_standing_counts_and_rate_bound(
         fall_rate_upper_bound_per_year=fall_rate_bound,
         confidence_of_fall_rate_bound=FALL_RATE_BOUND_PROBABILITY,
         standing_share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
-        low=low,
-        high=high,
+        standing_share_low=low,
+        standing_share_high=high,
     )

@@ -219,7 +219,11 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
 
 def record_facts(results: StudyResults) -> list[RecordFacts]:
     """Return the peaks of each record, and the mean direction and mean axis of the falls under it."""
-    cube, intensity, found = results.default_element_cube, results.intensity, results.mean_fall_directions_by_record
+    cube, intensity, found = (
+        results.default_element_cube,
+        results.intensity_measures,
+        results.mean_fall_directions_by_record,
+    )
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
     at_rest = cube["status"] == CaseStatus.AT_REST
@@ -242,8 +246,8 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
         records.append(
             RecordFacts(
                 id=name.id,
-                station=name.station,
-                event=name.event,
+                station=name.station_name,
+                event=name.earthquake_name,
                 pulse_group=next((group for group, members in groups.items() if members[index]), ""),
                 has_velocity_pulse=None if math.isnan(pulse) else pulse == 1.0,
                 fault_normal_deg=normals[index],

@@ -99,7 +99,7 @@ class SiteDisplacementFindings(FindingBaseClass):
     """Number of stones that stood."""
     matching_computed_cases: int
     """Number of different computed cases that resemble the stones."""
-    standing_without_any_computed_standing: int
+    standing_stones_without_standing_simulation: int
     """Standing stones like which none stands in the study; they are compared in no displacement."""
     stones_without_computed_outcome: int
     """Stones like which no computed case has an outcome; they are compared in no computed value."""
@@ -179,7 +179,7 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
         fell=comparison.fell,
         stood=comparison.stood,
         matching_computed_cases=comparison.similar_computed_case_count,
-        standing_without_any_computed_standing=comparison.standing_stones_without_standing_simulation,
+        standing_stones_without_standing_simulation=comparison.standing_stones_without_standing_simulation,
         stones_without_computed_outcome=comparison.stones_without_computed_outcome,
         stones_far_outside_shape_grid=comparison.stones_far_outside_shape_grid,
         compared_shares_and_medians=measures,

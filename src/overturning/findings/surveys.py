@@ -171,7 +171,7 @@ class SurveyFindings(FindingBaseClass):
     """Number of stones whose B/H is not known."""
     stones_with_b_over_h_slightly_outside_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
-    stones_without_prediction: int
+    stones_with_b_over_h_far_outside_grid: int
     """Number of stones without a prediction, because a B/H lies more than a quarter outside the grid."""
     has_no_stone_with_prediction: bool
     """True if no stone of the survey has a prediction."""
@@ -264,7 +264,7 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         stones_without_b_over_h=found.falls_without_b_over_h,
         stones_with_b_over_h_slightly_outside_grid=found.stones_outside_b_over_h_grid
         - found.stones_far_outside_b_over_h_grid,
-        stones_without_prediction=found.stones_far_outside_b_over_h_grid,
+        stones_with_b_over_h_far_outside_grid=found.stones_far_outside_b_over_h_grid,
         has_no_stone_with_prediction=found.stones_far_outside_b_over_h_grid == found.fallen + found.stood,
         stones_with_height_outside_grid=found.stones_outside_height_grid,
         assumed_random_direction_share=found.assumed_random_fall_direction_share,

@@ -170,7 +170,9 @@ def draw_figures_with_report(results: StudyResults, findings: Findings, folder: 
 def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_by_group
-    draw = study_figure_functions(results.default_element_cube, results.intensity, results.logistic_fit, groups)
+    draw = study_figure_functions(
+        results.default_element_cube, results.intensity_measures, results.logistic_fit, groups
+    )
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         yield "axes", draw["axes"]()
     for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.default_element_cube)), 1):
@@ -202,8 +204,8 @@ def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContr
     if contrast.differing_settings == ["site"]:
         soil = (
             f"soil of {contrast.variant}"
-            if contrast.soil_thickness_m is None
-            else f"{contrast.soil_thickness_m:g} m of soil"
+            if contrast.soil_thickness_of_variant_m is None
+            else f"{contrast.soil_thickness_of_variant_m:g} m of soil"
         )
         return "ground as recorded", soil
     return "this study", f"variant {contrast.variant}"
@@ -321,7 +323,7 @@ def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure"
         default_height_and_friction_of_figures(results.default_element_cube, results.study)
     )
     cubes = [block.isel(record=place).load() for place in places]
-    peaks = [results.intensity["pgv"].isel(record=place) for place in places]
+    peaks = [results.intensity_measures["pgv"].isel(record=place) for place in places]
     return fall_map_by_azimuth_figure(cubes, "", peaks)
 
 
@@ -335,10 +337,13 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     )
     rates, jma = (
         fall_rates["free_fall_rate"].to_numpy(),
-        jma_intensities_of_scaled_motions(fall_rates, results.intensity),
+        jma_intensities_of_scaled_motions(fall_rates, results.intensity_measures),
     )
     return overturned_fraction_by_intensity_figure(
-        rates, intensities_by_measure(fall_rates, results.intensity)[FALL_RATE_FIGURE_INTENSITY_MEASURE], curve, jma
+        rates,
+        intensities_by_measure(fall_rates, results.intensity_measures)[FALL_RATE_FIGURE_INTENSITY_MEASURE],
+        curve,
+        jma,
     )
 
 
@@ -346,7 +351,7 @@ def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
     fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
     curves = [one for one in results.fragility_curves if one.stone_class == "all stones" and one.measure != "PGV/PGA"]
-    levels = intensities_by_measure(fall_rates, results.intensity)
+    levels = intensities_by_measure(fall_rates, results.intensity_measures)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
 
 

@@ -18,8 +18,8 @@ from overturning.surveys.stone_outcomes import (
     SIMULATED_B_OVER_H,
     SIMULATED_D_OVER_B,
     SIMULATED_HEIGHTS_M,
+    identifying_numbers_of_motion,
     load_or_simulate_outcomes,
-    motion_signature,
     simulated_grid_as_text,
 )
 from verification.tables import ROOT
@@ -56,7 +56,7 @@ def main(
     """Simulate the outcomes that are shipped with the package, and write their file."""
     members: dict[str, NDArray[np.generic]] = {
         "grid": np.array(simulated_grid_as_text()),
-        "motions": np.stack([motion_signature(one) for one in candidate_motions()]),
+        "motions": np.stack([identifying_numbers_of_motion(one) for one in candidate_motions()]),
     }
     for aspect in SHIPPED_DEPTH_TO_WIDTH_RATIOS:
         sizes, outcomes = simulate_outcomes_for_shipped_library(aspect, folder, threads)

@@ -210,7 +210,7 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
     low, stood = (one.posterior.credible_interval(one.posterior.pgv_by_motion_and_level) for one in answers)
     assert low[0] > 0.2 > stood[0]
-    np.testing.assert_allclose(answers[0].posterior.peak_velocity_axis_probabilities().sum(), 1)
+    np.testing.assert_allclose(answers[0].posterior.posterior_probabilities_of_velocity_axis().sum(), 1)
     assert answers[0].goodness_of_fit_p_value > 0.1
 
 

@@ -86,13 +86,13 @@ def test_outcome_notations_are_read_as_kinds_and_values(
     expected = StatedOutcome()._replace(
         states_unknown_fall_direction=bool(more.get("unknown", False)),
         shift_m=more.get("shift", math.nan),
-        twist_deg=more.get("twist", math.nan),
+        clockwise_twist_deg=more.get("twist", math.nan),
     )
     assert found.kinds == kinds
     assert found.states_unknown_fall_direction == expected.states_unknown_fall_direction
     assert found.fall_direction.azimuth_deg == pytest.approx(more.get("azimuth", math.nan), nan_ok=True)
     assert found.shift_m == pytest.approx(expected.shift_m, nan_ok=True)
-    assert found.twist_deg == pytest.approx(expected.twist_deg, nan_ok=True)
+    assert found.clockwise_twist_deg == pytest.approx(expected.clockwise_twist_deg, nan_ok=True)
 
 
 @pytest.mark.parametrize(

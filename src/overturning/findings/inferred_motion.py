@@ -141,7 +141,7 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     high = sum(int(each.stone_count) for each in stones if math.isnan(each.height_m))
     wide = sum(int(each.stone_count) for each in stones if math.isnan(each.b_over_h_in_both_planes[0]))
     assumed = StonePopulation()
-    shares, prior = one.motion_probabilities(), one.prior_probability.sum(axis=(1, 2))
+    shares, prior = one.posterior_probability_of_each_motion(), one.prior_probability.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MAX_LISTED_MOTIONS]
     return InferredMotion(
         survey_file_name=inversion_result.survey_or_site_name,

@@ -11,7 +11,7 @@ from overturning.surveys.standing import (
     FALL_RATE_BOUND_PROBABILITY,
     MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA,
     SurvivalByStoneClass,
-    annual_fall_rate_below_first_level,
+    annual_fall_rate_below_lowest_hazard_level,
     hazard_unit_warning,
     upper_bound_of_annual_fall_rate,
     upper_bound_of_factor_on_hazard_curve,
@@ -142,7 +142,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
 def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[class_index]
-    weaker = annual_fall_rate_below_first_level(curve, hazard)
+    weaker = annual_fall_rate_below_lowest_hazard_level(curve, hazard)
     counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate_per_stone
     return StoneClassSurvival(
         stone_class=one.stone_class,

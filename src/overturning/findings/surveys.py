@@ -165,10 +165,10 @@ class SurveyFindings(FindingBaseClass):
     """Stones without a computed outcome, or without a prediction, that fell in a known direction."""
     falls_with_predicted_direction: int
     """Number of `falls_in_known_direction` whose predicted direction is not random: such a stone falls in the study."""
-    stones_without_face_azimuth: int
-    """Number of stones whose face azimuth is not known."""
-    stones_without_b_over_h: int
-    """Number of stones whose B/H is not known."""
+    falls_without_face_azimuth: int
+    """Number of stones without a face azimuth that fell in a known direction."""
+    falls_without_b_over_h: int
+    """Number of stones without a B/H that fell in a known direction."""
     stones_with_b_over_h_slightly_outside_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
     stones_with_b_over_h_far_outside_grid: int
@@ -260,8 +260,8 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         falls_with_predicted_direction=found.fallen_count_in_known_direction
         - found.falls_without_any_computed_fall
         - found.falls_without_prediction,
-        stones_without_face_azimuth=found.falls_without_face_azimuth,
-        stones_without_b_over_h=found.falls_without_b_over_h,
+        falls_without_face_azimuth=found.falls_without_face_azimuth,
+        falls_without_b_over_h=found.falls_without_b_over_h,
         stones_with_b_over_h_slightly_outside_grid=found.stones_outside_b_over_h_grid
         - found.stones_far_outside_b_over_h_grid,
         stones_with_b_over_h_far_outside_grid=found.stones_far_outside_b_over_h_grid,

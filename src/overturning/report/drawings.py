@@ -366,10 +366,10 @@ def draw_ground_motion_posterior(inversion_result: SurveyInversionResult) -> "Fi
             each.sum(axis=2).ravel()[order].cumsum() for each in (one.posterior_probability, one.prior_probability)
         )
         curves[name] = (values.ravel()[order], posterior_mass, prior_mass, one.credible_interval(values))
-    shares = dict(zip(one.motion_names, one.motion_probabilities().tolist(), strict=True))
+    shares = dict(zip(one.motion_names, one.posterior_probability_of_each_motion().tolist(), strict=True))
     return inferred_motion_posterior_figure(
         inversion_result.survey_or_site_name,
-        one.peak_velocity_axis_probabilities(),
+        one.posterior_probabilities_of_velocity_axis(),
         inversion_result.credible_axis_arc_middle_and_width_deg,
         shares,
         curves,

@@ -53,8 +53,7 @@ class ObservedAndComputedStatistic:
     observed_stone_count : int
         Number of observed stones of the share or median.
     observed, observed_low, observed_high : float
-        Observed value with its exact 95 % interval; NaN without stones, the ends also for fewer than six stones of a
-        median.
+        Observed value with its exact 95 % interval; NaN without stones, ends also for a median of under six stones.
     computed, computed_low, computed_high : float
         Computed value, and its range over the frictions of the study; NaN if nothing of the kind was computed, the
         ends also for a study with one friction.
@@ -126,7 +125,7 @@ class _ObservedStone(NamedTuple):
 
     stone: Stone
     shift_m: float
-    twist_deg: float
+    clockwise_twist_deg: float
 
 
 class _SimulatedCasesResemblingStones(NamedTuple):
@@ -135,7 +134,7 @@ class _SimulatedCasesResemblingStones(NamedTuple):
     weight: FloatArray
     friction_index: NDArray[np.intp]
     shift_m: FloatArray
-    twist_deg: FloatArray
+    clockwise_twist_deg: FloatArray
 
 
 class _CaseOutcomeArrays(NamedTuple):
@@ -337,14 +336,15 @@ def _compare_shifts_and_twists_of_standing_stones(
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
     standing = [one for one in observed if not one.stone.fell]
     counts = np.array([one.stone.stone_count for one in standing], np.intp)
-    shift, twist = (np.repeat([getattr(one, name) for one in standing], counts) for name in ("shift_m", "twist_deg"))
+    shift = np.repeat([one.shift_m for one in standing], counts)
+    twist = np.repeat([one.clockwise_twist_deg for one in standing], counts)
     shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
     far = shift >= MIN_SHIFT_COUNTED_AS_SHIFTED_M - _ROUNDING_TOLERANCE
     turned = np.abs(twist) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
-    none = _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
-    cells = computed or none
+    cells = computed or _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
     cells_far = cells.shift_m >= MIN_SHIFT_COUNTED_AS_SHIFTED_M - _ROUNDING_TOLERANCE
-    cells_turned = np.abs(cells.twist_deg) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
+    cells_clockwise = cells.clockwise_twist_deg > 0
+    cells_turned = np.abs(cells.clockwise_twist_deg) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
 
     def statistic_by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
         """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
@@ -387,7 +387,7 @@ def _compare_shifts_and_twists_of_standing_stones(
             "clockwise",
             int((twist[turned] > 0).sum()),
             int(turned.sum()),
-            statistic_by_friction(lambda own: weighted_share_of_cases(cells.twist_deg > 0, own & cells_turned)),
+            statistic_by_friction(lambda own: weighted_share_of_cases(cells_clockwise, own & cells_turned)),
         ),
         compare_medians(
             "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift_m, own & cells_far))
@@ -395,6 +395,6 @@ def _compare_shifts_and_twists_of_standing_stones(
         compare_medians(
             "twist_deg",
             np.abs(twist[turned]),
-            statistic_by_friction(lambda own: weighted_median(np.abs(cells.twist_deg), own & cells_turned)),
+            statistic_by_friction(lambda own: weighted_median(np.abs(cells.clockwise_twist_deg), own & cells_turned)),
         ),
     ]

@@ -157,9 +157,9 @@ class StatedOutcome(NamedTuple):
         True if the cell states that the direction of the fall is not known.
     shift_m : float
         Shift of the base, m; NaN where not given.
-    twist_deg : float
+    clockwise_twist_deg : float
         Rotation about the vertical, degrees, clockwise seen from above positive; NaN where not given.
-    twist_sense : int
+    twist_sense_clockwise_positive : int
         1 if the cell states "clockwise" without an angle, -1 for "anticlockwise", otherwise 0.
     """
 
@@ -167,8 +167,8 @@ class StatedOutcome(NamedTuple):
     fall_direction: StatedDirection = NO_DIRECTION
     states_unknown_fall_direction: bool = False
     shift_m: float = math.nan
-    twist_deg: float = math.nan
-    twist_sense: int = 0
+    clockwise_twist_deg: float = math.nan
+    twist_sense_clockwise_positive: int = 0
 
     def merged_with(self, other: "StatedOutcome") -> "StatedOutcome":
         """Combine the outcomes that two statements of one table cell state, such as "fell SE" and "broken"."""
@@ -178,8 +178,8 @@ class StatedOutcome(NamedTuple):
             direction,
             self.states_unknown_fall_direction,
             other.shift_m if math.isfinite(other.shift_m) else self.shift_m,
-            other.twist_deg if math.isfinite(other.twist_deg) else self.twist_deg,
-            other.twist_sense or self.twist_sense,
+            other.clockwise_twist_deg if math.isfinite(other.clockwise_twist_deg) else self.clockwise_twist_deg,
+            other.twist_sense_clockwise_positive or self.twist_sense_clockwise_positive,
         )
 
 
@@ -230,13 +230,13 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
     if twisted := _TWIST_REGEX.fullmatch(words):
         sense = 0 if not twisted[2] else 1 if twisted[2] in ("clockwise", "cw") else -1
         if not twisted[1]:
-            return StatedOutcome(("twisted",), twist_sense=sense)
+            return StatedOutcome(("twisted",), twist_sense_clockwise_positive=sense)
         angle = float(twisted[1].replace(",", "."))
         if sense and angle < 0:
             raise ValueError("give the sign of the twist or clockwise/anticlockwise, not both")
         if abs(angle) > 180:
             raise ValueError("give a twist from -180 to 180 degrees, clockwise positive")
-        return StatedOutcome(("twisted",), twist_deg=(sense or 1) * angle)
+        return StatedOutcome(("twisted",), clockwise_twist_deg=(sense or 1) * angle)
     near = difflib.get_close_matches(
         words, ["fell", "fallen", "toppled", "overturned", "shifted", "twisted", *_OUTCOME_KIND_BY_WORD], 1, 0.7
     )

@@ -113,14 +113,14 @@ class MotionPosterior:
         weakest, strongest = (0.0, 0.0) if use_prior else self.probabilities_of_lowest_and_highest_pgv()
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
-    def motion_probabilities(self) -> FloatArray:
+    def posterior_probability_of_each_motion(self) -> FloatArray:
         """Return the posterior probability of each candidate motion, for all velocities and rotations together.
 
         The shape is (s,).
         """
         return np.asarray(self.posterior_probability.sum(axis=(1, 2)))
 
-    def peak_velocity_axis_probabilities(self) -> FloatArray:
+    def posterior_probabilities_of_velocity_axis(self) -> FloatArray:
         """Return the posterior probability of each axis (azimuth from 0 to 180°) of the largest velocity.
 
         Azimuths are 0 to 180° in steps of `MOTION_ROTATION_STEP_DEG`.
@@ -147,7 +147,7 @@ class MotionPosterior:
 
     def _shortest_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
         """Return middle and width, degrees, of the arc of the velocity axis (`CREDIBLE_INTERVAL_PROBABILITY`)."""
-        share = self.peak_velocity_axis_probabilities()
+        share = self.posterior_probabilities_of_velocity_axis()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
             held = total[bins : bins + share.size] - total[: share.size]

@@ -235,9 +235,9 @@ class SurveyRow(BaseModel):
         shifts = [one for one in (self.shift_cm, self.shift_mm, self.outcome.shift_m) if math.isfinite(one)]
         if len(shifts) > 1:
             yield {"shift_cm", "shift_mm", "outcome"}, "shift: given more than once; give it in one column"
-        if math.isfinite(self.twist_deg) and math.isfinite(self.outcome.twist_deg):
+        if math.isfinite(self.twist_deg) and math.isfinite(self.outcome.clockwise_twist_deg):
             yield {"twist_deg", "outcome"}, "twist_deg: outcome gives the twist as well; give it once"
-        if self.outcome.twist_sense and self.twist_deg < 0:
+        if self.outcome.twist_sense_clockwise_positive and self.twist_deg < 0:
             yield (
                 {"twist_deg", "outcome"},
                 "twist_deg: has a sign, and outcome states clockwise or anticlockwise; give one of them",
@@ -290,8 +290,8 @@ class SurveyRow(BaseModel):
     @property
     def clockwise_twist_deg(self) -> float:
         """Rotation of the stone about the vertical, degrees, clockwise seen from above positive; NaN if not stated."""
-        sense = self.outcome.twist_sense or 1
-        return sense * self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.twist_deg
+        sense = self.outcome.twist_sense_clockwise_positive or 1
+        return sense * self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.clockwise_twist_deg
 
     @classmethod
     def validate_cells(

@@ -344,7 +344,7 @@ def upper_bound_of_factor_on_hazard_curve(
     )
 
 
-def annual_fall_rate_below_first_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
+def annual_fall_rate_below_lowest_hazard_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
     """Estimate the annual rate of falls due to shaking below the hazard curve's first level, by extrapolation."""
     steepness = np.log(hazard_curve.annual_exceedance_rates[0] / hazard_curve.annual_exceedance_rates[1]) / np.log(
         hazard_curve.intensity_levels[1] / hazard_curve.intensity_levels[0]

@@ -58,7 +58,7 @@ SHIPPED_OUTCOMES_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
 """Outcomes under the motions of the package, for stones of the heights of gravestones.
 
 `verification/library_outcomes.py` computes the file. `grid` is the text of `simulated_grid_as_text`, `motions` has a
-row of `motion_signature` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into
+row of `identifying_numbers_of_motion` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into
 `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions,
 sizes, frictions, levels, orientations).
 """
@@ -85,7 +85,7 @@ def face_azimuths_to_simulate_for_d_over_b(d_over_b: float) -> FloatArray:
     return np.arange(0.0, 1 if d_over_b == 0.0 else 90 if d_over_b == 1.0 else 180, ORIENTATION_STEP_DEG)
 
 
-def motion_signature(candidate_motion: CandidateMotion) -> FloatArray:
+def identifying_numbers_of_motion(candidate_motion: CandidateMotion) -> FloatArray:
     """Return six numbers of a motion: samples, sampling interval, PGA, PGV, azimuth of PGV, vertical PGA; shape (6,).
 
     Unlike a hash, they are nearly the same if a processor rounds differently.
@@ -128,7 +128,7 @@ def shipped_stone_outcomes_of_motion(candidate_motion: CandidateMotion, d_over_b
     """
     if f"{d_over_b:g}" not in _d_over_b_texts_with_shipped_outcomes():
         return {}
-    own, every = motion_signature(candidate_motion), _shipped_outcome_array("motions")
+    own, every = identifying_numbers_of_motion(candidate_motion), _shipped_outcome_array("motions")
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
     if same.size != 1:
         return {}

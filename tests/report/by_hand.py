@@ -259,8 +259,8 @@ SURVEY_COMPARISON: dict[str, Any] = {
     "survey_file_name": "ruin", "sha256": "abc", "record": "vale", "survey_file_warnings": [],
     "survey_file_comments": [REMARK],
     "fell": 22, "stood": 7, "has_few_falls_in_known_direction": True,
-    "fell_in_unknown_direction": 3, "falls_in_known_direction": 19, "mean_fall_direction_deg": 131.0,
-    "fall_direction_resultant": 0.57,
+    "fell_in_unknown_direction": 3, "falls_in_known_direction": 19, "observed_mean_direction_deg": 131.0,
+    "observed_fall_direction_resultant": 0.57,
     "observed_falls_by_octant": {"N": 12.0, "S": 7.0}, "predicted_falls_by_octant": {"N": 10.4, "S": 8.6},
     "predicted_mean_direction_deg": 147.0, "predicted_fall_direction_resultant": 0.29,
     "stones_with_b_over_h_far_outside_grid": 0, "has_no_stone_with_prediction": False,
@@ -307,7 +307,7 @@ _SITE_DISPLACEMENT_FINDINGS: dict[str, Any] = {
         _displacement_measure_finding("twist_deg", 6, [8.3, None, None], [None, None, None])
     ],
     "fall_direction_findings": {
-        "falls_in_known_direction": 17, "mean_fall_direction_deg": 133.0, "fall_direction_resultant": 0.54,
+        "falls_in_known_direction": 17, "observed_mean_direction_deg": 133.0, "observed_fall_direction_resultant": 0.54,
         "predicted_mean_direction_deg": 148.0,
         "predicted_fall_direction_resultant": 0.29, "observed_falls_by_octant": dict.fromkeys(OCTANTS, 2.5),
         "predicted_falls_by_octant": dict.fromkeys(OCTANTS, 2.3), "log_likelihood_ratio": 1.9,

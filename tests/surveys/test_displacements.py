@@ -260,7 +260,7 @@ def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
     found = survey_displacement_findings(stored)
     shift = next(one for one in found.all_sites.compared_shares_and_medians if one.share_or_median_name == "shift_m")
     assert (shift.observed.value, shift.observed.low, shift.computed.value) == pytest.approx((2.5, 2.5, 3.0))
-    assert (found.min_shift_cm, found.min_twist_deg) == pytest.approx((1.0, 5.0))
+    assert (found.min_shift_counted_as_shifted_cm, found.min_twist_counted_as_twisted_deg) == pytest.approx((1.0, 5.0))
 
 
 @pytest.mark.parametrize("n", [6, 9, 20, 101])

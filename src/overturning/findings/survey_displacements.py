@@ -60,9 +60,9 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
 
     falls_in_known_direction: int
     """Number of stones that fell in a known direction."""
-    mean_fall_direction_deg: OptionalNumber
+    observed_mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    fall_direction_resultant: OptionalNumber
+    observed_fall_direction_resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of these stones; None if they have no common direction."""
@@ -123,9 +123,9 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """Doubts about the survey file, such as the unit of its azimuths."""
     survey_file_comments: list[str]
     """Comment lines at the start of the survey file that are not empty."""
-    min_shift_cm: float = MIN_SHIFT_COUNTED_AS_SHIFTED_M / CM
+    min_shift_counted_as_shifted_cm: float = MIN_SHIFT_COUNTED_AS_SHIFTED_M / CM
     """Shift from which a standing stone counts as shifted, cm."""
-    min_twist_deg: float = MIN_TWIST_COUNTED_AS_TWISTED_DEG
+    min_twist_counted_as_twisted_deg: float = MIN_TWIST_COUNTED_AS_TWISTED_DEG
     """Absolute twist from which a standing stone counts as twisted, degrees."""
     all_sites: SiteDisplacementFindings
     """All sites together."""
@@ -200,8 +200,8 @@ def _fall_direction_findings_in_3d(
     )
     return FallDirectionFindingsIn3D(
         falls_in_known_direction=directions.fallen_in_known_direction,
-        mean_fall_direction_deg=directions.observed_mean_direction_deg,
-        fall_direction_resultant=directions.observed_resultant_length,
+        observed_mean_direction_deg=directions.observed_mean_direction_deg,
+        observed_fall_direction_resultant=directions.observed_resultant_length,
         predicted_mean_direction_deg=directions.predicted_mean_direction_deg if has_mean else math.nan,
         predicted_fall_direction_resultant=directions.predicted_resultant_length,
         observed_falls_by_octant=dict(zip(OCTANTS, observed, strict=True)),

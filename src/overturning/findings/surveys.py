@@ -108,9 +108,9 @@ class SurveyFindings(FindingBaseClass):
     """Number of falls whose direction is known."""
     has_few_falls_in_known_direction: bool
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
-    mean_fall_direction_deg: OptionalNumber
+    observed_mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    fall_direction_resultant: OptionalNumber
+    observed_fall_direction_resultant: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
@@ -218,8 +218,8 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         fell_in_unknown_direction=found.falls_without_direction,
         falls_in_known_direction=found.fallen_count_in_known_direction,
         has_few_falls_in_known_direction=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
-        mean_fall_direction_deg=found.observed_mean_direction_deg,
-        fall_direction_resultant=found.observed_resultant_length,
+        observed_mean_direction_deg=found.observed_mean_direction_deg,
+        observed_fall_direction_resultant=found.observed_resultant_length,
         predicted_mean_direction_deg=(
             found.predicted_mean_direction_deg
             if found.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION

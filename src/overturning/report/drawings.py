@@ -279,7 +279,7 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
                 observed_falls_by_octant=counts_in_octant_order(one.observed_falls_by_octant),
                 computed_falls_by_octant=counts_in_octant_order(one.predicted_falls_by_octant),
                 observed_mean_fall_direction_deg=mean_direction_unless_scattered(
-                    one.mean_fall_direction_deg, one.fall_direction_resultant
+                    one.observed_mean_direction_deg, one.observed_fall_direction_resultant
                 ),
                 computed_mean_fall_direction_deg=mean_direction_unless_scattered(
                     one.predicted_mean_direction_deg, one.predicted_fall_direction_resultant

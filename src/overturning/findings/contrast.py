@@ -224,7 +224,9 @@ def _compare_study_with_variant(
         share_within_45_deg_of_each_other_if_both_fall=estimate_from_mean(
             same_direction, "share of the falls in both that go within 45° of each other"
         ),
-        share_over_45_deg_apart_if_both_fall=1.0 - same_direction.mean if same_direction.earthquake_count else float("nan"),
+        share_over_45_deg_apart_if_both_fall=1.0 - same_direction.mean
+        if same_direction.earthquake_count
+        else float("nan"),
         share_earlier_in_study_if_both_fall=estimate_from_mean(
             found.this_earlier_share_if_both_fall, "share of the falls in both that are earlier in the study"
         ),

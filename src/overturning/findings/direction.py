@@ -181,7 +181,9 @@ def _alignment_finding_of_block_selection(
         rule=rule_alignment.rule.description_template.format(direction_noun),
         is_study_rule=is_study_rule,
         records_with_counted_falls=rule_alignment.records_with_falls_and_fault_normal,
-        mean_cos_2_angle_to_fault_normal=estimate_from_mean(rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION),
+        mean_cos_2_angle_to_fault_normal=estimate_from_mean(
+            rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION
+        ),
         largest_possible_alignment=rule_alignment.largest_possible_mean_cos_of_doubled_angle,
     )
 
@@ -250,7 +252,9 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
             RecordGroupFallDirection(
                 record_group=name,
                 earthquake_count=summary.earthquake_count,
-                mean_cos_2_angle_to_fault_normal=estimate_from_mean(summary.mean_cos_of_doubled_angle_to_fault_normal, ALIGNMENT_DESCRIPTION),
+                mean_cos_2_angle_to_fault_normal=estimate_from_mean(
+                    summary.mean_cos_of_doubled_angle_to_fault_normal, ALIGNMENT_DESCRIPTION
+                ),
                 largest_possible_alignment=summary.largest_possible_mean_cos_of_doubled_angle,
                 fall_axis_from_fault_normal_deg=summary.mean_axis_from_fault_normal_deg,
                 axis_interval_half_width_deg=summary.mean_axis_interval_half_width_deg,

@@ -182,7 +182,9 @@ def test_printed_times_are_counted_from_the_start_of_the_record_file(
             if panel.horizontal_base_acceleration.ndim > 1
             else np.abs(panel.horizontal_base_acceleration)
         )
-        assert 4.0 < int(trace.argmax()) * panel.sampling_interval < 6.0, "the trace has the clock of the bodies"
+        assert 4.0 < int(trace.argmax()) * panel.acceleration_sampling_interval < 6.0, (
+            "the trace has the clock of the bodies"
+        )
         assert 2.0 < film.first_frame_time < 5.0
         record = read(
             tmp_path / "x.csv", columns="north:gal east:gal", sampling_interval_s=0.01, processed=kind == "--processed"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from tests.workflow.conftest import SMALL_STUDY_YAML, WorkflowFolderWithPlanning, result_file_contents
+from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import cause_fault_and_describe_failure
 from verification.faults.kinds import FAULT_KINDS, FaultKind
@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.workflow, pytest.mark.long]
 def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
     """Runs of the small study on a one-node SLURM cluster, started in the background for a later test."""
     with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(run_study_on_slurm, SMALL_STUDY_YAML, 2)
+        yield pool.submit(run_study_on_slurm, SMALL_STUDY, 2)
 
 
 def test_a_resumed_run_gives_results_with_the_same_bytes(

@@ -288,15 +288,15 @@ def faces() -> Pen:
         face_a, face_b, _ = nearest_faces_and_separation(a, b)
         for item, face, colour in ((a, face_a, FALL_COLOUR), (b, face_b, FAULT_COLOUR)):
             ends = item.vertices_in_scene[[face, (face + 1) % len(item.vertices_in_scene)]]
-            normal, middle = item.shape.face_table[face, 4:6], ends.mean(axis=0)
+            normal, middle = item.shape.face_geometry_and_contact_flag_table[face, 4:6], ends.mean(axis=0)
             pen.line(*(at((min(max(x, -1.35), 1.35), z)) for x, z in ends), colour=colour, width=2.6)
             pen.arrow(at(middle), at(middle + 0.28 * normal), colour=colour)
             for end in ends:
                 if abs(end[0]) < 1.35:
                     pen.dot(at(end), 4, fill="#ffffff", stroke=colour)
         for end in possible_contact_points_of_elements(a, b):
-            if math.isfinite(end.gap):
-                pen.dot(at(end.point), 4)
+            if math.isfinite(end.signed_gap):
+                pen.dot(at(end.vertex_position), 4)
     return pen
 
 

@@ -151,13 +151,17 @@ def variables() -> str:
 
 def space() -> str:
     """Return the table of the variables of a 3-D cube."""
-    from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_PLANE_VARIABLES
+    from overturning.model.variables import (
+        BODY_ENSEMBLE_VARIABLES,
+        BODY_OUTCOME_VARIABLES,
+        OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES,
+    )
 
-    return _table((*BODY_VARIABLES, *FACE_PLANE_VARIABLES, *BODY_ENSEMBLE_VARIABLES))
+    return _table((*BODY_OUTCOME_VARIABLES, *OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES, *BODY_ENSEMBLE_VARIABLES))
 
 
 def _table(every: Any) -> str:
-    rows = (f"| `{one.name}` | {one.dtype} | {one.units} | {one.long_name} |" for one in every)
+    rows = (f"| `{one.name}` | {one.dtype_in_file} | {one.units} | {one.long_name} |" for one in every)
     return "\n".join(["| variable | type | unit | meaning |", "|---|---|---|---|", *rows])
 
 

@@ -14,7 +14,11 @@ import pytest
 
 from overturning.cli import main
 from overturning.model.status import CaseStatus
-from overturning.model.variables import BODY_VARIABLES, FACE_PLANE_VARIABLES, PLANAR_OUTCOME_VARIABLES
+from overturning.model.variables import (
+    BODY_OUTCOME_VARIABLES,
+    OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES,
+    PLANAR_OUTCOME_VARIABLES,
+)
 from tests.expect import skip_test_unless_skipping_is_forbidden
 
 ROOT = Path(__file__).parents[1]
@@ -156,7 +160,7 @@ def test_docs_explain_each_case_status_and_each_variable():
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
     assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in CaseStatus]
     assert [variable.name for variable in PLANAR_OUTCOME_VARIABLES if f"`{variable.name}`" not in glossary] == []
-    in_space = (*BODY_VARIABLES, *FACE_PLANE_VARIABLES)
+    in_space = (*BODY_OUTCOME_VARIABLES, *OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES)
     assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []
 
 

@@ -9,14 +9,20 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_json_result, write_result_as_json
+from overturning.stored import (
+    StoredFloatArray,
+    StoredFloatOrNan,
+    StoredIntegerArray,
+    read_json_result,
+    write_result_as_json,
+)
 
 
 @dataclass(frozen=True)
 class NestedResult:
     """Result that is a field of another result."""
 
-    p_value: StoredFloat = math.nan
+    p_value: StoredFloatOrNan = math.nan
 
 
 @dataclass(frozen=True)
@@ -25,8 +31,8 @@ class ResultWithNestedResultAndArrays:
 
     name: str
     part: NestedResult
-    shares: StoredFloats
-    counts: StoredCounts | None
+    shares: StoredFloatArray
+    counts: StoredIntegerArray | None
 
 
 @pytest.mark.parametrize("counts", [None, np.array([[1, 2], [3, 4]])])

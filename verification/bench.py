@@ -114,7 +114,8 @@ def scalar_loop_function_and_block_step_count(
     """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
     width, height = np.array([0.24]), np.array([0.6])
     stiff, _, dashpot = (
-        float(one[0]) for one in SOFT_CONTACT.stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY)
+        float(one[0])
+        for one in SOFT_CONTACT.normal_shear_stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY)
     )
     wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()

@@ -51,7 +51,16 @@ def rectangular_planar_body_of_unit_mass(height: float, b_over_h: float) -> Plan
 
 def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) -> list[PlanarBody]:
     """Convert the free elements of a scene (those neither driven nor fixed) to 2-D bodies for a physics engine."""
-    return [PlanarBody(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in free_elements]
+    return [
+        PlanarBody(
+            one.centre_of_mass_x,
+            one.centre_of_mass_z,
+            one.shape.vertices_from_centroid.tolist(),
+            one.mass,
+            one.inertia_about_centre_of_mass,
+        )
+        for one in free_elements
+    ]
 
 
 def resample_acceleration(

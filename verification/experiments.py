@@ -23,7 +23,12 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_DAMPING_RATIO, DEFAULT_STATIC_PENETRATION_RATIO, Contact, VertexContact
+from overturning.model.contact import (
+    DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO,
+    DEFAULT_CONTACT_DAMPING_RATIO,
+    Contact,
+    VertexContact,
+)
 from overturning.model.scene import gravestone
 from overturning.model.shapes import RectangularPrism
 from overturning.model.status import CaseStatus
@@ -251,7 +256,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
         costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
             before.processor_time_s
         )
-    for penetration in (2e-5, 2e-6, 5e-7, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8):
+    for penetration in (2e-5, 2e-6, 5e-7, DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, 2e-8):
         found = {
             name: exact if (penetration, name) == reference else run_with_penetration(penetration, time_step=step)
             for name, step in steps.items()
@@ -265,28 +270,28 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
         )
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
     own, finer = (
-        run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO),
-        run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, refinement=8),
+        run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO),
+        run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, refinement=8),
     )
-    stiffer = run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO / 4)
+    stiffer = run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO / 4)
     pairs = {
         "default, and time step / 8": (own, finer),
         "default, and contact stiffness × 4": (own, stiffer),
         "time step / 8, and time step / 16": (
             finer,
-            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, refinement=16),
+            run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, refinement=16),
         ),
         "contact stiffness × 4, and contact stiffness × 16": (
             stiffer,
-            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO / 16),
+            run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO / 16),
         ),
         "default, and default with amplitude × (1 + 1e-9)": (
             own,
-            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, moved),
+            run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, moved),
         ),
         "time step / 8, and time step / 8 with amplitude × (1 + 1e-9)": (
             finer,
-            run_with_penetration(DEFAULT_STATIC_PENETRATION_RATIO, moved, refinement=8),
+            run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, moved, refinement=8),
         ),
     }
     heads = ["million block steps", "processor time, s", *ERROR_COLUMN_TITLES[2:], ERROR_COLUMN_TITLES[0], "marked"]
@@ -360,7 +365,7 @@ def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownBy
     rocks = firm & (side == 0) & (peak > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA)
     squat = np.tile(np.asarray(cases.b_over_h) > 0.39, len(groups))
     lines = []
-    for damping in (0.5, 1.0, 2.0, DEFAULT_DAMPING_RATIO, 4.0, 6.0, 10.0):
+    for damping in (0.5, 1.0, 2.0, DEFAULT_CONTACT_DAMPING_RATIO, 4.0, 6.0, 10.0):
         cells = [f"{damping:g}"]
         for kernel in kernels.values():
             found = KernelOutcomes(

@@ -18,7 +18,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_DAMPING_RATIO, DEFAULT_STATIC_PENETRATION_RATIO
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, DEFAULT_CONTACT_DAMPING_RATIO
 from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, gravestone, load_scene, parse_scene_content
@@ -54,12 +54,18 @@ SIZES_OF_TWO_STONES_AND_FINIAL: Final = (
 """Width and height, m, of two stones and the finial on them. It falls first; then both stones may tip together."""
 
 COMPARED_SETTINGS = (
-    ("default", DEFAULT_STATIC_PENETRATION_RATIO, DEFAULT_DAMPING_RATIO, "centred", "auto"),
-    ("half the step", DEFAULT_STATIC_PENETRATION_RATIO, DEFAULT_DAMPING_RATIO, "centred", "0.5 stable"),
-    ("less damping", DEFAULT_STATIC_PENETRATION_RATIO, 1.0, "centred", "auto"),
-    ("softer", 2e-6, DEFAULT_DAMPING_RATIO, "centred", "auto"),
-    ("softest", 2e-5, DEFAULT_DAMPING_RATIO, "centred", "auto"),
-    ("softest, cundall", 2e-5, DEFAULT_DAMPING_RATIO, "cundall", "auto"),
+    ("default", DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, DEFAULT_CONTACT_DAMPING_RATIO, "centred", "auto"),
+    (
+        "half the step",
+        DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO,
+        DEFAULT_CONTACT_DAMPING_RATIO,
+        "centred",
+        "0.5 stable",
+    ),
+    ("less damping", DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, 1.0, "centred", "auto"),
+    ("softer", 2e-6, DEFAULT_CONTACT_DAMPING_RATIO, "centred", "auto"),
+    ("softest", 2e-5, DEFAULT_CONTACT_DAMPING_RATIO, "centred", "auto"),
+    ("softest, cundall", 2e-5, DEFAULT_CONTACT_DAMPING_RATIO, "cundall", "auto"),
 )
 """Label, static penetration over width, damping ratio, scheme, time step."""
 

@@ -17,7 +17,7 @@ MAX_MESSAGE_LINES: Final = 20
 REASON_SEPARATOR: Final = "\n       "
 """Separator of reasons in one message: each starts on a new line, aligned with the text after ``error:``."""
 
-MAX_MESSAGE_LINE_LENGTH: Final = 600
+MAX_MESSAGE_LINE_CHARACTERS: Final = 600
 """Largest number of characters in a line of a message."""
 
 _CONTROL_CHARACTER_PATTERN: Final = re.compile(
@@ -37,9 +37,9 @@ class OverturningError(Exception):
             lambda sign: repr(sign[0])[1:-1], str(self.args[0]) if self.args else ""
         ).split("\n")
         more = [f"       … and {len(lines) - MAX_MESSAGE_LINES} more lines"] if len(lines) > MAX_MESSAGE_LINES else []
-        half = MAX_MESSAGE_LINE_LENGTH // 2
+        half = MAX_MESSAGE_LINE_CHARACTERS // 2
         short = [
-            line if len(line) <= MAX_MESSAGE_LINE_LENGTH else f"{line[:half]} … {line[-half:]}"
+            line if len(line) <= MAX_MESSAGE_LINE_CHARACTERS else f"{line[:half]} … {line[-half:]}"
             for line in lines[:MAX_MESSAGE_LINES]
         ]
         return "\n".join(short + more)
@@ -57,17 +57,17 @@ class RecordError(OverturningError, ValueError):
     """Raised if a record file cannot be read or contradicts itself. The message names file, line and remedy."""
 
 
-def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -> str:
+def closest_name_hint(name: str, known_names: Iterable[str], hint_if_none_is_close: str = "") -> str:
     """Return a hint for an error message: the known name closest to an unknown one, or all known names."""
     names = list(known_names)
     near = difflib.get_close_matches(name, names, n=1)
-    return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
+    return f"did you mean {near[0]}?" if near else hint_if_none_is_close or f"known are {', '.join(names[:40])}"
 
 
-def refuse_unknown_keywords(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
+def refuse_unknown_keywords(*further_accepted_keywords: type | str) -> Callable[[Decorated], Decorated]:
     """Return a decorator: the decorated function or class refuses unknown keywords, and names the closest known one.
 
-    `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
+    `further_accepted_keywords` names keywords that are passed on, one by one or as a dataclass whose fields they are.
     """
 
     def add_keyword_check(function_or_class: Decorated) -> Decorated:
@@ -78,7 +78,7 @@ def refuse_unknown_keywords(*further_keywords: type | str) -> Callable[[Decorate
         own = signature(function_or_class).parameters.values()
         several = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
         known = [one.name for one in own if one.kind not in several and one.name not in ("self", "cls")]
-        for more in further_keywords:
+        for more in further_accepted_keywords:
             known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
 
         @wraps(function_or_class)

@@ -94,7 +94,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 _CHECKSUM_LINE_PREFIX = b"\n# sha256 "
-_CHECKSUM_LINE_LENGTH = len(_CHECKSUM_LINE_PREFIX) + 65  # bytes: 64 digits and the end of the line
+_CHECKSUM_LINE_BYTES = len(_CHECKSUM_LINE_PREFIX) + 65  # bytes: 64 digits and the end of the line
 
 
 # Remedies by error number.
@@ -130,12 +130,12 @@ def checksum_at_end_matches(path: Path) -> bool | None:
     try:
         with path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
-            file.seek(max(size - _CHECKSUM_LINE_LENGTH, 0))
+            file.seek(max(size - _CHECKSUM_LINE_BYTES, 0))
             end = file.read()
-            if not (end.startswith(_CHECKSUM_LINE_PREFIX) and len(end) == _CHECKSUM_LINE_LENGTH):
+            if not (end.startswith(_CHECKSUM_LINE_PREFIX) and len(end) == _CHECKSUM_LINE_BYTES):
                 return None
             file.seek(0)
-            left = size - _CHECKSUM_LINE_LENGTH
+            left = size - _CHECKSUM_LINE_BYTES
             while left:
                 block = file.read(min(left, _READ_CHUNK_BYTES))
                 digest.update(block)
@@ -181,7 +181,7 @@ def convert_argument_to_path(name: str, value: Any, wanted: str = "the path of a
     return Path(os.fsdecode(value))
 
 
-def path_without_absolute_folder(path_text: str) -> str:
+def file_name_if_absolute_else_path(path_text: str) -> str:
     """Return a path as results store it: of an absolute path only the file name, a relative path unchanged."""
     path = Path(path_text)
     return path.name if path.is_absolute() else path.as_posix()
@@ -220,7 +220,10 @@ def _strict_yaml_loader_class() -> Any:
 
 
 def read_yaml_mapping(
-    path: Path, file_description: str, documentation_hint: str, remedy: str = "check its name and permissions"
+    path: Path,
+    file_description: str,
+    documentation_hint: str,
+    remedy_if_unreadable: str = "check its name and permissions",
 ) -> dict[str, Any]:
     """Read the keys and values of a YAML file.
 
@@ -228,7 +231,7 @@ def read_yaml_mapping(
     ----------
     path : Path
         The file.
-    file_description, documentation_hint, remedy : str
+    file_description, documentation_hint, remedy_if_unreadable : str
         For messages: the kind of file, a reference to its description, and the remedy if it cannot be read.
 
     Raises
@@ -247,7 +250,7 @@ def read_yaml_mapping(
             )
         data = yaml.load(path.read_text(encoding="utf-8-sig"), _strict_yaml_loader_class())
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy_if_unreadable}") from None
     except ConfigError:
         raise
     except UnicodeDecodeError:

@@ -11,11 +11,11 @@ from typing import Any
 from numba.core.runtime import rtsys
 
 _LOG = logging.getLogger(__name__)
-_PACKAGE = Path(__file__).parent
-_COMPILED_MODULE_PATHS = (
-    _PACKAGE / "units.py",
+_PACKAGE_FOLDER = Path(__file__).parent
+_SOURCE_PATHS_IN_KERNEL_DIGEST = (
+    _PACKAGE_FOLDER / "units.py",
     Path(__file__),
-    *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")),
+    *(path for room in ("dem", "model") for path in (_PACKAGE_FOLDER / room).rglob("*.py")),
 )
 """Modules whose functions or constants are compiled into the kernels, and this one."""
 
@@ -23,9 +23,11 @@ _COMPILED_MODULE_PATHS = (
 def sources_digest(source_folder: Path) -> str:
     """Return a digest (16 hex digits) of all source files on which the compiled kernels of a folder depend."""
     digest = hashlib.sha256()
-    for path in sorted({*_COMPILED_MODULE_PATHS, *source_folder.rglob("*.py")}):
+    for path in sorted({*_SOURCE_PATHS_IN_KERNEL_DIGEST, *source_folder.rglob("*.py")}):
         digest.update(
-            path.relative_to(_PACKAGE if path.is_relative_to(_PACKAGE) else source_folder).as_posix().encode()
+            path.relative_to(_PACKAGE_FOLDER if path.is_relative_to(_PACKAGE_FOLDER) else source_folder)
+            .as_posix()
+            .encode()
         )
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -33,12 +35,12 @@ def sources_digest(source_folder: Path) -> str:
 
 _CHECKSUM_SIZE_BYTES = 32  # bytes
 
-_DEFAULT_KERNEL_FOLDER = _PACKAGE / "dem"
-_SOURCES_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_FOLDER: sources_digest(_DEFAULT_KERNEL_FOLDER)}
+_DEFAULT_KERNEL_SOURCE_FOLDER = _PACKAGE_FOLDER / "dem"
+_SOURCES_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_SOURCE_FOLDER: sources_digest(_DEFAULT_KERNEL_SOURCE_FOLDER)}
 """Digest of the kernels' sources at import time; this module is imported before all that is compiled."""
 
 
-def cache_directory(source_folder: Path | None = None) -> Path:
+def kernel_cache_directory(source_folder: Path | None = None) -> Path:
     """Return the cache folder for the compiled kernels of a source folder, by default that of the package `dem`.
 
     Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
@@ -50,7 +52,7 @@ def cache_directory(source_folder: Path | None = None) -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(source_folder or _DEFAULT_KERNEL_FOLDER)}"
+    return Path(base) / f"overturning-{sources_digest(source_folder or _DEFAULT_KERNEL_SOURCE_FOLDER)}"
 
 
 def subpackage_folder_of_module(module_path: Path) -> Path:
@@ -58,8 +60,8 @@ def subpackage_folder_of_module(module_path: Path) -> Path:
 
     For a module outside the package, it is the folder of the module.
     """
-    if module_path.is_relative_to(_PACKAGE):
-        return _PACKAGE / module_path.relative_to(_PACKAGE).parts[0]
+    if module_path.is_relative_to(_PACKAGE_FOLDER):
+        return _PACKAGE_FOLDER / module_path.relative_to(_PACKAGE_FOLDER).parts[0]
     return module_path.parent
 
 
@@ -93,7 +95,7 @@ def _make_cache_file_use_checksums(cache_file: Any) -> None:
 
 
 def cache_compiled_kernel(dispatcher: Any) -> Any:
-    """Let Numba cache the machine code of a compiled function in `cache_directory`; return the same function.
+    """Let Numba cache the machine code of a compiled function in `kernel_cache_directory`; return the same function.
 
     The function is compiled without ``cache=True``.
 
@@ -107,7 +109,10 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     cache = dispatcher._cache
     file = cache._cache_file
     layer = subpackage_folder_of_module(Path(dispatcher.py_func.__code__.co_filename))
-    folder, imported = cache_directory(layer), _SOURCES_DIGEST_AT_IMPORT_BY_FOLDER.get(layer) or sources_digest(layer)
+    folder, imported = (
+        kernel_cache_directory(layer),
+        _SOURCES_DIGEST_AT_IMPORT_BY_FOLDER.get(layer) or sources_digest(layer),
+    )
     cache._cache_path = file._cache_path = str(folder)
     name = Path(file._index_path).stem
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
@@ -115,7 +120,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def select_cache_index_by_input_type(signature: Any) -> None:
+    def set_cache_index_paths_for_input_type(signature: Any) -> None:
         # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
         model = getattr(next(iter(signature), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
@@ -123,7 +128,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
 
     def load_kernel_or_none(signature: Any, target_context: Any) -> Any:
         try:
-            select_cache_index_by_input_type(signature)
+            set_cache_index_paths_for_input_type(signature)
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -135,7 +140,7 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     def save_kernel_if_possible(signature: Any, data: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            select_cache_index_by_input_type(signature)
+            set_cache_index_paths_for_input_type(signature)
             with suppress(OSError):
                 save(signature, data)
 

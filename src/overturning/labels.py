@@ -60,7 +60,7 @@ def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
     return list(parse_json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 
-def unsimulated_azimuth_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
+def unsimulated_azimuth_ranges_deg(cube: "xr.Dataset") -> list[tuple[float, float]]:
     """Return start and end, degrees, of the azimuth ranges without simulations; empty for a full circle."""
     if "azimuth" not in cube.dims:
         return []
@@ -73,4 +73,4 @@ def unsimulated_azimuth_ranges(cube: "xr.Dataset") -> list[tuple[float, float]]:
 
 def unsimulated_azimuth_label(cube: "xr.Dataset") -> str:
     """Return the azimuth ranges without simulations as text: "between 90° and 180°"; "" for a full circle."""
-    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in unsimulated_azimuth_ranges(cube))
+    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in unsimulated_azimuth_ranges_deg(cube))

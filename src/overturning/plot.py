@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 DrawFunction = TypeVar("DrawFunction", bound=Callable[..., Any])
-AnyMotion = TypeVar("AnyMotion", bound=Any)  # a motion or record
+MotionOrRecord = TypeVar("MotionOrRecord", bound=Any)  # a motion or record
 
 CUBE_FIGURE_FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {}
 """Functions that draw a figure of a cube, by kind: the name in `overturning figure` and in the folder of figures."""
@@ -153,7 +153,7 @@ def fall_rose(cube: "xr.Dataset") -> "Figure":
             sorted_cube, {name: summarise_fall_axes(found) for name, found in groups.items()}
         )
 
-    return _figure_of_all_records(cube, draw_fall_rose)
+    return _draw_figure_of_all_records(cube, draw_fall_rose)
 
 
 @partial(_register_cube_figure, "earthquakes")
@@ -166,7 +166,7 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
         check_has_falls(sorted_cube, "earthquakes")
         return fall_roses_by_earthquake_figure(sorted_cube)
 
-    return _figure_of_all_records(cube, draw_earthquake_roses)
+    return _draw_figure_of_all_records(cube, draw_earthquake_roses)
 
 
 @partial(_register_cube_figure, "axes")
@@ -182,7 +182,7 @@ def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
         check_has_falls_and_fault_normal(sorted_cube, groups)
         return fall_alignment_by_earthquake_figure(groups, summaries)
 
-    return _figure_of_all_records(cube, draw_fall_alignment_by_earthquake)
+    return _draw_figure_of_all_records(cube, draw_fall_alignment_by_earthquake)
 
 
 @partial(_register_cube_figure, "follow")
@@ -199,7 +199,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
         check_has_fall_alignment(sorted_cube, found)
         return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
-    return _figure_of_all_records(cube, draw_fall_alignment_by_b_over_h)
+    return _draw_figure_of_all_records(cube, draw_fall_alignment_by_b_over_h)
 
 
 @partial(_register_cube_figure, "plane")
@@ -219,7 +219,7 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
         return outcomes_by_pga_and_pgv_over_pga_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_cube_has_coordinate_for_figure(cube, "azimuth", "plane")
-    return _figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
+    return _draw_figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
 @partial(_register_cube_figure, "intensity")
@@ -242,7 +242,7 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.records.store import read_record_from_motion_file
 
     one = _select_outcomes_under_record(cube, record)
-    motion = _checked_nonzero_motion(Motion.of(read_record_from_motion_file(_ground_motion_file(one))), "hodograph")
+    motion = _checked_nonzero_motion(Motion.of(read_record_from_motion_file(_ground_motion_path(one))), "hodograph")
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
@@ -257,7 +257,7 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
 
     if isinstance(motion, xr.Dataset):
-        path = _ground_motion_file(_select_outcomes_under_record(motion, record))
+        path = _ground_motion_path(_select_outcomes_under_record(motion, record))
         used = read_record_from_motion_file(path)
         return record_before_and_after_processing_figure(
             read_unprocessed_record_from_motion_file(path) or used, _checked_nonzero_motion(used, "history")
@@ -291,7 +291,7 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
     return rotation_slip_and_uplift_figure(several, title)
 
 
-def _figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
+def _draw_figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
     from overturning.study.cube import normalise_cube_dimensions_for_figures
@@ -315,7 +315,7 @@ def _select_outcomes_under_record(cube: "xr.Dataset", record: str | None) -> "xr
     return normalise_cube_dimensions_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
-def _checked_nonzero_motion(motion: AnyMotion, figure_kind: str) -> AnyMotion:
+def _checked_nonzero_motion(motion: MotionOrRecord, figure_kind: str) -> MotionOrRecord:
     """Return a motion or record unchanged; raise an ArgumentError if its acceleration is zero throughout."""
     from overturning.figures.content import check_ground_moves
 
@@ -327,13 +327,13 @@ def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("statio
     """Return a title from metadata of the record, such as station, with variant and amplitude factor if not nominal."""
     from overturning.labels import variant_label_as_list
 
-    times = [f"motion × {_amplitude_factor(cube):g}"] if _amplitude_factor(cube) != 1.0 else []
+    times = [f"motion × {_motion_amplitude_factor(cube):g}"] if _motion_amplitude_factor(cube) != 1.0 else []
     return ", ".join(
         [*filter(None, (str(cube[name].item()) for name in coordinate_names)), *variant_label_as_list(cube), *times]
     )
 
 
-def _amplitude_factor(cube: "xr.Dataset") -> float:
+def _motion_amplitude_factor(cube: "xr.Dataset") -> float:
     """Return the amplitude factor of the motions in a results cube; 1 if it is not stated."""
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
@@ -353,20 +353,20 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
     return path
 
 
-def _ground_motion_file(cube: "xr.Dataset") -> Path:
+def _ground_motion_path(cube: "xr.Dataset") -> Path:
     """Return the path of the motion file of the one record in a results cube."""
     record = cube["record_id"].item() if "record_id" in cube else "RECORD"  # of a cube that belongs to no study
-    return _path_in_folder_of_cube(cube, f"{_ground_motion_folder(cube)}/{record}.nc")
+    return _path_in_folder_of_cube(cube, f"{_ground_motion_folder_beside_cube(cube)}/{record}.nc")
 
 
-def _ground_motion_folder(cube: "xr.Dataset") -> Path:
+def _ground_motion_folder_beside_cube(cube: "xr.Dataset") -> Path:
     """Return the folder of the motion files, relative to the folder of a results cube."""
     from overturning.study.cube import motion_folder_of_cube, study_of_cube
 
-    if _amplitude_factor(cube) != 1.0:
+    if _motion_amplitude_factor(cube) != 1.0:
         raise MissingDataError(
-            f"amplitude: motions and measures exist only for the factor 1, not {_amplitude_factor(cube):g}; open the "
-            "cube with amplitude=1"
+            f"amplitude: motions and measures exist only for the factor 1, not {_motion_amplitude_factor(cube):g}; "
+            "open the cube with amplitude=1"
         )
     return (
         motion_folder_of_cube(Path(), study_of_cube(cube), cube.attrs["variant"])
@@ -380,7 +380,7 @@ def _read_intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
     import xarray as xr
 
     path = _path_in_folder_of_cube(cube, "intensity.nc")
-    if _ground_motion_folder(cube) != Path("motion"):
+    if _ground_motion_folder_beside_cube(cube) != Path("motion"):
         raise MissingDataError(
             f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"
         )

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 _NUMBER_PATTERN = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 # Unit names and their factor to the key's own unit.
-_UNIT_FACTORS: dict[str, dict[str, float]] = {
+_FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT: dict[str, dict[str, float]] = {
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
     "kg/m³": dict.fromkeys(("kg/m³", "kg/m3", "kg/m^3"), 1.0)
@@ -34,9 +34,12 @@ def parse_quantity(value: object, unit: str) -> float:
     match = re.fullmatch(rf"\s*({_NUMBER_PATTERN})\s*(.*?)\s*", value)
     if match is None:
         raise ValueError(f"give a number in {unit}")
-    factor = 1.0 if match[2] == "" else _UNIT_FACTORS[unit].get(match[2])
+    factor = 1.0 if match[2] == "" else _FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT[unit].get(match[2])
     if factor is None:
-        raise ValueError(f"unit {match[2]!r} does not fit; use {unit} or one of {', '.join(_UNIT_FACTORS[unit])}")
+        raise ValueError(
+            f"unit {match[2]!r} does not fit; use {unit} or one of "
+            f"{', '.join(_FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT[unit])}"
+        )
     # Dividing by the inverse keeps 60 cm at exactly 0.6 m.
     return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
 
@@ -49,8 +52,8 @@ def _unit_validator_and_schema_field(unit: str) -> tuple[Any, Any]:
 
 Metre = Annotated[float, *_unit_validator_and_schema_field("m")]
 Second = Annotated[float, *_unit_validator_and_schema_field("s")]
-Density = Annotated[float, *_unit_validator_and_schema_field("kg/m³")]
+DensityInKgPerM3 = Annotated[float, *_unit_validator_and_schema_field("kg/m³")]
 Degree = Annotated[float, *_unit_validator_and_schema_field("°")]
-Stiffness = Annotated[float, *_unit_validator_and_schema_field("N/m")]
-Damping = Annotated[float, *_unit_validator_and_schema_field("N·s/m")]
+StiffnessInNPerM = Annotated[float, *_unit_validator_and_schema_field("N/m")]
+DampingInNSPerM = Annotated[float, *_unit_validator_and_schema_field("N·s/m")]
 Radian = Annotated[float, *_unit_validator_and_schema_field("rad")]

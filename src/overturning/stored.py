@@ -12,19 +12,19 @@ from overturning.errors import ResultError
 from overturning.files import write_text
 from overturning.validation import format_validation_error
 
-StoredFloat = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
+StoredFloatOrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 """A number that may be NaN, which JSON stores as null."""
 StoredFloatOrInfinity = Annotated[
-    StoredFloat, PlainSerializer(lambda value: str(value) if math.isinf(value) else value, when_used="json")
+    StoredFloatOrNan, PlainSerializer(lambda value: str(value) if math.isinf(value) else value, when_used="json")
 ]
 """A number that may be NaN or infinite; JSON stores an infinite one as the text "inf" or "-inf"."""
 
 _SERIALIZE_ARRAY_AS_LIST: Final = PlainSerializer(lambda values: values.tolist())
-StoredFloats = Annotated[
+StoredFloatArray = Annotated[
     NDArray[np.float64], PlainValidator(lambda values: np.array(values, np.float64)), _SERIALIZE_ARRAY_AS_LIST
 ]
 """An array of numbers, stored as lists."""
-StoredCounts = Annotated[
+StoredIntegerArray = Annotated[
     NDArray[np.int64], PlainValidator(lambda values: np.array(values, np.int64)), _SERIALIZE_ARRAY_AS_LIST
 ]
 """An array of whole numbers, stored as lists."""

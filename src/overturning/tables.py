@@ -10,7 +10,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from overturning.errors import OverturningError, closest_name_hint
 from overturning.validation import format_validation_error
 
-_DELIMITER_NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
+_NAME_BY_DELIMITER = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
 MAX_TABLE_BYTES = 20_000_000
 """Largest size of a table, bytes: far more than a table written by hand."""
@@ -59,8 +59,8 @@ def read_table_rows(
     columns = [cell.lower() for cell in cells_of[0]]
     if len(columns) == 1 and (other := _unexpected_delimiter(columns[0], delimiter)):
         raise error_class(
-            f"{path} line {lines[0][0]}: columns are separated by {_DELIMITER_NAMES[other]}; use "
-            f"{_DELIMITER_NAMES[delimiter]}"
+            f"{path} line {lines[0][0]}: columns are separated by {_NAME_BY_DELIMITER[other]}; use "
+            f"{_NAME_BY_DELIMITER[delimiter]}"
         )
     if why := _column_error_message(columns, row_model, required_alternatives, unknown_column_message):
         raise error_class(f"{path} line {lines[0][0]}: {why}")
@@ -69,7 +69,7 @@ def read_table_rows(
         if len(cells) > len(columns) or (len(cells) < len(columns) and delimiter != "\t"):
             raise error_class(
                 f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; separate cells by "
-                f"{_DELIMITER_NAMES[delimiter]}"
+                f"{_NAME_BY_DELIMITER[delimiter]}"
             )
         values = {
             column: cell
@@ -109,7 +109,7 @@ def _numbered_table_lines(
 
 def _unexpected_delimiter(header_line: str, expected_delimiter: str) -> str:
     """Return the delimiter that a table's header contains instead of the expected one; "" if there is none."""
-    return next((one for one in _DELIMITER_NAMES if one != expected_delimiter and one in header_line.strip()), "")
+    return next((one for one in _NAME_BY_DELIMITER if one != expected_delimiter and one in header_line.strip()), "")
 
 
 def _column_error_message(

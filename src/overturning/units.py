@@ -17,7 +17,7 @@ EARTH_RADIUS_KM: Final = 6371.0
 GRANITE_DENSITY: Final = 2650.0
 """Default density of a gravestone, kg/m³."""
 
-ACCELERATION_UNITS: Final[dict[str, float]] = {
+ACCELERATION_UNITS_IN_M_S2: Final[dict[str, float]] = {
     "m/s2": 1.0,
     "cm/s2": GAL,
     "gal": GAL,

@@ -87,7 +87,7 @@ _MESSAGE_FUNCTIONS_BY_ERROR_TYPE: Final[dict[str, Callable[[ErrorDetails, Any], 
 }
 """Functions that make a message by type of error, from the error's details and the value."""
 
-NOT_A_LIST_ERROR_TYPES: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
+PYDANTIC_ERROR_TYPES_OF_NON_LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is not a list."""
 
 
@@ -141,7 +141,7 @@ def format_validation_error(error_entry: Any) -> str:
     kind, details, given = error_entry["type"], error_entry.get("ctx", {}), error_entry.get("input")
     if kind == "string_pattern_mismatch":
         return _allowed_characters_text(details["pattern"])
-    if kind in NOT_A_LIST_ERROR_TYPES:
+    if kind in PYDANTIC_ERROR_TYPES_OF_NON_LISTS:
         single = isinstance(given, str | int | float) and not isinstance(given, bool)
         return f"a list is needed: [{given}]" if single else "a list is needed, as in [first, second]"
     if kind in ("string_type", "string_sub_type", "string_unicode"):

@@ -47,9 +47,11 @@ def centre_and_inertia_by_grid_summation(body_vertices: np.ndarray, count: int =
 def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
     box, prism = Polyhedron(BOX).solid(0.6, 0, 0), RectangularPrism().solid(0.6, 1 / 3, 2.0)
     np.testing.assert_allclose(box.inertia_per_mass, prism.inertia_per_mass, atol=1e-12)
-    assert {tuple(p) for p in np.round(box.contact_points, 9)} == {tuple(p) for p in np.round(prism.contact_points, 9)}
-    assert box.least_resting_tilt_in_any_direction_rad == pytest.approx(np.pi / 2)
-    np.testing.assert_allclose(box.resting_face_normals, prism.resting_face_normals, atol=1e-9)
+    assert {tuple(p) for p in np.round(box.contact_points_from_centre_of_mass, 9)} == {
+        tuple(p) for p in np.round(prism.contact_points_from_centre_of_mass, 9)
+    }
+    assert box.least_tilt_to_rest_on_another_face_rad == pytest.approx(np.pi / 2)
+    np.testing.assert_allclose(box.resting_face_normals_after_fall, prism.resting_face_normals_after_fall, atol=1e-9)
     t = np.arange(200) * 0.01
     motion = Motion(6.0 * np.sin(7 * t), 4.0 * np.cos(5 * t), sampling_interval=0.01)
     same = {"orientation_deg": [10.0, 50.0], "friction": [0.5]}
@@ -72,7 +74,7 @@ def test_mass_properties_agree_with_numerical_integration(vertices: np.ndarray) 
     )
     kept = vertices[np.unique(hull_vertex_indices(vertices))]
     centre, inertia = centre_and_inertia_by_grid_summation(vertices)
-    np.testing.assert_allclose(kept[0] - hull.points[0], centre, atol=0.01 * np.ptp(vertices))
+    np.testing.assert_allclose(kept[0] - hull.vertices_from_centre_of_mass[0], centre, atol=0.01 * np.ptp(vertices))
     np.testing.assert_allclose(hull.inertia_per_mass, inertia, atol=0.01 * np.trace(inertia))
 
 
@@ -86,7 +88,9 @@ def hull_vertex_indices(vertices: np.ndarray) -> np.ndarray:
 def test_regular_prisms_agree_with_the_square_and_the_cylinder() -> None:
     square, prism = RegularPrism(4).solid(0.6, 0.4, 1.0), RectangularPrism().solid(0.6, 0.4, 1.0)
     np.testing.assert_allclose(square.inertia_per_mass, prism.inertia_per_mass, atol=1e-12)
-    np.testing.assert_allclose(square.contact_points, prism.contact_points, atol=1e-12)
+    np.testing.assert_allclose(
+        square.contact_points_from_centre_of_mass, prism.contact_points_from_centre_of_mass, atol=1e-12
+    )
     np.testing.assert_allclose(
         RegularPrism(96).solid(0.6, 0.4, 1.0).inertia_per_mass,
         Cylinder().solid(0.6, 0.4, 1.0).inertia_per_mass,
@@ -106,15 +110,15 @@ def test_regular_prisms_agree_with_the_square_and_the_cylinder() -> None:
 def test_the_fall_tilt_of_a_wedge_is_that_of_rest_on_another_face() -> None:
     body = Polyhedron(WEDGE).unscaled_solid
     # From statics: the body is rotated until a face lies on the ground, with the centre above that face.
-    tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.resting_face_normals]
-    assert np.degrees(body.least_resting_tilt_in_any_direction_rad) == pytest.approx(min(tilts), abs=1e-3)
+    tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.resting_face_normals_after_fall]
+    assert np.degrees(body.least_tilt_to_rest_on_another_face_rad) == pytest.approx(min(tilts), abs=1e-3)
     assert 90.0 < min(tilts) < 180.0
-    assert len(body.contact_points) == 4  # the upper edge touches only when it has fallen
+    assert len(body.contact_points_from_centre_of_mass) == 4  # the upper edge touches only when it has fallen
 
 
 def test_vertices_that_cannot_touch_the_ground_are_removed_from_a_body() -> None:
     body = Polyhedron(BOX).unscaled_solid
-    assert len(body.contact_points) == 4
+    assert len(body.contact_points_from_centre_of_mass) == 4
     # At each tilt below the fall tilt, in any direction, the lowest vertex is not among the dropped ones.
     rng = np.random.default_rng(1)
     lump = rng.normal(size=(40, 3))
@@ -125,9 +129,11 @@ def test_vertices_that_cannot_touch_the_ground_are_removed_from_a_body() -> None
     stone = Polyhedron(whole).unscaled_solid
     centred = whole - whole[0]
     for _ in range(300):
-        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.least_resting_tilt_in_any_direction_rad)
+        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.least_tilt_to_rest_on_another_face_rad)
         down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
-        assert (stone.contact_points @ down).max() - stone.contact_points[0] @ down >= (centred @ down).max() - (
+        assert (stone.contact_points_from_centre_of_mass @ down).max() - stone.contact_points_from_centre_of_mass[
+            0
+        ] @ down >= (centred @ down).max() - (
             find_first_body_vertex_among_given_points(stone, whole) - whole[0]
         ) @ down - 1e-9
 
@@ -138,7 +144,10 @@ def find_first_body_vertex_among_given_points(stone: RigidSolid, whole: np.ndarr
     `whole` are the given vertices, shape (n, 3).
     """
     lowest = whole[whole[:, 2] < whole[:, 2].min() + 1e-9]
-    differences = stone.contact_points[: stone.base_vertex_count, :2] - stone.contact_points[0, :2]
+    differences = (
+        stone.contact_points_from_centre_of_mass[: stone.base_vertex_count, :2]
+        - stone.contact_points_from_centre_of_mass[0, :2]
+    )
     return next(
         p for p in lowest if all(np.abs(lowest[:, :2] - p[:2] - d).sum(axis=1).min() < 1e-9 for d in differences)
     )
@@ -147,7 +156,7 @@ def find_first_body_vertex_among_given_points(stone: RigidSolid, whole: np.ndarr
 def test_an_eccentric_body_rests_in_equilibrium_on_its_contact_springs() -> None:
     body = Polyhedron(WEDGE).unscaled_solid
     pose = body_pose_at_rest_on_springs(body, 1e6)
-    x, y = body.contact_points[: body.base_vertex_count, :2].T
+    x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
     sunk = (body.centre_height - pose[2]) - (pose[3] * y - pose[4] * x)
     assert (sunk > 0).all()
     np.testing.assert_allclose(
@@ -212,14 +221,14 @@ def test_bad_body_arguments_are_refused_and_a_motion_without_vertical_is_noted()
 def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: int) -> None:
     """The numbers of the faces equal those of the named prism, also if the vertices differ in their last digit."""
     own = RegularPrism(sides).solid(0.6, 0.3, 1.0)
-    ring = own.contact_points[:sides, :2]
+    ring = own.contact_points_from_centre_of_mass[:sides, :2]
     for turned in (0.0, 1e-15, -1e-15):
         x, y = ring.T
         around = np.column_stack([x - turned * y, y + turned * x])
         body = Polyhedron(
             np.concatenate([np.column_stack([around, np.full(sides, z)]) for z in (0.0, 0.6)])
         ).unscaled_solid
-        np.testing.assert_allclose(body.resting_face_normals, own.resting_face_normals, atol=1e-9)
+        np.testing.assert_allclose(body.resting_face_normals_after_fall, own.resting_face_normals_after_fall, atol=1e-9)
 
 
 def test_faces_of_a_body_with_too_many_faces_are_not_numbered() -> None:
@@ -227,7 +236,7 @@ def test_faces_of_a_body_with_too_many_faces_are_not_numbered() -> None:
     stone = ScannedStone(
         points_of_ball_with_flat_base(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round"
     )
-    assert len(stone.unscaled_solid.resting_face_normals) > MAX_NUMBERED_FACES
+    assert len(stone.unscaled_solid.resting_face_normals_after_fall) > MAX_NUMBERED_FACES
     push = Motion(np.repeat([3.0, 0.0], [100, 300]), np.zeros(400), sampling_interval=0.01)
     found = simulate(push, stone, orientation_deg=[0.0, 100.0, 200.0], height=None, friction=[0.7])
     assert (found.overturned == 1).all()
@@ -250,7 +259,7 @@ def test_a_side_with_rounded_vertex_coordinates_counts_as_one_face(decimals: int
         angle = turn + 0.5 * np.pi * np.arange(4)  # directions of the sides, anticlockwise from x
         ring = np.column_stack([np.cos(angle + 0.25 * np.pi), np.sin(angle + 0.25 * np.pi)])
         levels = [np.column_stack([r * ring, np.full(4, z)]) for r, z in ((0.15, 0.0), (0.1, 0.8))]
-        faces = Polyhedron(np.round(np.concatenate(levels), decimals)).unscaled_solid.resting_face_normals
+        faces = Polyhedron(np.round(np.concatenate(levels), decimals)).unscaled_solid.resting_face_normals_after_fall
         clockwise = np.sort(-angle % (2.0 * np.pi))
         np.testing.assert_allclose(np.arctan2(-faces[:, 1], faces[:, 0]) % (2.0 * np.pi), clockwise, atol=2e-3)
 
@@ -314,7 +323,7 @@ def test_a_slab_that_turns_upside_down_has_fallen(slab: tuple[float, float, floa
     shape = slab_with_bevelled_rim(*slab)
     high, wide = shape.unscaled_solid.centre_height, slab[0]
     begin = InitialState(
-        (0.0, 0.0, high), (1.0, 0.0, 0.0, 0.0), velocity=(speed * high, 0.0, speed * wide),
+        (0.0, 0.0, high), (1.0, 0.0, 0.0, 0.0), centre_velocity=(speed * high, 0.0, speed * wide),
         angular_velocity=(0.0, speed, 0.0),
     )  # fmt: skip
     still = Motion(np.zeros(1200), np.zeros(1200), sampling_interval=0.01)
@@ -327,9 +336,15 @@ def test_a_slab_that_turns_upside_down_has_fallen(slab: tuple[float, float, floa
     ("made", "words"),
     [
         (lambda: InitialState((0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), ["centre_position: shape (2,)", "shape (3,)"]),
-        (lambda: InitialState((0.0, 0.0, 0.5), (1.0, 0.0, 0.0)), ["quaternion: shape (3,)", "shape (4,)"]),
+        (
+            lambda: InitialState((0.0, 0.0, 0.5), (1.0, 0.0, 0.0)),
+            ["rest_to_initial_quaternion_wxyz: shape (3,)", "shape (4,)"],
+        ),
         (lambda: InitialState((0, 0, np.nan), (1, 0, 0, 0)), ["centre_position: nan", "finite"]),
-        (lambda: InitialState((0, 0, 1), (1, 0, 0, 0), velocity=(np.inf, 0, 0)), ["velocity: inf", "finite"]),
+        (
+            lambda: InitialState((0, 0, 1), (1, 0, 0, 0), centre_velocity=(np.inf, 0, 0)),
+            ["centre_velocity: inf", "finite"],
+        ),
         (lambda: Body(start="tilted"), ["start: a str", "InitialState"]),
         (lambda: Polyhedron("abc"), ["vertices: 'abc'", "number"]),
         (lambda: Polyhedron([[0, 0, 0], [1, 1]]), ["vertices", "number"]),

@@ -394,7 +394,11 @@ def drop_moving_prism(
     """
     direction = np.radians(angle)
     velocity = (along * float(np.cos(direction)), along * float(np.sin(direction)), -down)
-    start = InitialState(centre_position=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=velocity)
+    start = InitialState(
+        centre_position=(0.0, 0.0, 0.3 + 1e-6),
+        rest_to_initial_quaternion_wxyz=(1.0, 0.0, 0.0, 0.0),
+        centre_velocity=velocity,
+    )
     contact = VertexContact(damping_ratio=damping_ratio, static_penetration=2e-6)
     body, quiet = Body(shape, contact, start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)

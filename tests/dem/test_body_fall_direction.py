@@ -57,13 +57,13 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
 
 def is_leaning_body_fallen_in_kernel(stone: RigidSolid, lean_direction: float, tilt: float) -> bool:
     """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
-    half, least = 0.5 * tilt, np.cos(0.999 * stone.least_resting_tilt_in_any_direction_rad)
+    half, least = 0.5 * tilt, np.cos(0.999 * stone.least_tilt_to_rest_on_another_face_rad)
     return is_body_fallen_in_kernel(
         np.cos(half),
         -np.sin(lean_direction) * np.sin(half),
         np.cos(lean_direction) * np.sin(half),
         least,
-        stone.fall_limits_by_lean_sector,
+        stone.lean_sector_start_vector_and_fall_dot_limit,
     )
 
 
@@ -102,19 +102,25 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
     fall = fall_tilt_by_lean_direction(
         hull, size, *polyhedron._least_resting_tilt_and_resting_face_normals(hull, size, 0.0)
     )
-    assert len(stone.fall_limits_by_lean_sector) > 3
+    assert len(stone.lean_sector_start_vector_and_fall_dot_limit) > 3
     for number in rng.integers(0, LEAN_DIRECTION_COUNT, 25):
         turn = 2.0 * np.pi * (number + 0.5) / LEAN_DIRECTION_COUNT
         tilts = np.arange(0.0, np.pi, np.radians(0.05))
-        heights = centre_heights_of_leaning_body(hull.points, turn, tilts)
+        heights = centre_heights_of_leaning_body(hull.vertices_from_centre_of_mass, turn, tilts)
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
-        stays = (tilts[k] for k in valleys if not released_leaning_body_rolls_back(hull.points, turn, tilts[k]))
-        limit = max(next(stays, np.pi), stone.least_resting_tilt_in_any_direction_rad)
-        assert fall.fall_tilts[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
+        stays = (
+            tilts[k]
+            for k in valleys
+            if not released_leaning_body_rolls_back(hull.vertices_from_centre_of_mass, turn, tilts[k])
+        )
+        limit = max(next(stays, np.pi), stone.least_tilt_to_rest_on_another_face_rad)
+        assert fall.fall_tilt_in_each_direction_rad[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(
+            turn
+        )
         some = rng.uniform(0.0, min(limit, 3.0), 5)
         np.testing.assert_allclose(
-            centre_heights_of_leaning_body(stone.contact_points, turn, some),
-            centre_heights_of_leaning_body(hull.points, turn, some),
+            centre_heights_of_leaning_body(stone.contact_points_from_centre_of_mass, turn, some),
+            centre_heights_of_leaning_body(hull.vertices_from_centre_of_mass, turn, some),
             rtol=0,
             atol=1e-9,
         )
@@ -123,11 +129,11 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
                 np.degrees(turn),
                 np.degrees(tilt),
             )
-    for face in stone.resting_face_normals:  # lying on a face is a fall
+    for face in stone.resting_face_normals_after_fall:  # lying on a face is a fall
         assert is_leaning_body_fallen_in_kernel(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
 
 
 def test_rotationally_symmetric_shapes_have_one_fall_tilt_in_all_directions() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
     for shape in (Polyhedron(BOX), Polyhedron(wider), RectangularPrism(), RegularPrism(8), Cylinder()):
-        assert len(shape.solid(0.6, 0.4, 1.0).fall_limits_by_lean_sector) == 0, shape.name
+        assert len(shape.solid(0.6, 0.4, 1.0).lean_sector_start_vector_and_fall_dot_limit) == 0, shape.name

@@ -24,7 +24,7 @@ from overturning.model.contact import Contact, VertexContact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism
 from overturning.model.status import CaseStatus
-from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
+from overturning.model.variables import BODY_OUTCOME_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import motion_at_rest
@@ -33,7 +33,7 @@ from verification.reference.sliding import peak_and_final_slip
 
 SOFT_CONTACT = VertexContact(2e-5)
 RECTANGLE = Body("rectangle", SOFT_CONTACT)
-COMPARED_OUTCOME_NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
+COMPARED_OUTCOME_NAMES = [item.name for item in BODY_OUTCOME_VARIABLES if item.name != "repeated"]
 
 
 def strong_part_of_record_with_artificial_vertical(number: int) -> Motion:
@@ -121,7 +121,7 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
 ) -> None:
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
     body = shape.solid(0.6, ratio, aspect)
-    normal, _, dashpot = SOFT_CONTACT.stiffness_and_damping_per_mass(body)
+    normal, _, dashpot = SOFT_CONTACT.normal_shear_stiffness_and_damping_per_mass(body)
     mode = largest_squared_frequency_on_unit_springs(body)
     limit = float(longest_stable_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base_vertex_count * normal)
@@ -152,12 +152,12 @@ def test_no_contact_frequency_on_an_edge_or_vertex_exceeds_that_on_the_base() ->
     for kept in ([0, 1], [1, 2], [2]):
         part_of = replace(
             body,
-            contact_points=body.contact_points[[0, 1, 2, 3]],
+            contact_points_from_centre_of_mass=body.contact_points_from_centre_of_mass[[0, 1, 2, 3]],
             point_indices_by_non_base_contact_face=(np.array(kept),),
         )
         assert largest_squared_frequency_on_unit_springs(part_of) == whole
     # On a single vertex: mass and inertia reduced to it.
-    r = body.contact_points[0]
+    r = body.contact_points_from_centre_of_mass[0]
     cross = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])
     alone = np.linalg.eigvalsh(np.eye(3) + cross @ np.linalg.inv(body.inertia_per_mass) @ cross.T).max()
     assert 1.0 < alone < whole

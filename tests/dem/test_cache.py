@@ -16,7 +16,7 @@ from overturning import kernel_cache
 from overturning.dem.kernel import queue
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.simulate import simulate_as_arrays
-from overturning.kernel_cache import cache_compiled_kernel, cache_directory
+from overturning.kernel_cache import cache_compiled_kernel, kernel_cache_directory
 from overturning.motion.motion import Motion
 from tests.test_layers import imported_project_modules, paths_by_module
 
@@ -105,8 +105,8 @@ def test_a_compiled_kernel_is_cached_for_the_next_process() -> None:
     wave = 4.0 * np.sin(0.1 * np.arange(200))
     case = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
     simulate_as_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)
-    assert list(cache_directory().glob("*.nbi"))
-    assert list(cache_directory().glob("*.nbc"))
+    assert list(kernel_cache_directory().glob("*.nbi"))
+    assert list(kernel_cache_directory().glob("*.nbc"))
 
 
 @pytest.mark.long
@@ -142,6 +142,6 @@ def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
             assert {paths_by_module()[other] for other in imported_project_modules(name) - types} <= {
-                *kernel_cache._COMPILED_MODULE_PATHS
+                *kernel_cache._SOURCE_PATHS_IN_KERNEL_DIGEST
             }, name
-    assert queue.run_case_queue._cache._cache_path == str(cache_directory())
+    assert queue.run_case_queue._cache._cache_path == str(kernel_cache_directory())

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from overturning.dem.run import run_cases
-from overturning.kernel_cache import cache_directory, sources_digest
+from overturning.kernel_cache import kernel_cache_directory, sources_digest
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 
@@ -64,7 +64,7 @@ def test_the_digest_for_the_cache_folder_changes_with_the_source_code(tmp_path: 
     before = sources_digest(tmp_path)
     (tmp_path / "a.py").write_text("from numba import njit, prange")
     assert sources_digest(tmp_path) != before
-    assert cache_directory().name.startswith("overturning-")
+    assert kernel_cache_directory().name.startswith("overturning-")
 
 
 def test_a_simulation_with_cached_kernels_imports_no_expensive_module() -> None:

@@ -11,7 +11,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.model.shapes import shape_from_name_or_sides
@@ -145,7 +145,7 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
     inertia = height**2 * (1.0 + b_over_h**2) / 12.0
-    stiffness = STANDARD_GRAVITY / (2.0 * DEFAULT_STATIC_PENETRATION_RATIO * b_over_h * height)
+    stiffness = STANDARD_GRAVITY / (2.0 * DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO * b_over_h * height)
     sunk = np.maximum(lower_corner_penetrations(path), 0.0)
     energy = (
         0.5
@@ -217,7 +217,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
         -trajectory_of_element_named_stone(path).velocity_z.values[touch],
     )
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
-    normal, _, dashpot = contact.stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
+    normal, _, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
     duration, rebound = time_and_velocity_at_end_of_bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
     start = time[touch] + (speed - fall) / STANDARD_GRAVITY
     # Its highest point after the rebound follows from the rebound speed.

@@ -36,7 +36,7 @@ from overturning.dem.run import plan_simulation, run_cases
 from overturning.dem.time_step import block_highest_eigenvalue_bound, shortest_contact_time_constant
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
@@ -81,7 +81,7 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
         PlanarModel(gravestone(contact)), pulse_motion(), cases, NumericalOptions(refinement=refinement)
     )
     width = cases.b_over_h * cases.height
-    normal, tangential, dashpot = contact.stiffness_and_damping_per_mass(width, cases.height, 2650.0)
+    normal, tangential, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(width, cases.height, 2650.0)
     square, rate = (
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
@@ -349,10 +349,10 @@ def test_cases_of_any_contact_balance_their_energy_or_have_no_outcome(penetratio
 def test_blocks_and_scenes_have_the_same_default_contact() -> None:
     stone, scene = gravestone(), load_shipped_scene("three-tier")
     assert (
-        stone.contact_law(*stone.elements).springs_and_dashpots
-        == scene.contact_law(*scene.elements[:2]).springs_and_dashpots
+        stone.contact_law(*stone.elements).contact_without_friction
+        == scene.contact_law(*scene.elements[:2]).contact_without_friction
         == Contact()
     )
-    assert Contact().static_penetration == DEFAULT_STATIC_PENETRATION_RATIO
+    assert Contact().static_penetration == DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
     given = gravestone(Contact(static_penetration=3e-6))
     assert given.contact_law(*given.elements).static_penetration == 3e-6

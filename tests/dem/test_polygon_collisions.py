@@ -43,7 +43,7 @@ def _simulate_collision_in_flight(
     )
     _, _, poses = run_planned_case(how, motion)
     bodies = how.scene_variants[0].elements[1:]
-    mass, inertia = np.array([b.mass for b in bodies]), np.array([b.inertia for b in bodies])
+    mass, inertia = np.array([b.mass for b in bodies]), np.array([b.inertia_about_centre_of_mass for b in bodies])
     x, z, _, vx, vz, vw = np.moveaxis(poses[:, 1:], 2, 0)
     impulse = np.stack([mass * vx, mass * vz], axis=-1).sum(axis=1)
     # Clockwise: moment of (X, Z) at (p, q) is q X − p Z.

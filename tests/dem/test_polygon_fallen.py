@@ -50,11 +50,11 @@ def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float
 def test_fall_angles_of_shipped_scenes_are_rotations_to_rest_on_another_side(name: str) -> None:
     for item in place_elements(load_shipped_scene(name)):
         if not item.is_driven_or_held:
-            assert item.fall_threshold_rotations_rad == pytest.approx(
-                smallest_rotations_to_rest_on_other_side(item.shape.vertices), abs=ROTATION_STEP
+            assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
+                smallest_rotations_to_rest_on_other_side(item.shape.vertices_from_centroid), abs=ROTATION_STEP
             ), item.element.name
             if item.element.width is not None:
-                assert item.fall_threshold_rotations_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
+                assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
 
 
 def random_standing_polygon(generator: np.random.Generator) -> list[list[float]]:
@@ -92,8 +92,8 @@ def test_fall_angles_of_random_polygons_are_rotations_to_rest_on_another_side() 
     for _ in range(60):
         vertices = random_standing_polygon(generator)
         body = place_elements(scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
-        assert body.fall_threshold_rotations_rad == pytest.approx(
-            smallest_rotations_to_rest_on_other_side(body.shape.vertices), abs=2 * ROTATION_STEP
+        assert body.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
+            smallest_rotations_to_rest_on_other_side(body.shape.vertices_from_centroid), abs=2 * ROTATION_STEP
         ), vertices
 
 
@@ -151,7 +151,7 @@ def test_a_boulder_that_comes_to_rest_on_another_side_has_fallen(peak: float) ->
 def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
     """A stone 0.1 m × 0.6 m tilted by 10°, beyond its critical angle of 9.5°, lies after another 80°."""
     made = scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, rotation_deg=10.0))
-    assert np.degrees(place_elements(made)[1].fall_threshold_rotations_rad) == pytest.approx([100.0, 80.0])
+    assert np.degrees(place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx([100.0, 80.0])
     flags, _ = simulate_fall_flags_and_peak_rotations(made, motion_at_rest(1.0))
     assert flags.tolist() == [1]
 
@@ -159,7 +159,9 @@ def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
 def test_a_fall_angle_given_by_the_scene_is_used() -> None:
     for angle in (30.0, 90.0, 120.0):
         made = scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=angle))
-        assert np.degrees(place_elements(made)[1].fall_threshold_rotations_rad) == pytest.approx([angle, angle])
+        assert np.degrees(place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
+            [angle, angle]
+        )
     assert load_shipped_scene("gravestone").is_single_block_on_wide_ground
     assert scene_of_elements(
         GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=90)

@@ -63,7 +63,7 @@ def test_forces_change_the_momentum_of_each_element(scene_trajectory: xr.Dataset
         for rate, name, allowed in (
             (force[:, 0] / item.mass - base, "velocity_x", 0.01),
             (force[:, 1] / item.mass - G, "velocity_z", 0.01),
-            (moment / item.inertia, "angular_velocity", 0.03),
+            (moment / item.inertia_about_centre_of_mass, "angular_velocity", 0.03),
         ):
             found = one[name].to_numpy()[known]
             gained = np.concatenate([[0.0], np.cumsum(rate * steps)])
@@ -91,11 +91,11 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajec
     item = next(
         one for one in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])) if not one.is_driven_or_held
     )
-    way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices
+    way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices_from_centroid
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
     turn = way["rotation"].to_numpy()
     x = way["x"].to_numpy() + low[0] * np.cos(turn) + low[1] * np.sin(turn)
-    np.testing.assert_allclose(way["base_slip"], x - (item.x + low[0]), atol=1e-12)
+    np.testing.assert_allclose(way["base_slip"], x - (item.centre_of_mass_x + low[0]), atol=1e-12)
 
 
 def test_the_film_shows_forces_over_weight_at_their_points_of_action(scene_trajectory: xr.Dataset) -> None:

@@ -90,10 +90,10 @@ def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
     halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
     for order in permutations(halves):
         whole = place_elements(scene_of_elements(stone_element(pieces=list(order))))[1]
-        assert whole.shape.pieces == ()
+        assert whole.shape.convex_pieces_if_not_convex == ()
         np.testing.assert_allclose(
-            whole.shape.vertices,
-            place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[1].shape.vertices,
+            whole.shape.vertices_from_centroid,
+            place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[1].shape.vertices_from_centroid,
             atol=1e-15,
         )
 
@@ -107,8 +107,8 @@ def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
     inertia = sum(
         m * ((b**2 + h**2) / 12 + (px - x) ** 2 + (pz - z) ** 2) for m, (b, h, px, pz) in zip(mass, parts, strict=True)
     )
-    assert (item.mass, item.inertia) == pytest.approx((sum(mass), inertia))
-    assert (item.x, item.z) == pytest.approx((x, z))
+    assert (item.mass, item.inertia_about_centre_of_mass) == pytest.approx((sum(mass), inertia))
+    assert (item.centre_of_mass_x, item.centre_of_mass_z) == pytest.approx((x, z))
 
 
 def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
@@ -118,7 +118,7 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     assert prepared.rocking_onset_acceleration_g == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical_or_fall_angles[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
-    assert np.degrees(prepared.elements[1].fall_threshold_rotations_rad) == pytest.approx(
+    assert np.degrees(prepared.elements[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
         [90, 90 + np.degrees(np.arctan2(0.5, 0.8))]
     )
     time = np.arange(0, 4, 0.01)
@@ -136,7 +136,7 @@ def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
     prepared = prepare_scene(scene_of_elements(stone_element(vertices=arch)))
     assert len(prepared.contact_points_loaded_at_rest) == 4
     assert prepared.pair_contact_laws.carried_weight == pytest.approx(prepared.elements[1].mass * 9.80665, rel=1e-9)
-    assert prepared.rocking_onset_acceleration_g == pytest.approx(0.5 / prepared.elements[1].z, rel=1e-9)
+    assert prepared.rocking_onset_acceleration_g == pytest.approx(0.5 / prepared.elements[1].centre_of_mass_z, rel=1e-9)
 
 
 def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:

@@ -180,7 +180,9 @@ def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
     lower, upper = prepared.elements[1:]
     alone = upper.shape.width / upper.shape.height
     mass = lower.mass + upper.mass
-    together = 0.5 * lower.shape.width / ((lower.mass * lower.z + upper.mass * upper.z) / mass)
+    together = (
+        0.5 * lower.shape.width / ((lower.mass * lower.centre_of_mass_z + upper.mass * upper.centre_of_mass_z) / mass)
+    )
     threshold = min(alone, together)
     assert (alone < together) == (moves == "upper")
     assert prepared.rocking_onset_acceleration_g == pytest.approx(threshold, rel=1e-9)

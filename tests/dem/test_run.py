@@ -94,7 +94,7 @@ def test_a_grid_a_list_of_cases_and_a_trajectory_have_the_same_outcomes(model: A
     path = trajectory(MOTION, model, **one)
     path = path.sel(element=list(known.free_element_names)) if "element" in path.dims else path
     for variable in known.outcome_variables:
-        if variable.name != known.copy_flag_variable_name:
+        if variable.name != known.symmetry_copy_flag_variable_name:
             values = getattr(results, variable.name)
             np.testing.assert_array_equal(arrays[variable.name].reshape(values.shape), values, err_msg=variable.name)
             shown = variable.decode(values[-1])

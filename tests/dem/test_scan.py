@@ -46,7 +46,7 @@ def test_the_height_limit_of_bearing_points_decides_whether_a_scan_falls() -> No
         [[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.008), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)]
     )
     stone = ScannedStone(points, (0.0, 0.0, 0.4), (0.055, 0.055, 0.003, 0.0, 0.0, 0.0), 0.001)
-    bodies = [Body(stone.with_relief(relief)) for relief in (0.001, 0.010)]
+    bodies = [Body(stone.with_base_relief(relief)) for relief in (0.001, 0.010)]
     assert [body.shape.solid(0.8, 1, 1).b_over_h for body in bodies] == pytest.approx([0.05 / 0.4, 0.07 / 0.4])
     motion = motion_rising_to_constant_acceleration(0.15 * STANDARD_GRAVITY)
     outcomes = [simulate_as_arrays(motion, body, orientation_deg=[0.0])["overturned"].item() for body in bodies]

@@ -13,7 +13,7 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
@@ -97,7 +97,7 @@ def test_other_contacts_with_vertical_motion_agree_with_an_independent_integrati
     cells = list(product([0.0, 90.0], [0.6, 1.2], [0.1, 0.2, 0.3, 0.4, 0.5], [0.33, 1.0]))
     # A stiffness cannot be combined with a static penetration.
     soft = (
-        SOFT_CONTACT.model_copy(update={"static_penetration": DEFAULT_STATIC_PENETRATION_RATIO})
+        SOFT_CONTACT.model_copy(update={"static_penetration": DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO})
         if "stiffness" in contact
         else SOFT_CONTACT
     )

@@ -51,7 +51,7 @@ def stack_of_prisms(*stones: tuple[PlanShape, float, float]) -> Scene:
 @pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_mass_inertia_and_base_of_a_stacked_stone_are_those_of_its_prism(plan: PlanShape) -> None:
     (stone,) = Stack(stack_of_prisms((plan, 0.4, 1.2))).stones()
-    x, y = stone.base_corners.T
+    x, y = stone.base_corners_xy_from_centre_of_mass.T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     square = np.sum(cross * (x * x + x * np.roll(x, -1) + np.roll(x, -1) ** 2)) / (6.0 * cross.sum())
     square = 0.01 if plan == "circle" else square  # r²/4
@@ -267,7 +267,7 @@ def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
     with pytest.raises(ArgumentError, match="stone-1 has its centre of mass outside it"):
         Stack(scene_of_offset_prism(0.28))
     narrow = Stack(scene_of_offset_prism(0.24)).stones(0.6, 0.1)
-    far = [narrow[0], replace(narrow[1], x=0.3)]
+    far = [narrow[0], replace(narrow[1], centre_of_mass_x_at_rest=0.3)]
     assert contact_patches_at_rest(narrow)[1].side_distances_from_mass_centre_above.min() > 0.0
     assert contact_patches_at_rest(far)[1].side_distances_from_mass_centre_above.min() < 0.0
 

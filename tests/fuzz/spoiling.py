@@ -15,7 +15,7 @@ import yaml
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from overturning.errors import MAX_MESSAGE_LINE_LENGTH, MAX_MESSAGE_LINES, OverturningError
+from overturning.errors import MAX_MESSAGE_LINE_CHARACTERS, MAX_MESSAGE_LINES, OverturningError
 from tests.bounds import limited_time_and_memory
 
 TOTAL_FUZZING_SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
@@ -121,7 +121,7 @@ def assert_read_or_plain_error(read: Callable[[], Any]) -> None:
         message = str(problem)
         assert message
         assert message.count("\n") <= MAX_MESSAGE_LINES, f"{message.count(chr(10))} lines: {message[:300]}"
-        assert max(map(len, message.split("\n"))) < MAX_MESSAGE_LINE_LENGTH + 10, message[:300]
+        assert max(map(len, message.split("\n"))) < MAX_MESSAGE_LINE_CHARACTERS + 10, message[:300]
         assert not set(message) & {"\0", "\x1b", "\r", "\u202e"}, repr(message[:300])
 
 

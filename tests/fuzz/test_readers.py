@@ -157,7 +157,7 @@ MESH_FILE_CONTENTS = {
     + b"".join(b"\3" + one.astype("<i4").tobytes() for one in _BOX.triangles),
     "stl": bytes(80)
     + (12).to_bytes(4, "little")
-    + b"".join(bytes(12) + one.astype("<f4").tobytes() + b"\0\0" for one in _BOX.corners),
+    + b"".join(bytes(12) + one.astype("<f4").tobytes() + b"\0\0" for one in _BOX.triangle_corners),
 }
 
 

@@ -32,7 +32,7 @@ def _skip_test_without_trimesh() -> None:
 @pytest.mark.parametrize("name", FUNCTIONS_MAKING_SURFACES_OF_SOLIDS)
 def test_every_mesh_format_gives_the_same_mass_properties(tmp_path: Path, file: str, name: str) -> None:
     found = mass_properties_inside_surface(
-        read_mesh_surface(write_mesh(FUNCTIONS_MAKING_SURFACES_OF_SOLIDS[name](), tmp_path / file)).corners
+        read_mesh_surface(write_mesh(FUNCTIONS_MAKING_SURFACES_OF_SOLIDS[name](), tmp_path / file)).triangle_corners
     )
     for one, other in zip(found, mass_properties_of_solid_from_its_boxes(name), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-7)
@@ -42,8 +42,12 @@ def test_every_mesh_format_gives_the_same_mass_properties(tmp_path: Path, file: 
 def test_a_convex_mesh_becomes_a_polyhedron(tmp_path: Path, file: str) -> None:
     scan = read_scanned_stone(write_mesh(box((0.4, 0.3, 0.8)), tmp_path / file))
     assert isinstance(scan.shape, Polyhedron)
-    assert scan.volume == pytest.approx(0.4 * 0.3 * 0.8)
-    assert (scan.pose.tilt_deg, scan.notes, scan.shape.name) == (0.0, [], (tmp_path / file).stem)
+    assert scan.volume_m3 == pytest.approx(0.4 * 0.3 * 0.8)
+    assert (scan.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg, scan.mesh_change_notes, scan.shape.name) == (
+        0.0,
+        [],
+        (tmp_path / file).stem,
+    )
     np.testing.assert_allclose(
         scan.shape.unscaled_solid.inertia_per_mass,
         Polyhedron(box((0.4, 0.3, 0.8)).vertices).unscaled_solid.inertia_per_mass,
@@ -79,16 +83,19 @@ def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
     binary = binary.replace(f"element face {len(faces)}", f"element face {len(whole.triangles)}")
     (tmp_path / "big.ply").write_bytes(binary.encode() + packed)
     for path in sorted(tmp_path.iterdir()):
-        found = mass_properties_inside_surface(read_mesh_surface(path).corners)
+        found = mass_properties_inside_surface(read_mesh_surface(path).triangle_corners)
         for one, other in zip(found, mass_properties_of_solid_from_its_boxes("l-shape"), strict=True):
             np.testing.assert_allclose(one, other, atol=1e-7, err_msg=path.name)
 
 
 def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> None:
     path = write_mesh(l_shaped_prism(), tmp_path / "a.ply")
-    found, other = mass_properties_inside_surface(read_mesh_surface(path).corners), import_trimesh().load_mesh(path)
-    assert found.volume == pytest.approx(other.volume)
-    np.testing.assert_allclose(found.centre, other.center_mass)
+    found, other = (
+        mass_properties_inside_surface(read_mesh_surface(path).triangle_corners),
+        import_trimesh().load_mesh(path),
+    )
+    assert found.signed_volume == pytest.approx(other.volume)
+    np.testing.assert_allclose(found.centre_of_mass, other.center_mass)
     np.testing.assert_allclose(found.inertia_per_mass, other.moment_inertia / other.volume, atol=1e-12)
 
 
@@ -101,7 +108,7 @@ def test_a_mesh_vertex_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_pa
     text = "".join("v {} {} {}\n".format(*point) for point in points)
     text += "".join("f " + " ".join(str(k + 1) for k in face) + "\n" for face in faces)
     (tmp_path / "box.obj").write_text(text)
-    assert read_scanned_stone(tmp_path / "box.obj").volume == pytest.approx(0.048, rel=1e-12)
+    assert read_scanned_stone(tmp_path / "box.obj").volume_m3 == pytest.approx(0.048, rel=1e-12)
 
 
 @pytest.mark.parametrize("corners", [((1, 0, 0), (1.1, 0, 0), (1.2, 0, 0)), ((0, 0, 0), (0.1, 0, 0), (0.2, 0, 0))])
@@ -109,18 +116,22 @@ def test_a_stray_triangle_of_zero_area_is_ignored(tmp_path: Path, corners: tuple
     path = write_mesh(box((0.2, 0.3, 0.8)), tmp_path / "a.obj")
     more = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f -3 -2 -1\n"
     path.write_text(path.read_text() + more)
-    assert read_scanned_stone(path).volume == pytest.approx(0.048, rel=1e-6)
+    assert read_scanned_stone(path).volume_m3 == pytest.approx(0.048, rel=1e-6)
 
 
 def test_a_mesh_of_implausible_size_needs_its_unit_declared(tmp_path: Path) -> None:
     path = write_mesh(l_shaped_prism(), tmp_path / "stone.obj", 1000.0)
     with expect_error(ArgumentError, "stone.obj", "800 m large", "declare the unit", "perhaps mm", brief=True):
         read_scanned_stone(path)
-    assert read_scanned_stone(path, "mm").volume == pytest.approx(mass_properties_of_solid_from_its_boxes("l-shape")[0])
+    assert read_scanned_stone(path, "mm").volume_m3 == pytest.approx(
+        mass_properties_of_solid_from_its_boxes("l-shape")[0]
+    )
     path = write_mesh(l_shaped_prism(), tmp_path / "stone.ply", 100.0)
     with expect_error(ArgumentError, "80 m large", "perhaps cm", brief=True):
         read_scanned_stone(path)
-    assert read_scanned_stone(path, "cm").volume == pytest.approx(mass_properties_of_solid_from_its_boxes("l-shape")[0])
+    assert read_scanned_stone(path, "cm").volume_m3 == pytest.approx(
+        mass_properties_of_solid_from_its_boxes("l-shape")[0]
+    )
     with expect_error(ArgumentError, "0.0008 m", brief=True):
         read_scanned_stone(write_mesh(l_shaped_prism(), tmp_path / "small.ply"), "mm")
 
@@ -147,7 +158,7 @@ def test_a_mesh_with_map_coordinates_in_single_precision_is_refused(tmp_path: Pa
     whole, place = l_shaped_prism(), np.array([400_000.0, 3_900_000.0, 120.0])
     path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)
     if file != "far.stl":
-        assert read_scanned_stone(path).volume == pytest.approx(
+        assert read_scanned_stone(path).volume_m3 == pytest.approx(
             mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-6
         )
         return
@@ -158,7 +169,7 @@ def test_a_mesh_with_map_coordinates_in_single_precision_is_refused(tmp_path: Pa
 def test_a_non_convex_mesh_becomes_a_scanned_stone(tmp_path: Path) -> None:
     scan = read_scanned_stone(write_mesh(l_shaped_prism(), tmp_path / "stone.stl"), relief=0.001)
     assert isinstance(scan.shape, ScannedStone)
-    assert scan.shape.relief == 0.001
+    assert scan.shape.base_relief_m == 0.001
     _, centre, _ = mass_properties_of_solid_from_its_boxes("l-shape")
     assert scan.shape.unscaled_solid.b_over_h == pytest.approx(min(centre[0], 0.15) / centre[2], abs=1e-5)
 

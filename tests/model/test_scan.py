@@ -34,9 +34,9 @@ def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) 
     """Volume, centre and inertia equal sums over the boxes that the solid consists of."""
     volume, centre, inertia = mass_properties_of_solid_from_its_boxes(name)
     surface = FUNCTIONS_MAKING_SURFACES_OF_SOLIDS[name]()
-    found = mass_properties_inside_surface(surface.corners)
-    assert found.volume == pytest.approx(volume, rel=1e-12)
-    np.testing.assert_allclose(found.centre, centre, atol=1e-12)
+    found = mass_properties_inside_surface(surface.triangle_corners)
+    assert found.signed_volume == pytest.approx(volume, rel=1e-12)
+    np.testing.assert_allclose(found.centre_of_mass, centre, atol=1e-12)
     np.testing.assert_allclose(found.inertia_per_mass, inertia, atol=1e-12)
     assert ConvexHull(surface.vertices).volume > 1.2 * volume
     assert len(open_edges(surface.triangles)) == 0
@@ -52,9 +52,9 @@ def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
 
 def test_clockwise_mesh_faces_are_turned_outwards() -> None:
     inside_out = l_shaped_prism()._replace(triangles=l_shaped_prism().triangles[:, ::-1])
-    assert mass_properties_inside_surface(inside_out.corners).volume < 0
+    assert mass_properties_inside_surface(inside_out.triangle_corners).signed_volume < 0
     surface, notes = repair_surface_and_close_base(inside_out)
-    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
+    assert mass_properties_inside_surface(surface.triangle_corners).signed_volume == pytest.approx(
         mass_properties_of_solid_from_its_boxes("l-shape")[0]
     )
     assert "clockwise" in notes[0]
@@ -145,7 +145,7 @@ def test_a_solid_that_touches_itself_along_an_edge_counts_as_one_body(turn_deg: 
     surface, notes = repair_surface_and_close_base(
         rotate_surface(surface_of_unit_cubes([[[1, 1], [1, 0]], [[1, 0], [1, 1]]]), 0, turn_deg)
     )
-    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(6.0)
+    assert mass_properties_inside_surface(surface.triangle_corners).signed_volume == pytest.approx(6.0)
     assert notes == []
 
 
@@ -161,7 +161,7 @@ def test_a_double_mesh_face_outside_the_body_adds_no_volume() -> None:
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
     surface, _ = repair_surface_and_close_base(concatenate_surfaces(l_shaped_prism(), flap))
-    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
+    assert mass_properties_inside_surface(surface.triangle_corners).signed_volume == pytest.approx(
         mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-12
     )
 
@@ -172,7 +172,7 @@ def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> Non
     whole = l_shaped_prism()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
     surface, notes = repair_surface_and_close_base(whole._replace(triangles=np.concatenate([whole.triangles, again])))
-    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(
+    assert mass_properties_inside_surface(surface.triangle_corners).signed_volume == pytest.approx(
         mass_properties_of_solid_from_its_boxes("l-shape")[0], rel=1e-12
     )
     assert f"{len(again)} left out" in notes[0]
@@ -188,32 +188,34 @@ def test_a_cavity_in_a_mesh_is_not_taken_for_a_second_body() -> None:
         mass_properties_of_solid_from_its_boxes("l-shape")[0]
         - 1e-3 * mass_properties_of_solid_from_its_boxes("statue")[0]
     )
-    assert mass_properties_inside_surface(surface.corners).volume == pytest.approx(expected, rel=1e-9)
+    assert mass_properties_inside_surface(surface.triangle_corners).signed_volume == pytest.approx(expected, rel=1e-9)
     assert notes == []
 
 
 def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
     """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
     for whole in (l_shaped_prism(), rectangular_ring(), column_with_overhanging_slab()):
-        bottom = (whole.corners[:, :, 2] == 0.0).all(axis=1)
+        bottom = (whole.triangle_corners[:, :, 2] == 0.0).all(axis=1)
         assert bottom.sum() >= 2
         surface, notes = repair_surface_and_close_base(whole._replace(triangles=whole.triangles[~bottom]))
         assert "open base" in notes[0]
         for one, other in zip(
-            mass_properties_inside_surface(surface.corners), mass_properties_inside_surface(whole.corners), strict=True
+            mass_properties_inside_surface(surface.triangle_corners),
+            mass_properties_inside_surface(whole.triangle_corners),
+            strict=True,
         ):
             np.testing.assert_allclose(one, other, atol=1e-12)
 
 
 def test_a_mesh_hole_outside_the_base_is_refused_and_its_edges_are_counted() -> None:
     whole = l_shaped_prism()
-    top = int(np.flatnonzero((whole.corners[:, :, 2] == 0.8).all(axis=1))[0])
+    top = int(np.flatnonzero((whole.triangle_corners[:, :, 2] == 0.8).all(axis=1))[0])
     with expect_error(ArgumentError, "not closed at 3 edges", "0.8]", "fill the holes", brief=True):
         repair_surface_and_close_base(whole._replace(triangles=np.delete(whole.triangles, top, axis=0)))
     # A base whose rim is not flat.
     bent = whole.vertices.copy()
     bent[whole.vertices[:, 2] == 0.0, 2] += [0.0, 0.1, 0.0, 0.0]
-    open_below = whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)]
+    open_below = whole.triangles[~(whole.triangle_corners[:, :, 2] == 0.0).all(axis=1)]
     with expect_error(ArgumentError, "not closed at 4 edges", brief=True):
         repair_surface_and_close_base(TriangleSurface(bent, open_below))
     with expect_error(ArgumentError, "without faces", "closed mesh", brief=True):
@@ -233,13 +235,13 @@ def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
 def test_a_tilted_scan_is_placed_upright_and_its_tilt_is_stored(axis: int, direction: float, tilt: float) -> None:
     """Rotated about y its top leans towards +x; placed upright it is the box again, at the same azimuth."""
     scan = stone_from_surface(rotate_surface(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
-    assert scan.pose.tilt_deg == pytest.approx(tilt, abs=1e-6)
+    assert scan.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg == pytest.approx(tilt, abs=1e-6)
     # The pose turns the top back, opposite to the lean.
-    assert abs((scan.pose.scan_tilt_direction_deg - direction - 180.0 + 180.0) % 360.0 - 180.0) == pytest.approx(
-        0.0, abs=1e-6
-    )
+    assert abs(
+        (scan.rotation_to_stable_pose.scan_tilt_direction_ccw_from_x_deg - direction - 180.0 + 180.0) % 360.0 - 180.0
+    ) == pytest.approx(0.0, abs=1e-6)
     solid = scan.shape.solid(0.8, 1.0, 1.0)
-    np.testing.assert_allclose(np.abs(solid.contact_points[:4, :2]), [[0.2, 0.15]] * 4, atol=2e-6)
+    np.testing.assert_allclose(np.abs(solid.contact_points_from_centre_of_mass[:4, :2]), [[0.2, 0.15]] * 4, atol=2e-6)
     assert solid.b_over_h == pytest.approx(0.15 / 0.4, abs=1e-5)
 
 
@@ -250,7 +252,7 @@ def test_a_scanned_wedge_is_placed_on_its_nearest_face() -> None:
     points = np.array([[x, y, z] for y in (-0.3, 0.3) for x, z in outline])
     centre = points.mean(axis=0)
     pose = nearest_stable_pose(points, centre)
-    assert pose.tilt_deg == pytest.approx(75.0, abs=1e-6)
+    assert pose.scan_tilt_from_stable_pose_deg == pytest.approx(75.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("slope_deg", [0.001, 0.02, 0.046, 0.07, 1.0])
@@ -259,11 +261,13 @@ def test_a_base_of_two_inclined_facets_rests_on_the_facet_below_the_centre(slope
     drop = np.tan(np.radians(slope_deg))
     outline = [(0.3, 0.9), (-0.3, 0.9), (-0.3, 0.25 * drop), (-0.05, 0.0), (0.3, 0.0)]
     points = np.array([[x, y, z] for y in (-0.2, 0.2) for x, z in outline])
-    assert nearest_stable_pose(points, np.array([0.0, 0.0, 0.45])).tilt_deg == pytest.approx(0.0, abs=1e-9)
+    assert nearest_stable_pose(points, np.array([0.0, 0.0, 0.45])).scan_tilt_from_stable_pose_deg == pytest.approx(
+        0.0, abs=1e-9
+    )
     pose = nearest_stable_pose(points, np.array([-0.1, 0.0, 0.45]))
-    assert pose.tilt_deg == pytest.approx(slope_deg, rel=1e-6)
+    assert pose.scan_tilt_from_stable_pose_deg == pytest.approx(slope_deg, rel=1e-6)
     # A foot on the ridge: facets inclined by less than 0.08° count as rounded parts of one face and carry the body.
-    on_ridge = nearest_stable_pose(points, np.array([-0.05, 0.0, 0.45])).tilt_deg
+    on_ridge = nearest_stable_pose(points, np.array([-0.05, 0.0, 0.45])).scan_tilt_from_stable_pose_deg
     assert on_ridge == pytest.approx(0.0 if slope_deg < 0.08 else slope_deg, abs=1e-9)
 
 
@@ -287,14 +291,16 @@ def test_a_scan_footprint_is_the_hull_of_points_up_to_the_relief_height() -> Non
     surface, _ = repair_surface_and_close_base(block_surface_with_rough_base(np.random.default_rng(4)))
     stone = stone_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
-    pose = nearest_stable_pose(surface.vertices, mass_properties_inside_surface(surface.corners).centre)
-    placed = surface.vertices @ pose.rotation.T
+    pose = nearest_stable_pose(
+        surface.vertices, mass_properties_inside_surface(surface.triangle_corners).centre_of_mass
+    )
+    placed = surface.vertices @ pose.rotation_matrix_from_scan_axes.T
     above = placed[:, 2] - placed[:, 2].min()
     slenderness = []
     for relief in (0.0005, 0.001, 0.002, 0.004, 0.01):
-        solid = stone.with_relief(relief).unscaled_solid
+        solid = stone.with_base_relief(relief).unscaled_solid
         hull = ConvexHull(placed[above <= relief, :2])
-        x, y = solid.contact_points[: solid.base_vertex_count, :2].T
+        x, y = solid.contact_points_from_centre_of_mass[: solid.base_vertex_count, :2].T
         area = 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
         # The simplification may leave out a strip of 1 ‰ of the size along the outline.
         assert hull.volume - 7e-4 * hull.area <= area <= hull.volume + 1e-6
@@ -312,13 +318,20 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
     scan = stone_from_surface(frustum._replace(vertices=points), [], "frustum")
     own, other = scan.shape.solid(0.7, 1.0, 1.0), Polyhedron(points).solid(0.7, 1.0, 1.0)
     assert isinstance(scan.shape, Polyhedron)
-    for name in ("contact_points", "inertia_per_mass", "resting_face_normals", "fall_limits_by_lean_sector"):
+    for name in (
+        "contact_points_from_centre_of_mass",
+        "inertia_per_mass",
+        "resting_face_normals_after_fall",
+        "lean_sector_start_vector_and_fall_dot_limit",
+    ):
         assert getattr(own, name).tobytes() == getattr(other, name).tobytes()
     # As a scan with a relief of its own it differs by the rounding to micrometres only.
     scanned = stone_from_surface(frustum._replace(vertices=points), [], "frustum", 0.001).shape
     assert isinstance(scanned, ScannedStone)
     np.testing.assert_allclose(
-        np.sort(scanned.unscaled_solid.contact_points, axis=0), np.sort(own.contact_points, axis=0), atol=2e-6
+        np.sort(scanned.unscaled_solid.contact_points_from_centre_of_mass, axis=0),
+        np.sort(own.contact_points_from_centre_of_mass, axis=0),
+        atol=2e-6,
     )
     np.testing.assert_allclose(scanned.unscaled_solid.inertia_per_mass, own.inertia_per_mass, atol=1e-8)
 
@@ -342,15 +355,19 @@ def test_points_outside_a_simplified_hull_are_within_the_tolerance() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"relief": 0.05}, ["relief", "0.05", "0.03"]),
-        ({"relief": -0.001}, ["relief", "-0.001"]),
-        ({"inertia": (1.0, 1.0, 3.0, 0, 0, 0)}, ["inertia", "no body"]),
+        ({"base_relief_m": 0.05}, ["relief", "0.05", "0.03"]),
+        ({"base_relief_m": -0.001}, ["relief", "-0.001"]),
+        ({"inertia_moments_and_products_per_mass": (1.0, 1.0, 3.0, 0, 0, 0)}, ["inertia", "no body"]),
         ({"centre_of_mass": (0.5, 0.0, 0.4)}, ["outside its base"]),
     ],
 )
 def test_scanned_stones_with_impossible_relief_inertia_or_centre_are_refused(change: dict, words: list[str]) -> None:
     points = box((0.4, 0.3, 0.8)).vertices - [0.2, 0.15, 0.0]
-    own = {"centre_of_mass": (0.0, 0.0, 0.4), "inertia": (0.06, 0.07, 0.02, 0, 0, 0), "relief": 0.002}
+    own = {
+        "centre_of_mass": (0.0, 0.0, 0.4),
+        "inertia_moments_and_products_per_mass": (0.06, 0.07, 0.02, 0, 0, 0),
+        "base_relief_m": 0.002,
+    }
     ScannedStone(points, **own)
     with expect_error(ArgumentError, *words, brief=True):
         ScannedStone(points, **own | change)

@@ -29,39 +29,46 @@ def test_the_nearest_simulated_plane_is_selected_and_mirrored_if_needed(
     azimuth: list[float], asked: list[float], cell: list[int], mirrored: list[bool]
 ) -> None:
     found = nearest_simulated_planes(azimuth, asked)
-    assert found.direction_index.tolist() == cell
-    assert found.mirrored.tolist() == mirrored
-    assert found.rotation_from_simulated_deg.tolist() == [180.0 * one for one in mirrored]
+    assert found.simulated_direction_index.tolist() == cell
+    assert found.is_mirrored.tolist() == mirrored
+    assert found.clockwise_rotation_from_simulated_deg.tolist() == [180.0 * one for one in mirrored]
 
 
 def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() -> None:
     """Quarter turns of a square give all azimuths from three orientations; a body without symmetry has none."""
     found = nearest_simulated_directions([0, 30, 60], [1, 121, 260, -29], 90.0)
-    assert (found.direction_index.tolist(), found.rotation_from_simulated_deg.tolist()) == (
+    assert (found.simulated_direction_index.tolist(), found.clockwise_rotation_from_simulated_deg.tolist()) == (
         [0, 1, 0, 2],
         [0, 90, 270, 270],
     )
-    assert nearest_simulated_directions([0, 30, 60], [200, 220, 359], 360.0).direction_index.tolist() == [2, 0, 0]
+    assert nearest_simulated_directions([0, 30, 60], [200, 220, 359], 360.0).simulated_direction_index.tolist() == [
+        2,
+        0,
+        0,
+    ]
     column = nearest_simulated_directions([5], [200, 5], 0.0)
-    assert (column.direction_index.tolist(), column.rotation_from_simulated_deg.tolist()) == ([0, 0], [195, 0])
-    assert not found.mirrored.any()
+    assert (column.simulated_direction_index.tolist(), column.clockwise_rotation_from_simulated_deg.tolist()) == (
+        [0, 0],
+        [195, 0],
+    )
+    assert not found.is_mirrored.any()
 
 
 def test_grid_directions_equal_by_symmetry_share_the_cell_of_the_first_one() -> None:
     planes = mark_mirrored_planes(first_equivalent_of_each_direction(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
-    assert planes.direction_index.ravel().tolist() == [0, 1, 0, 1, 4, 0]
-    assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
-    assert first_equivalent_of_each_direction([5], 0.0).direction_index.tolist() == [[0]]
+    assert planes.simulated_direction_index.ravel().tolist() == [0, 1, 0, 1, 4, 0]
+    assert planes.is_mirrored.ravel().tolist() == [False, False, True, True, False, False]
+    assert first_equivalent_of_each_direction([5], 0.0).simulated_direction_index.tolist() == [[0]]
     bodies = first_equivalent_of_each_direction(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
-    assert bodies.direction_index.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]
-    assert bodies.rotation_from_simulated_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
+    assert bodies.simulated_direction_index.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]
+    assert bodies.clockwise_rotation_from_simulated_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
 
 
 def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
     """Orientations of a seven-sided prism that differ by multiples of 360/7 degrees count as one."""
     turns = 10 + np.arange(7) * 360 / 7
-    assert first_equivalent_of_each_direction(turns, 360 / 7).direction_index.ravel().tolist() == [0] * 7
-    assert nearest_simulated_directions([10, 30], turns, 360 / 7).direction_index.tolist() == [0] * 7
+    assert first_equivalent_of_each_direction(turns, 360 / 7).simulated_direction_index.ravel().tolist() == [0] * 7
+    assert nearest_simulated_directions([10, 30], turns, 360 / 7).simulated_direction_index.tolist() == [0] * 7
 
 
 @pytest.mark.parametrize(
@@ -76,4 +83,6 @@ def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
 )
 def test_the_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
     """Weights, by hand, are shares of the 180° of all planes; the last plane and the first are neighbours."""
-    np.testing.assert_allclose(plane_weights_by_azimuth_spacing(planes, divide_gaps=True), weights, rtol=1e-12)
+    np.testing.assert_allclose(
+        plane_weights_by_azimuth_spacing(planes, divide_gaps_between_neighbours=True), weights, rtol=1e-12
+    )

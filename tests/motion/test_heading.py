@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from overturning.motion.heading import (
+    azimuths_of_peak_acceleration_and_velocity,
     daubechies_wavelet_values,
-    peak_acceleration_and_velocity_azimuths,
-    strongest_pulse_axis_and_period,
+    strongest_pulse_axis_deg_and_period_s,
 )
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field_motion_and_component_azimuths
@@ -20,7 +20,7 @@ def test_axis_and_period_of_a_velocity_pulse_are_found_in_noise(azimuth: float) 
     angle = np.radians(azimuth)
     along = np.stack([velocity * np.cos(angle), velocity * np.sin(angle)]) + noise
     motion = Motion(*np.gradient(along, 0.01, axis=1), sampling_interval=0.01)
-    axis, period = strongest_pulse_axis_and_period(motion)
+    axis, period = strongest_pulse_axis_deg_and_period_s(motion)
     assert abs((axis - azimuth + 90) % 180 - 90) < 3
     assert period == pytest.approx(2.0, rel=0.15)
 
@@ -42,7 +42,9 @@ def test_the_pulse_wavelet_matches_pywavelets_db4() -> None:
 )
 def test_pulse_axes_match_a_wavelet_convolution_in_the_time_domain(number: int, axis: float, period: float) -> None:
     """Reference: PyWavelets' db4 convolved in time with the velocity; only samples at least 0.04 s apart are used."""
-    found = strongest_pulse_axis_and_period(near_field_motion_and_component_azimuths(number, pulse=number < 15)[0])
+    found = strongest_pulse_axis_deg_and_period_s(
+        near_field_motion_and_component_azimuths(number, pulse=number < 15)[0]
+    )
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)
 
@@ -50,8 +52,8 @@ def test_pulse_axes_match_a_wavelet_convolution_in_the_time_domain(number: int, 
 def test_azimuth_of_peak_acceleration_points_along_the_largest_motion_vector() -> None:
     north, east = np.zeros(200), np.zeros(200)
     north[50], east[50], north[120] = -3.0, 4.0, 4.9
-    towards = peak_acceleration_and_velocity_azimuths(Motion(north, east, sampling_interval=0.01))
+    towards = azimuths_of_peak_acceleration_and_velocity(Motion(north, east, sampling_interval=0.01))
     assert towards["pga"] == pytest.approx(np.degrees(np.arctan2(4.0, -3.0)))
     still = Motion(np.zeros(10), np.zeros(10), sampling_interval=0.01)
-    assert np.isnan(peak_acceleration_and_velocity_azimuths(still)["pgv"])
-    assert np.isnan(strongest_pulse_axis_and_period(still)[0])
+    assert np.isnan(azimuths_of_peak_acceleration_and_velocity(still)["pgv"])
+    assert np.isnan(strongest_pulse_axis_deg_and_period_s(still)[0])

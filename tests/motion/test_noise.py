@@ -49,9 +49,9 @@ def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
     )
     assert found is not None
     assert found.onset_s == pytest.approx(20.0, abs=0.1)
-    assert found.frequency[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
+    assert found.band_frequency_hz[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
-    middle = (found.frequency > 1) & (found.frequency < 30)
+    middle = (found.band_frequency_hz > 1) & (found.band_frequency_hz < 30)
     assert np.median(found.signal_to_noise_and_offset_ratio[:, middle]) == pytest.approx(56, rel=0.15)
 
 
@@ -67,9 +67,12 @@ def test_spectral_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     energy = np.cumsum(moving[first:] ** 2)
     last = first + int((energy < 0.95 * energy[-1]).sum()) + 1
     assert (last - first < 20) == (lasting == 12)
-    for part, spectrum in ((moving[first:last], found.signal_spectrum[0]), (moving[:first], found.noise_spectrum[0])):
+    for part, spectrum in (
+        (moving[first:last], found.signal_amplitude_per_root_duration[0]),
+        (moving[:first], found.noise_amplitude_per_root_duration[0]),
+    ):
         window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
-        expected = rms_fourier_amplitude_in_bands((part - part.mean()) * window, DT, found.frequency) / np.sqrt(
+        expected = rms_fourier_amplitude_in_bands((part - part.mean()) * window, DT, found.band_frequency_hz) / np.sqrt(
             part.size * DT
         )
         np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
@@ -85,7 +88,9 @@ def test_a_constant_offset_does_not_count_as_noise():
     assert first is not None
     assert second is not None
     assert first.onset_s == second.onset_s
-    np.testing.assert_allclose(first.noise_spectrum, second.noise_spectrum, rtol=1e-6)
+    np.testing.assert_allclose(
+        first.noise_amplitude_per_root_duration, second.noise_amplitude_per_root_duration, rtol=1e-6
+    )
 
 
 def test_there_is_no_signal_to_noise_ratio_without_noise_before_the_onset():
@@ -111,7 +116,7 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
         found = signal_and_noise_spectra([np.append(noise, 10.0 * signal)], interval)
     if found is not None:
         assert found.onset_s >= 15.0 * interval
-        assert found.frequency[-1] >= 2.0 * found.frequency[0] * (1 - 1e-9)
+        assert found.band_frequency_hz[-1] >= 2.0 * found.band_frequency_hz[0] * (1 - 1e-9)
         assert np.isfinite(found.signal_to_noise_and_offset_ratio).all()
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
 

@@ -14,7 +14,7 @@ from overturning import Motion, run_study
 from overturning.commands.workflow import compute_surface_motions
 from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import (
-    MAX_RELATIVE_ACCELERATION_AFTER_TAIL,
+    MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL,
     MIN_VIBRATION_TAIL_S,
     MIN_ZERO_PADDING_S,
     RockHalfSpace,
@@ -71,7 +71,7 @@ def test_the_response_of_one_soil_layer_matches_the_closed_form(noise_samples: n
         np.abs(found.surface_acceleration - expected[: found.surface_acceleration.size]).max()
         < 1e-3 * np.abs(expected).max()
     )
-    assert found.converged
+    assert found.is_converged
 
 
 def test_free_vibration_of_soil_does_not_wrap_to_the_start(noise_samples: np.ndarray) -> None:
@@ -91,7 +91,9 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     layer = SoilLayer(thickness_m=thickness, velocity_m_s=velocity, damping=damping)
     late = np.zeros(2000)
     late[-500:] = np.random.default_rng(3).normal(size=500) * np.hanning(500)
-    found = propagate_through_soil(late, SAMPLING_INTERVAL_S, [layer], ROCK, outcrop=False).surface_acceleration
+    found = propagate_through_soil(
+        late, SAMPLING_INTERVAL_S, [layer], ROCK, motion_is_on_outcrop=False
+    ).surface_acceleration
     length = 1 << 19
     rigid = ROCK.model_copy(update={"velocity_m_s": 1e15})
     ratio = closed_form_surface_to_outcrop_ratio(np.fft.rfftfreq(length, SAMPLING_INTERVAL_S), layer, rigid)
@@ -99,7 +101,7 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     expected, left = whole[: found.size], np.abs(whole[found.size : -1000]).max() / np.abs(whole).max()
     assert np.abs(found - expected).max() < 3e-3 * np.abs(expected).max()
     assert (
-        left < 1.2 * MAX_RELATIVE_ACCELERATION_AFTER_TAIL
+        left < 1.2 * MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL
     )  # the motion at the surface is not cut off while the layer vibrates
     assert np.abs(found[:1400]).max() < 3e-3 * np.abs(found).max()  # before the motion begins
 
@@ -113,7 +115,9 @@ def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
 )
 def test_soil_layers_without_a_usable_response_are_refused(layer: dict[str, float], reason: str) -> None:
     with expect_error(ArgumentError, "site: ", reason):
-        propagate_through_soil(PULSE.north, PULSE.sampling_interval, [SoilLayer(**layer)], ROCK, outcrop=False)
+        propagate_through_soil(
+            PULSE.north, PULSE.sampling_interval, [SoilLayer(**layer)], ROCK, motion_is_on_outcrop=False
+        )
 
 
 def test_a_soil_layer_resonates_at_its_fundamental_period() -> None:
@@ -135,8 +139,8 @@ def test_soil_with_a_strain_curve_amplifies_strong_motion_less_than_weak(noise_s
     weak, strong = (
         propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (1e-4, 3.0)
     )
-    assert weak.converged
-    assert strong.largest_strain > 100 * weak.largest_strain
+    assert weak.is_converged
+    assert strong.max_shear_strain_of_any_layer > 100 * weak.max_shear_strain_of_any_layer
     ratio = np.abs(strong.surface_acceleration).max() / 3.0 / (np.abs(weak.surface_acceleration).max() / 1e-4)
     assert ratio < 0.8
 
@@ -147,10 +151,12 @@ def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> N
     within, beyond = (
         propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (10.0, 30.0)
     )
-    assert (within.converged, within.strain_and_exceeded_curve_max_strain) == (True, None)
-    assert within.largest_strain < 0.01
-    assert beyond.strain_and_exceeded_curve_max_strain == pytest.approx((0.65 * beyond.largest_strain, 0.01))
-    assert beyond.largest_strain > 0.02
+    assert (within.is_converged, within.effective_strain_and_exceeded_curve_end) == (True, None)
+    assert within.max_shear_strain_of_any_layer < 0.01
+    assert beyond.effective_strain_and_exceeded_curve_end == pytest.approx(
+        (0.65 * beyond.max_shear_strain_of_any_layer, 0.01)
+    )
+    assert beyond.max_shear_strain_of_any_layer > 0.02
     site = SoilSite.model_validate(SOIL_SITE_SETTINGS | {"layers": [soft.model_dump()]})
     _, text = site.propagate_record_to_surface_with_note(replace(PULSE, north=100.0 * PULSE.north))
     assert "% beyond the curve (which ends at 1 %); east converged, strain 0 %" in text

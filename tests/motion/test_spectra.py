@@ -29,7 +29,7 @@ from overturning.motion.intensity import (
     significant_duration,
 )
 from overturning.motion.jma_intensity import (
-    INTENSITY_BY_OVERTURNED_FRACTION_RULE,
+    JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION,
     is_published_intensity_in_range,
     jma_filter_gain,
     jma_instrumental_intensity,
@@ -292,7 +292,7 @@ def test_jma_intensity_of_a_steady_sine_matches_the_closed_form():
 
 def test_shares_of_fallen_stones_are_assigned_to_degrees_of_the_jma_scale():
     """By a rule of surveys, 40 to below 90 % overturned mean 6 upper (6.0 to below 6.5), more mean 7 (from 6.5 on)."""
-    (low, high, *upper), (then, whole, *seven) = INTENSITY_BY_OVERTURNED_FRACTION_RULE
+    (low, high, *upper), (then, whole, *seven) = JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION
     assert low < high == then < whole == 1
     assert upper == [6.0, 6.5, "6 upper"]
     assert (seven[0], seven[2]) == (6.5, "7")

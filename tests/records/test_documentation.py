@@ -8,7 +8,7 @@ from overturning.records.catalogue import RecordTableRow
 from overturning.records.formats.table import RECORD_FILE_FORMATS
 from overturning.records.processing import Step
 from overturning.records.pulses import PULSE_SHAPES, Pulse
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 FORMATS_PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 
@@ -38,4 +38,4 @@ def test_the_formats_page_lists_every_format_name_and_unit():
     rows = set(re.findall(r"^\| `([^`]+)` \|", FORMATS_PAGE, flags=re.MULTILINE))
     assert {form.name for form in RECORD_FILE_FORMATS} - rows == set()
     assert {name for name in NAMES_TO_DOCUMENT if f"`{name}`" not in FORMATS_PAGE} == set()
-    assert {unit for unit in ACCELERATION_UNITS if unit not in FORMATS_PAGE} == set()
+    assert {unit for unit in ACCELERATION_UNITS_IN_M_S2 if unit not in FORMATS_PAGE} == set()

@@ -19,7 +19,7 @@ from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.errors import ResultError
 from overturning.findings.comparison import comparisons_with_second_computations
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
@@ -164,7 +164,9 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
             numerics,
         ).steps
 
-    stiff = {"model": PlanarModel(gravestone(Contact(static_penetration=DEFAULT_STATIC_PENETRATION_RATIO / 4)))}
+    stiff = {
+        "model": PlanarModel(gravestone(Contact(static_penetration=DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO / 4)))
+    }
     np.testing.assert_array_equal(planned_step_counts(refinement=8), 8 * planned_step_counts())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(planned_step_counts(**stiff), planned_step_counts())

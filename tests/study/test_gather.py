@@ -46,7 +46,9 @@ RECORDS = [
 def random_outcomes(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
     """Return random outcome variables of a grid shape."""
     rng = np.random.default_rng(seed)
-    values = {v.name: rng.random(shape).astype(v.dtype) for v in PLANAR_OUTCOME_VARIABLES if v.dtype == "f4"}
+    values = {
+        v.name: rng.random(shape).astype(v.dtype_in_file) for v in PLANAR_OUTCOME_VARIABLES if v.dtype_in_file == "f4"
+    }
     values |= {"overturned": rng.integers(-1, 2, shape, dtype=np.int8), "status": np.zeros(shape, np.int8)}
     return values | {"mirrored": np.zeros(shape, np.int8)}
 
@@ -125,7 +127,9 @@ def test_a_cube_states_the_azimuth_period_after_which_cases_repeat(scene: str, p
         create_cube_structure(cube, of_scene, [])
         assert cube["azimuth"].period == period
     grid = variant_grid(of_scene)
-    answering = np.unique(variant_model(of_scene).simulated_direction_for_each_direction(grid).direction_index).size
+    answering = np.unique(
+        variant_model(of_scene).simulated_direction_for_each_direction(grid).simulated_direction_index
+    ).size
     assert answering == np.unique(grid["azimuth"] % period).size
     assert (answering == grid["azimuth"].size) == (period == 360)
 

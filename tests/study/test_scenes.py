@@ -82,8 +82,8 @@ def test_a_study_without_a_scene_uses_the_shipped_gravestone_scene() -> None:
     scene, soft = variant_scene(study), variant_scene(study, "soft")
     assert scene.is_single_block_on_wide_ground
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
-    assert scene.contact_law(*scene.elements).springs_and_dashpots == Contact(damping_ratio=0.5)
-    assert soft.contact_law(*soft.elements).springs_and_dashpots == Contact(stiffness=1e7, damping_ratio=0.5)
+    assert scene.contact_law(*scene.elements).contact_without_friction == Contact(damping_ratio=0.5)
+    assert soft.contact_law(*soft.elements).contact_without_friction == Contact(stiffness=1e7, damping_ratio=0.5)
     again = Study.model_validate(study.model_dump(mode="json"))
     assert again == study
     assert variant_scene(again, "soft") == soft

@@ -278,7 +278,7 @@ def test_study_check_reports_how_an_open_mesh_was_repaired(tmp_path: Path, monke
     """A box of 0.3 m³ without its base, which is closed by a lid; it is convex, so that it becomes a polyhedron."""
     pytest.importorskip("trimesh")
     whole = box((0.5, 0.6, 1.0))
-    open_below = whole._replace(triangles=whole.triangles[~(whole.corners[:, :, 2] == 0.0).all(axis=1)])
+    open_below = whole._replace(triangles=whole.triangles[~(whole.triangle_corners[:, :, 2] == 0.0).all(axis=1)])
     mesh = write_mesh(open_below, tmp_path / "box.obj")
     path = tmp_path / "study.yaml"
     path.write_text(f"name: b\nrecords: {{pulses: {{p: sine amplitude_gal=300 period_s=1}}}}\nbody: {{mesh: {mesh}}}\n")

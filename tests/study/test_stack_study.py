@@ -81,7 +81,7 @@ def test_estimated_time_of_polygonal_and_round_drums_is_near_the_measured(plan: 
         drums = [{"height": 0.8, "name": f"drum-{k}", "stands_on": ("ground", "drum-0")[k]} | drum for k in range(2)]
         capital = {"name": "capital", "width": 0.8, "depth": 0.8, "height": 0.3, "stands_on": "drum-1"}
         column = parse_scene_content({"name": "column", "reference": "capital", "elements": [ground, *drums, capital]})
-        return Stack(column).relative_computing_time_of_case
+        return Stack(column).case_computing_time_over_that_of_2d_block
 
     times = relative_computing_time_of_column_case(width=0.6, plan=plan) / relative_computing_time_of_column_case(
         width=0.6, depth=0.6

@@ -5,7 +5,7 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from overturning.motion.motion import Motion
 from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_case_groups_under_sine_pulses
 from verification.measures import convergence_order, median_peak_rotation_error_over_alpha, run_case_groups
@@ -75,7 +75,7 @@ def test_a_stiff_contact_has_smaller_rotation_errors_at_the_longest_stable_step(
         return np.array([median_peak_rotation_error_over_alpha(*one, *right) for one in found])
 
     rigid, soft_one = (
-        median_rotation_errors_by_time_step(DEFAULT_STATIC_PENETRATION_RATIO),
+        median_rotation_errors_by_time_step(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO),
         median_rotation_errors_by_time_step(2e-5),
     )
     assert convergence_order(steps, rigid) >= 0.7

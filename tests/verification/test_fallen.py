@@ -97,7 +97,7 @@ def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
     """
     prepared = prepare_scene(load_shipped_scene("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
-    assert prepared.elements[-1].fall_threshold_rotations_rad == pytest.approx(
+    assert prepared.elements[-1].fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
         (comes_down, np.arctan2(0.31, 0.30)), abs=1e-9
     )
     assert rotations_requiring_fallen_flag(prepared)[0] == pytest.approx(comes_down, abs=1e-4)

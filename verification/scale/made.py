@@ -86,8 +86,8 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
         return synthetic_fall_flags_of_3d_body(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
         return np.full(shape, int(CaseStatus.SIMULATED), np.int8)
-    if variable.dtype != "f4":
-        return np.full(shape, members if variable.name == "members" else 0, variable.dtype)
+    if variable.dtype_in_file != "f4":
+        return np.full(shape, members if variable.name == "members" else 0, variable.dtype_in_file)
     values: NDArray[Any] = generator.random(shape, np.float32)
     if variable.name == "overturning_time":
         values[generator.random(shape, np.float32) > FALLEN_SHARE_OF_SYNTHETIC_CELLS] = np.nan

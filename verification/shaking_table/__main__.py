@@ -14,7 +14,7 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.model.contact import DEFAULT_DAMPING_RATIO
+from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO
 from verification.shaking_table import page
 from verification.shaking_table.clouds import (
     PRISM_DISTRIBUTION,
@@ -46,7 +46,7 @@ TEST_SPLIT_FUNCTION_BY_NAME = {
     "odd to even": split_odd_and_even_tests,
     "motion left out": splits_leaving_out_one_motion,
 }
-_LOW, _HIGH = (DEFAULT_DAMPING_RATIO * end for end in RECTANGLE_DISTRIBUTION.bounds_by_parameter["damping"])
+_LOW, _HIGH = (DEFAULT_CONTACT_DAMPING_RATIO * end for end in RECTANGLE_DISTRIBUTION.bounds_by_parameter["damping"])
 DAMPING_RATIO_CLASS_BOUNDS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
 
@@ -98,7 +98,7 @@ def scores_by_damping_ratio(
 ) -> dict[str, tuple[int, FloatArray]]:
     """Return number and scores, shape (specimens, scores), of the rectangles of each class of damping ratio."""
     found: dict[str, tuple[int, FloatArray]] = {}
-    ratio = stones.damping_ratio_over_default * DEFAULT_DAMPING_RATIO
+    ratio = stones.damping_ratio_over_default * DEFAULT_CONTACT_DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIO_CLASS_BOUNDS):
         own = (low <= ratio) & (ratio < high)
         part = StonesWithSimulatedOutcomes(

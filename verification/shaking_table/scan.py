@@ -64,7 +64,8 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
         *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", MAX_HEIGHTS_OF_BEARING_POINTS_M[0]
     )
     assert isinstance(scan.shape, ScannedStone)
-    print(f"{path.name}: {scan.volume:.4f} m³, tilted by {scan.pose.tilt_deg:.2f}° into its nearest stable pose")
+    tilt_deg = scan.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg
+    print(f"{path.name}: {scan.volume_m3:.4f} m³, tilted by {tilt_deg:.2f}° into its nearest stable pose")
     return scan.shape
 
 
@@ -76,7 +77,7 @@ def boulder_with_max_bearing_point_height(stone: ScannedStone, max_bearing_point
     return ScannedStone(
         stone.vertices,
         stone.centre_of_mass,
-        stone.inertia,
+        stone.inertia_moments_and_products_per_mass,
         max_bearing_point_height,
         stone.name,
         HULL_TOLERANCE_TO_SIZE_RATIO,
@@ -105,7 +106,8 @@ def simulate_falls_of_boulder_by_orientation(
     for relief in max_bearing_point_heights:
         own = boulder_with_max_bearing_point_height(stone, relief)
         key = hashlib.sha256(
-            own.unscaled_solid.contact_points.tobytes() + own.unscaled_solid.inertia_per_mass.tobytes()
+            own.unscaled_solid.contact_points_from_centre_of_mass.tobytes()
+            + own.unscaled_solid.inertia_per_mass.tobytes()
         )
         key.update(
             repr((BOULDER_ORIENTATIONS_DEG.tolist(), BOULDER_FRICTION, STATIC_PENETRATION_TO_WIDTH_RATIO)).encode()
@@ -139,7 +141,7 @@ def _fall_outcomes_by_test_and_orientation(
             rows.append(row)
             if (index + 1) % 49 == 0:
                 spent = time.monotonic() - begin
-                print(f"relief {1000 * stone.relief:g} mm: {index + 1} tests, {spent:.0f} s", flush=True)
+                print(f"relief {1000 * stone.base_relief_m:g} mm: {index + 1} tests, {spent:.0f} s", flush=True)
     return np.array(rows)
 
 

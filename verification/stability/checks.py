@@ -165,7 +165,7 @@ def find_failed_scene_check(
     prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
-    size = min(item.smaller_extent for item in prepared.elements if not item.is_driven_or_held)
+    size = min(item.smaller_of_width_and_height for item in prepared.elements if not item.is_driven_or_held)
     bound = min(min_acceleration_ratio_to_start_rocking(prepared.elements), friction)
     bounds = BoundsOnCaseResults(
         max_static_penetration(prepared),
@@ -201,18 +201,20 @@ def min_acceleration_ratio_to_start_rocking(placed: Sequence[PlacedElement]) -> 
 
     Computed from the shapes only, for scenes in which each element stands on the middle of another.
     """
-    free = sorted((item for item in placed if not item.is_driven_or_held), key=lambda item: item.z)
+    free = sorted((item for item in placed if not item.is_driven_or_held), key=lambda item: item.centre_of_mass_z)
     least = np.inf
     for k, item in enumerate(free):
         above = free[k:]
         mass = sum(part.mass for part in above)
-        x = sum(part.mass * part.x for part in above) / mass
-        z = sum(part.mass * part.z for part in above) / mass
+        x = sum(part.mass * part.centre_of_mass_x for part in above) / mass
+        z = sum(part.mass * part.centre_of_mass_z for part in above) / mass
         level = item.vertices_in_scene[:, 1].min()
-        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.smaller_extent][:, 0]
+        foot = item.vertices_in_scene[item.vertices_in_scene[:, 1] < level + 1e-9 * item.smaller_of_width_and_height][
+            :, 0
+        ]
         if k > 0:
             below = free[k - 1].vertices_in_scene
-            top = below[below[:, 1] > level - 1e-6 * item.smaller_extent][:, 0]
+            top = below[below[:, 1] > level - 1e-6 * item.smaller_of_width_and_height][:, 0]
             foot = np.clip(foot, top.min(), top.max())
         least = min(least, (foot.max() - x) / (z - level), (x - foot.min()) / (z - level))
     return float(max(least, 0.0))
@@ -259,8 +261,8 @@ def rotations_forbidding_fallen_flag(prepared: PreparedScene) -> FloatArray:
     for index, asked in zip(prepared.free_element_indices, _fall_rotations_of_free_elements(prepared), strict=True):
         item = prepared.elements[index]
         on_ground = all(prepared.elements[k].is_driven_or_held for k in prepared.carrying_element_indices[index])
-        x, z = item.shape.vertices.T
-        base = x[z < z.min() + 1e-9 * item.smaller_extent]
+        x, z = item.shape.vertices_from_centroid.T
+        base = x[z < z.min() + 1e-9 * item.smaller_of_width_and_height]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
         found.append(min(asked, tips, RIGHT_ANGLE_RAD) if on_ground and item.element.fallen_drop is None else 0.0)
     return np.array(found)
@@ -294,13 +296,14 @@ def _least_rotations_to_other_resting_face(item: PlacedElement) -> tuple[float, 
 def _rotation_and_length_of_each_face_when_down(item: PlacedElement) -> list[tuple[float, float]]:
     """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
-    for first, second in combinations(item.shape.vertices, 2):
+    for first, second in combinations(item.shape.vertices_from_centroid, 2):
         x, z = second - first
         turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
         lowest = (
             t
             for t in turns
-            if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.smaller_extent - _centre_height(item, t)
+            if first[1] * np.cos(t) - first[0] * np.sin(t)
+            < 1e-9 * item.smaller_of_width_and_height - _centre_height(item, t)
         )
         found += [(turn, float(np.hypot(x, z))) for turn in lowest]
     return found
@@ -308,5 +311,5 @@ def _rotation_and_length_of_each_face_when_down(item: PlacedElement) -> list[tup
 
 def _centre_height(item: PlacedElement, rotation: float) -> float:
     """Return the height of the centre above the lowest vertex of the rotated element, m."""
-    x, z = item.shape.vertices.T
+    x, z = item.shape.vertices_from_centroid.T
     return float((x * np.sin(rotation) - z * np.cos(rotation)).max())

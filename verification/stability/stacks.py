@@ -19,7 +19,7 @@ from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
-from overturning.model.cases import LOWEST_STONE_M, Cases
+from overturning.model.cases import MIN_STONE_HEIGHT_M, Cases
 from overturning.model.contact import VertexContact
 from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_circle_or_polygon
 from overturning.model.geometry import reference_element_height_and_b_over_h
@@ -141,7 +141,7 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
     # Each stone is 0.5 to 1.2 times as wide as the one below.
     width = draw_log_uniform(0.1, 2.0) * np.cumprod(np.concatenate([[1.0], generator.uniform(0.5, 1.2, stones - 1)]))
     depth = width * draw_log_uniform(0.5, 2.0, stones)
-    height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), LOWEST_STONE_M)
+    height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), MIN_STONE_HEIGHT_M)
     kind = ("vertical above g", *SPACE_FILLING_MOTION_KINDS)[int(generator.integers(4))]
     shaking = StabilityCase(
         normal_stiffness_per_corner=1.0, heave_damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0,

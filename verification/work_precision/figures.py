@@ -9,7 +9,7 @@ import pandas as pd
 
 from overturning.figures.style import INK, SERIES_COLOURS, SERIES_LINE_STYLES, use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
 from verification.work_precision.page import is_row_of_time_step_variation
 
@@ -64,7 +64,10 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
     """Draw the errors of kernel, exact block and engines against rigid rocking and sliding."""
     import matplotlib.pyplot as plt
 
-    own = np.isclose(rows["penetration_ratio"], DEFAULT_STATIC_PENETRATION_RATIO) | rows["penetration_ratio"].isna()
+    own = (
+        np.isclose(rows["penetration_ratio"], DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO)
+        | rows["penetration_ratio"].isna()
+    )
     default_step = rows["step_fraction"] == rows["step_fraction"][rows["default"] == 1].iloc[0]
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(3, 2, figsize=(7.6, 9.6), layout="constrained")

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from overturning.study.ensemble import wilson_95_percent_interval
 from verification.measures import convergence_order
 from verification.tables import MeasuredNumber, iterate_rows, markdown_table
@@ -29,7 +29,7 @@ _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotat
 
 def is_row_of_time_step_variation(rows: pd.DataFrame, record_set_name: str) -> "pd.Series[bool]":
     """Return True for rows of a set of records with the default stiffness and varying time step."""
-    own = np.isclose(rows["penetration_ratio"], DEFAULT_STATIC_PENETRATION_RATIO)
+    own = np.isclose(rows["penetration_ratio"], DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO)
     return (rows["cases_of"] == f"records, {record_set_name}") & (rows["against"] == "finer step") & own
 
 
@@ -172,7 +172,11 @@ def _step_error_table(rows: pd.DataFrame) -> str:
 def _stiffness_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of the default scheme and step over stiffness."""
     ratio = rows["penetration_ratio"]
-    several = ratio.notna() & ~np.isclose(ratio, DEFAULT_STATIC_PENETRATION_RATIO) & (rows["against"] == "finer step")
+    several = (
+        ratio.notna()
+        & ~np.isclose(ratio, DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO)
+        & (rows["against"] == "finer step")
+    )
     names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
     lines = [
         (at.cases_of, _text_marked_if_default_setting(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}",

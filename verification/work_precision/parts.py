@@ -15,7 +15,7 @@ import pandas as pd
 from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import TAYLOR_SERIES_ORDER, simulate_rigid_rocking
 from overturning.dem.time_step import AUTO_TO_STABLE_STEP_RATIO, DEFAULT_SCHEME, parse_scheme
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO, Contact
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_outcome_differences
@@ -45,7 +45,7 @@ TIME_STEPS_AS_SHARES_OF_STABLE_STEP: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0
 """Time steps, as Δt/Δt_stable."""
 MIN_STEP_TO_STABLE_STEP_IN_CUNDALL_SCHEME: Final = 0.1
 """Smallest Δt/Δt_stable of Cundall's scheme; its stable step is 1/50 of that of the centred scheme by default."""
-STATIC_PENETRATION_TO_WIDTH_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_STATIC_PENETRATION_RATIO, 2e-8)
+STATIC_PENETRATION_TO_WIDTH_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, 2e-8)
 """Static penetrations, as δ/B."""
 AUTOMATIC_STEP_TO_STABLE_STEP_RATIO: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
 REFERENCE_STEP_TO_STABLE_STEP_RATIO: Final = 0.006
@@ -107,7 +107,7 @@ class SchemeSetting(NamedTuple):
 
     scheme: str
     time_step_to_stable_step_ratio: float
-    static_penetration_to_width_ratio: float = DEFAULT_STATIC_PENETRATION_RATIO
+    static_penetration_to_width_ratio: float = DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 
     @property
     def run_cases_arguments(self) -> dict[str, Any]:
@@ -207,7 +207,7 @@ def measure_errors_over_stiffness(friction_kind: str) -> Iterator[ErrorTableRow]
             groups, SchemeSetting("centred", STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, delta)
         )
         for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS
-        if delta != DEFAULT_STATIC_PENETRATION_RATIO  # included in the comparison of time steps
+        if delta != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO  # included in the comparison of time steps
     }
     usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, stiffest).run_cases_arguments
     slow = SchemeSetting("centred", 2 * STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, stiffest).run_cases_arguments
@@ -282,7 +282,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     others = [
         SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
         for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS
-        if delta != DEFAULT_STATIC_PENETRATION_RATIO
+        if delta != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
     ]
     for name, every in non_sliding_block_groups_by_set().items():
         groups, right = cases_robust_to_amplitude_and_outcomes(every)

@@ -50,16 +50,26 @@ class PlanarTrajectory:
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the results of the case), coordinates and attributes of the dataset of a case."""
         vertices = np.full(
-            (len(self.placed_elements), max(len(item.shape.vertices) for item in self.placed_elements), 2), np.nan
+            (
+                len(self.placed_elements),
+                max(len(item.shape.vertices_from_centroid) for item in self.placed_elements),
+                2,
+            ),
+            np.nan,
         )
         for item, row in zip(self.placed_elements, vertices, strict=True):
-            row[: len(item.shape.vertices)] = item.shape.vertices
+            row[: len(item.shape.vertices_from_centroid)] = item.shape.vertices_from_centroid
         x, _, angle = np.moveaxis(self.poses_and_rates[:, :, :3], 2, 0)
         low = np.nanmin(vertices[:, :, 1], axis=1)
         side = vertices[:, :, 1] <= (low + 1e-9 * np.nanmax(vertices[:, :, 1], axis=1))[:, None]
         # The middle of the lower side is not necessarily below the centre.
         aside = np.mean(vertices[:, :, 0], axis=1, where=side)
-        slip = x - [item.x for item in self.placed_elements] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
+        slip = (
+            x
+            - [item.centre_of_mass_x for item in self.placed_elements]
+            + low * np.sin(angle)
+            + aside * (np.cos(angle) - 1.0)
+        )
         variables = {
             name: dataset_variable_tuple("time element", self.poses_and_rates[:, :, column], *about)
             for column, (name, about) in enumerate(POSE_AND_RATE_VARIABLES.items())
@@ -85,7 +95,7 @@ class PlanarTrajectory:
             "fallen_angle": dataset_variable_tuple(
                 "element side",
                 [
-                    (np.nan, np.nan) if item.is_driven_or_held else item.fall_threshold_rotations_rad
+                    (np.nan, np.nan) if item.is_driven_or_held else item.fall_rotations_to_minus_and_plus_x_rad
                     for item in self.placed_elements
                 ],
                 "rad",
@@ -110,12 +120,12 @@ class PlanarTrajectory:
         free = [index for index, item in enumerate(self.placed_elements) if not item.is_driven_or_held]
         for variable in (item for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"):
             values = getattr(results, variable.name)[0]
-            if variable.per_element:
+            if variable.has_element_dimension:
                 values, of_free = (
-                    np.full(len(self.placed_elements), variable.missing_value_in_memory, variable.dtype),
+                    np.full(len(self.placed_elements), variable.missing_value_in_memory, variable.dtype_in_file),
                     values,
                 )
                 values[free] = of_free
-            dimensions = ("element",) if variable.per_element else ()
+            dimensions = ("element",) if variable.has_element_dimension else ()
             variables[variable.name] = (dimensions, variable.decode(values), variable.cf_attributes)
         return variables

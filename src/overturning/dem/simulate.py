@@ -75,9 +75,9 @@ def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: Numeri
     few = model.drop_ineffective_frictions(grid)
     sources = model.simulated_direction_for_each_direction(few, numerics.leave_out)
     own, of_each = np.arange(few.case_count).reshape(few.shape), few.case_count // few.shape[0]
-    answering = few.broadcast_over_grid(sources.direction_index) * of_each + own % of_each
+    answering = few.broadcast_over_grid(sources.simulated_direction_index) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
-    turn_deg = few.broadcast_over_grid(sources.rotation_from_simulated_deg).ravel()[computed]
+    turn_deg = few.broadcast_over_grid(sources.clockwise_rotation_from_simulated_deg).ravel()[computed]
     results = simulate_cases(
         model, motion, few.cases_at_grid_indices(np.unravel_index(computed, few.shape), turn_deg), numerics
     )
@@ -190,8 +190,8 @@ def simulate(
     coordinates: dict[str, Any] = {
         name: (name, grid[name], CF_ATTRIBUTES_BY_DIMENSION[name]) for name in grid.dimension_names
     }
-    if grid.element_names:
-        coordinates["element"] = ("element", list(grid.element_names))
+    if grid.free_element_names_if_several:
+        coordinates["element"] = ("element", list(grid.free_element_names_if_several))
     if (angles := critical_angle_coordinate(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
@@ -219,6 +219,6 @@ def critical_angle_coordinate(
     angles = free_element_critical_angles_deg(model.scene, grid["b_over_h"])
     return (
         (("b_over_h", "element"), angles, CRITICAL_ANGLE_ATTRIBUTES)
-        if grid.element_names
+        if grid.free_element_names_if_several
         else (("b_over_h",), angles[:, 0], CRITICAL_ANGLE_ATTRIBUTES)
     )

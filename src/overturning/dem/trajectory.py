@@ -103,7 +103,10 @@ def trajectory(
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.simulated_direction_for_each_direction(grid, numerics.leave_out)
     case = Cases(
-        grid.direction_values_deg - sources.rotation_from_simulated_deg.ravel(), **size, **more, initial_tilt=tilt
+        grid.direction_values_deg - sources.clockwise_rotation_from_simulated_deg.ravel(),
+        **size,
+        **more,
+        initial_tilt=tilt,
     )
     results, path = plan_simulation(model, as_motion(motion), case, numerics).simulate_single_case(aftermath)
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}

@@ -20,7 +20,7 @@ from overturning.figures.style import (
     legend_patch,
     set_logarithmic_ticks,
 )
-from overturning.motion.jma_intensity import INTENSITY_BY_OVERTURNED_FRACTION_RULE
+from overturning.motion.jma_intensity import JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION
 from overturning.statistics.fragility import FittedFragilityCurve
 
 JMA_DEGREE_BY_LOWER_BOUND: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
@@ -135,7 +135,7 @@ def _draw_fall_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fal
     known = np.isfinite(jma_intensity)
     panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES_COLOURS[4], markersize=3)
     left, right = panel.get_xlim()
-    for low, high, least, most, _ in INTENSITY_BY_OVERTURNED_FRACTION_RULE:
+    for low, high, least, most, _ in JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION:
         if least < right:
             size = min(most, right) - least, 100 * (high - low)
             panel.add_patch(Rectangle((least, 100 * low), *size, **_FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE))

@@ -288,7 +288,7 @@ def _draw_signal_to_noise_ratio(
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES_COLOURS, strict=False)):
         panel.plot(
-            noise_ratio.frequency,
+            noise_ratio.band_frequency_hz,
             noise_ratio.signal_to_noise_and_offset_ratio[row],
             color=colour,
             linewidth=1.0,

@@ -35,9 +35,9 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
             hatch="//" if item.element.kind == "held" else None,
         )  # fmt: skip
         if not item.is_driven_or_held:
-            axes.plot(item.x, item.z, marker="+", color=SERIES_COLOURS[0], markersize=5)
+            axes.plot(item.centre_of_mass_x, item.centre_of_mass_z, marker="+", color=SERIES_COLOURS[0], markersize=5)
             axes.annotate(
-                item.element.name, (float(item.vertices_in_scene[:, 0].max()), item.z), (4, 0),
+                item.element.name, (float(item.vertices_in_scene[:, 0].max()), item.centre_of_mass_z), (4, 0),
                 textcoords="offset points",
                 va="center", fontsize=7.5,
             )  # fmt: skip

@@ -147,7 +147,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
 
     The findings `element_displacements` have the rotations of the stones of a stack.
     """
-    if results.study.is_stack or not results.model.can_twist:
+    if results.study.is_stack or not results.model.can_rotate_about_vertical:
         return None
     found = summarise_twists(
         np.concatenate(list(twists_by_b_over_h_and_friction_deg(results.default_element_cube).values()))
@@ -168,7 +168,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     found = apply_to_record_batches(
         partial(count_ensemble_cases_by_record, results.model, settings),
         cube,
-        (*results.model.variables_for_fall_probability, "members"),
+        (*results.model.variable_names_read_for_fall_probability, "members"),
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
-from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges
+from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges_deg
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.by_record import record_masks_by_group
@@ -118,7 +118,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         azimuth_or_orientation_step_deg=float(steps[0]) if steps.size == 1 else float("nan"),
         smallest_azimuth_or_orientation_deg=directions.min(),
         largest_azimuth_or_orientation_deg=directions.max(),
-        unsimulated_azimuth_ranges_deg=unsimulated_azimuth_ranges(cube),
+        unsimulated_azimuth_ranges_deg=unsimulated_azimuth_ranges_deg(cube),
         records_with_imposed_fall_axis=results.records_with_imposed_axis,
         has_mirrored_falls=mirrored,
         free_elements=len(variant_scene(study).free_element_names),

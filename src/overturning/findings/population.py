@@ -10,8 +10,8 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.motion.jma_intensity import (
-    INTENSITY_BY_OVERTURNED_FRACTION_RULE,
-    INTENSITY_INCREMENT_BY_VERTICAL_MOTION,
+    JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION,
+    JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION,
     is_published_intensity_in_range,
     truncate_to_published_intensity,
 )
@@ -175,7 +175,7 @@ class PopulationFindings(FindingBaseClass):
     """Fall rate under each record."""
     records_without_vertical_motion: int
     """Number of records without a vertical component."""
-    jma_intensity_increment_by_vertical_motion: float = INTENSITY_INCREMENT_BY_VERTICAL_MOTION
+    jma_intensity_increment_by_vertical_motion: float = JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION
     """Instrumental intensity that a vertical component usually adds."""
     by_intensity: list[FallRateAtIntensity]
     """Fall rate for each degree of the JMA scale."""
@@ -205,8 +205,12 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         mean_share_without_outcome=float(own["unknown"].mean()),
         largest_share_without_outcome=float(own["unknown"].max()),
         largest_share_without_outcome_at_any_factor=float(found["unknown"].max()),
-        median_share_standing_shifted=float(own["shift_rate"].median()) if results.model.can_twist else math.nan,
-        median_share_standing_rotated=float(own["rotation_rate"].median()) if results.model.can_twist else math.nan,
+        median_share_standing_shifted=float(own["shift_rate"].median())
+        if results.model.can_rotate_about_vertical
+        else math.nan,
+        median_share_standing_rotated=float(own["rotation_rate"].median())
+        if results.model.can_rotate_about_vertical
+        else math.nan,
         smallest_fall_rate=quantiles[0],
         lower_quartile_fall_rate=quantiles[1],
         median_fall_rate=quantiles[2],
@@ -223,7 +227,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         ],
         survey_rules=[
             _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
-            for rule in INTENSITY_BY_OVERTURNED_FRACTION_RULE
+            for rule in JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION
             if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
         fragility_curves=[
@@ -251,7 +255,7 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
     own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
-    twists = results.model.can_twist
+    twists = results.model.can_rotate_about_vertical
     return RecordFallRate(
         record=results.record_names[record_index].id,
         fall_rate=rate,
@@ -286,7 +290,7 @@ def _check_jma_survey_rule(
     """
     low, high, least, most, text = survey_rule
     selected = _motions_with_fall_rate_in_rule_range(survey_rule, known_motions, fall_rates)
-    more = jma_intensity + INTENSITY_INCREMENT_BY_VERTICAL_MOTION * lacks_vertical[:, None]
+    more = jma_intensity + JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION * lacks_vertical[:, None]
     agreeing, agreeing_more, above = (
         selected & is_published_intensity_in_range(one, a, b)
         for one, a, b in ((jma_intensity, least, most), (more, least, most), (jma_intensity, most, math.inf))

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.errors import ResultError
-from overturning.files import path_without_absolute_folder
+from overturning.files import file_name_if_absolute_else_path
 from overturning.labels import note_on_size_reference_stone
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import Model
@@ -366,7 +366,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         study = study_of_cube(nominal)
         presented = find_study_for_figure_settings(nominal, study_override) or study
         named = (
-            one.model_copy(update={"stones": path_without_absolute_folder(one.stones)}) for one in presented.surveys
+            one.model_copy(update={"stones": file_name_if_absolute_else_path(one.stones)}) for one in presented.surveys
         )
         own = {name: getattr(presented, name) for name in STUDY_KEYS_NOT_AFFECTING_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})

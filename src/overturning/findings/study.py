@@ -202,7 +202,7 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     return CaseCounts(
         total_cases=int(results.default_element_cube["overturned"].size),
         cases_not_copied_by_symmetry=int(
-            (results.default_element_cube[results.model.copy_flag_variable_name] == 0).sum().compute()
+            (results.default_element_cube[results.model.symmetry_copy_flag_variable_name] == 0).sum().compute()
         ),
         cases_without_outcome_by_status={
             name: count for name, (_, count) in results.case_and_missing_outcome_counts_by_status.items() if count

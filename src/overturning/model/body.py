@@ -1,6 +1,6 @@
 """3-D model: a rigid body that moves with all components of the motion and can fall towards any azimuth."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,12 +14,12 @@ from overturning.model.grid import CaseGrid
 from overturning.model.scan import ScannedStone
 from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
 from overturning.model.space import ThreeDimensionalModel
-from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
+from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
-    BODY_VARIABLES,
-    FACE_PLANE_VARIABLES,
+    BODY_OUTCOME_VARIABLES,
     INT8_MISSING,
+    OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES,
     OutcomeVariable,
 )
 
@@ -32,10 +32,10 @@ class InitialState:
     ----------
     centre_position : tuple
         Position of the centre, m; z above the base.
-    quaternion : tuple
+    rest_to_initial_quaternion_wxyz : tuple
         Rotation from the rest position (w, x, y, z).
-    velocity, angular_velocity : tuple
-        Velocity, m/s, and angular velocity, rad/s.
+    centre_velocity, angular_velocity : tuple
+        Velocity of the centre, m/s, and angular velocity, rad/s.
 
     Raises
     ------
@@ -44,12 +44,13 @@ class InitialState:
     """
 
     centre_position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rest_to_initial_quaternion_wxyz: tuple[float, float, float, float]
+    centre_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name, count in (("centre_position", 3), ("quaternion", 4), ("velocity", 3), ("angular_velocity", 3)):
+        for name in (item.name for item in fields(self)):
+            count = 4 if name == "rest_to_initial_quaternion_wxyz" else 3
             values = convert_argument_to_finite_array(name, getattr(self, name), (count,))
             object.__setattr__(self, name, tuple(values.tolist()))
 
@@ -85,9 +86,9 @@ class Body(ThreeDimensionalModel):
         if not isinstance(self.start, InitialState | None):
             raise ArgumentError(f"start: a {type(self.start).__name__}; give an InitialState, or nothing")
 
-    outcome_variables: ClassVar = BODY_VARIABLES
+    outcome_variables: ClassVar = BODY_OUTCOME_VARIABLES
     ensemble_variables: ClassVar = BODY_ENSEMBLE_VARIABLES
-    overturned_comment: ClassVar = "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands"
+    overturned_variable_comment: ClassVar = "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands"
     case_dims_without_direction: ClassVar = ("height", "b_over_h", "aspect", "friction")
 
     @property
@@ -97,7 +98,7 @@ class Body(ThreeDimensionalModel):
 
     @property
     @override
-    def relative_computing_time_of_case(self) -> float:
+    def case_computing_time_over_that_of_2d_block(self) -> float:
         return 18.0
 
     @property
@@ -112,7 +113,7 @@ class Body(ThreeDimensionalModel):
 
         None for other shapes.
         """
-        return FACE_PLANE_VARIABLES if self.aspect_is_parameter else ()
+        return OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES if self.aspect_is_parameter else ()
 
     @property
     @override
@@ -145,11 +146,11 @@ class Body(ThreeDimensionalModel):
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
         return np.array([self.shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in aspect])
 
-    def with_relief(self, relief: float) -> "Body":
+    def with_base_relief(self, relief: float) -> "Body":
         """Return a copy of a scanned stone with another relief, the height (m) up to which base points bear load."""
         if not isinstance(self.shape, ScannedStone):
             raise ArgumentError(f"relief: a {self.shape.name} has none; only a scanned stone has")
-        return replace(self, shape=self.shape.with_relief(relief))
+        return replace(self, shape=self.shape.with_base_relief(relief))
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Body":
@@ -162,7 +163,7 @@ class Body(ThreeDimensionalModel):
     ) -> EquivalentSimulatedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         direction = grid.direction_values_deg[:, None]
-        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
+        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
         if use_symmetry and self.start is not None and np.where(period > 0.0, whole, direction).any():
             raise ArgumentError(
@@ -171,7 +172,7 @@ class Body(ThreeDimensionalModel):
             )
         return replace(
             super().simulated_direction_for_each_direction(grid, use_symmetry),
-            rotation_from_simulated_deg=np.where(period > 0.0, whole * period, direction),
+            clockwise_rotation_from_simulated_deg=np.where(period > 0.0, whole * period, direction),
         )
 
     @override
@@ -182,9 +183,11 @@ class Body(ThreeDimensionalModel):
         equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
         super().adapt_and_mark_copied_outcomes_in_place(outcome_arrays, grid, equivalent_directions)
-        faces = len(self.shape.solid(1.0, 0.5, 1.0).resting_face_normals)
+        faces = len(self.shape.solid(1.0, 0.5, 1.0).resting_face_normals_after_fall)
         turns = np.round(
-            grid.broadcast_over_grid(equivalent_directions.rotation_from_simulated_deg) / FULL_TURN * max(faces, 1)
+            grid.broadcast_over_grid(equivalent_directions.clockwise_rotation_from_simulated_deg)
+            / FULL_TURN_DEG
+            * max(faces, 1)
         ).astype(np.int64)
         down = outcome_arrays["fall_face"] != INT8_MISSING
         outcome_arrays["fall_face"][down] = (outcome_arrays["fall_face"][down] - turns[down]) % max(faces, 1)

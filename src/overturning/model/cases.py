@@ -14,7 +14,7 @@ MAX_CASES_PER_CALL: Final = 50_000_000
 MAX_DIRECTION_DEG: Final = 1e6
 """Largest azimuth or orientation, degrees: beyond it, rounding takes away digits that matter."""
 
-LOWEST_STONE_M, HIGHEST_STONE_M = 0.01, 50.0
+MIN_STONE_HEIGHT_M, MAX_STONE_HEIGHT_M = 0.01, 50.0
 """Range of heights in the map of stability (docs/validation.md), m; a height outside it suggests a wrong unit."""
 
 MEMORY_BYTES_PER_CASE: Final = 300
@@ -105,10 +105,10 @@ def check_direction_magnitudes(name: str, direction_deg: FloatArray) -> None:
 def check_stone_heights(height: ArrayLike) -> None:
     """Raise an `ArgumentError` if a stone height (m) is outside the allowed range, which suggests a wrong unit."""
     for value in np.unique(np.asarray(height, dtype=np.float64)):
-        if not LOWEST_STONE_M <= value <= HIGHEST_STONE_M:
-            unit = "; is that in centimetres or millimetres?" if value > HIGHEST_STONE_M else "; heights are in m"
+        if not MIN_STONE_HEIGHT_M <= value <= MAX_STONE_HEIGHT_M:
+            unit = "; is that in centimetres or millimetres?" if value > MAX_STONE_HEIGHT_M else "; heights are in m"
             raise ArgumentError(
-                f"height: {value:g} m; a stone is {LOWEST_STONE_M:g} to {HIGHEST_STONE_M:g} m high{unit}"
+                f"height: {value:g} m; a stone is {MIN_STONE_HEIGHT_M:g} to {MAX_STONE_HEIGHT_M:g} m high{unit}"
             )
 
 

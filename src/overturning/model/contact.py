@@ -9,17 +9,17 @@ from pydantic import Field, model_validator
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.solid import RigidSolid
-from overturning.quantities import Damping, Stiffness
+from overturning.quantities import DampingInNSPerM, StiffnessInNPerM
 from overturning.units import STANDARD_GRAVITY
 from overturning.validation import StrictModel, make_constructor_raise_argument_errors
 
-DEFAULT_STATIC_PENETRATION_RATIO: Final = 1e-7
-"""Default δ/B of a block. With `DEFAULT_DAMPING_RATIO`, the block then behaves like a rigid one (docs/method.md)."""
+DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO: Final = 1e-7
+"""Default δ/B of a 2-D block, which with `DEFAULT_CONTACT_DAMPING_RATIO` behaves like a rigid one (docs/method.md)."""
 
-DEFAULT_BODY_STATIC_PENETRATION_RATIO: Final = 2e-6
+DEFAULT_3D_STATIC_PENETRATION_TO_WIDTH_RATIO: Final = 2e-6
 """Default δ/B of a 3-D body. A stiffer contact does not make its falls more certain (docs/design-notes.md)."""
 
-DEFAULT_DAMPING_RATIO: Final = 3.0
+DEFAULT_CONTACT_DAMPING_RATIO: Final = 3.0
 """Default damping ratio ξ. A landing corner does not rebound, as in Housner's model (docs/method.md)."""
 
 MIN_WIDTH_FOR_CONSTANT_PENETRATION_M: Final = 1.0
@@ -31,14 +31,14 @@ MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO: Final = 1e5
 """Least ratio of static penetration δ to the rounding error of a coordinate: the static force has five digits."""
 
 
-MAX_DAMPING_RATIO: Final = 1e6
+MAX_CONTACT_DAMPING_RATIO: Final = 1e6
 """Largest damping ratio ξ: with more, a landing lasts so long that a case takes minutes."""
 
 
 class ContactSettings(StrictModel):
     """Settings of the springs and dashpots at a corner: normal stiffness, tangential/normal ratio, and damping."""
 
-    stiffness: Literal["auto"] | Stiffness = Field(
+    stiffness: Literal["auto"] | StiffnessInNPerM = Field(
         default="auto",
         description="normal spring K_n per corner (2-D: and metre of depth), N/m; auto: static penetration of 1e-7 B "
         "(2-D) or 2e-6 B (3-D)",
@@ -47,11 +47,11 @@ class ContactSettings(StrictModel):
     damping_ratio: float | None = Field(
         default=None,
         ge=0,
-        le=MAX_DAMPING_RATIO,
-        description=f"damping ratio ξ of heave of the supported weight; {DEFAULT_DAMPING_RATIO:g} if neither this nor "
-        "`damping` is given",
+        le=MAX_CONTACT_DAMPING_RATIO,
+        description=f"damping ratio ξ of heave of the supported weight; {DEFAULT_CONTACT_DAMPING_RATIO:g} if neither "
+        "this nor `damping` is given",
     )
-    damping: Damping | None = Field(
+    damping: DampingInNSPerM | None = Field(
         default=None, ge=0, description="dashpot h per corner (2-D: and metre of depth) instead of the ratio, N·s/m"
     )
 
@@ -84,8 +84,8 @@ class Contact(ContactSettings):
     stiffness_ratio : float
         Tangential over normal stiffness K_s/K_n.
     damping_ratio : float, optional
-        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2). `DEFAULT_DAMPING_RATIO` if
-        neither this nor `damping` is given.
+        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2).
+        `DEFAULT_CONTACT_DAMPING_RATIO` if neither this nor `damping` is given.
     damping : float, optional
         Dashpot h, N·s/m.
     static_penetration : float
@@ -99,7 +99,7 @@ class Contact(ContactSettings):
     """
 
     static_penetration: float = Field(
-        default=DEFAULT_STATIC_PENETRATION_RATIO,
+        default=DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO,
         gt=0,
         description="stiffness auto: static penetration as a share of the width of the contact",
     )
@@ -107,14 +107,14 @@ class Contact(ContactSettings):
     @model_validator(mode="after")
     def _check_one_stiffness_setting(self) -> Self:
         """Raise a ValueError if both a stiffness and a static penetration are given."""
-        if self.stiffness != "auto" and self.static_penetration != DEFAULT_STATIC_PENETRATION_RATIO:
+        if self.stiffness != "auto" and self.static_penetration != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO:
             raise ValueError(
                 f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "
                 "keep one: the penetration is that of stiffness auto"
             )
         return self
 
-    def stiffness_and_damping_per_mass(
+    def normal_shear_stiffness_and_damping_per_mass(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return normal and tangential stiffness (1/s²) and dashpot (1/s) at each corner, over the block's mass.
@@ -143,14 +143,14 @@ class Contact(ContactSettings):
             normal = float(self.stiffness) / mass
         if self.damping is not None:
             dashpot = self.damping / mass
-            if (dashpot > 2.0 * MAX_DAMPING_RATIO * np.sqrt(0.5 * normal)).any():
-                largest = float((2.0 * MAX_DAMPING_RATIO * np.sqrt(0.5 * normal) * mass).min())
+            if (dashpot > 2.0 * MAX_CONTACT_DAMPING_RATIO * np.sqrt(0.5 * normal)).any():
+                largest = float((2.0 * MAX_CONTACT_DAMPING_RATIO * np.sqrt(0.5 * normal) * mass).min())
                 raise ArgumentError(
                     f"damping: {self.damping:g} N·s/m; it must be at most {largest:.3g}, a damping ratio of "
-                    f"{MAX_DAMPING_RATIO:g}"
+                    f"{MAX_CONTACT_DAMPING_RATIO:g}"
                 )
         else:
-            ratio = DEFAULT_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
+            ratio = DEFAULT_CONTACT_DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
             dashpot = 2.0 * ratio * np.sqrt(0.5 * normal)
         return normal, self.stiffness_ratio * normal, dashpot
 
@@ -163,7 +163,7 @@ class VertexContact(StrictModel):
     ----------
     static_penetration : float
         δ/B, where δ = m g / (n K_n) is the static penetration on n points, see
-        `RigidSolid.load_sharing_point_count`, and B is twice the least distance between an edge of
+        `RigidSolid.assumed_weight_sharing_point_count`, and B is twice the least distance between an edge of
         the base and the point below the centre, at most `MIN_WIDTH_FOR_CONSTANT_PENETRATION_M`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
@@ -176,13 +176,13 @@ class VertexContact(StrictModel):
         If a value is outside its bounds.
     """
 
-    static_penetration: float = Field(default=DEFAULT_BODY_STATIC_PENETRATION_RATIO, gt=0)
+    static_penetration: float = Field(default=DEFAULT_3D_STATIC_PENETRATION_TO_WIDTH_RATIO, gt=0)
     stiffness_ratio: float = Field(default=1.0, ge=0)
-    damping_ratio: float = Field(default=DEFAULT_DAMPING_RATIO, ge=0, le=MAX_DAMPING_RATIO)
+    damping_ratio: float = Field(default=DEFAULT_CONTACT_DAMPING_RATIO, ge=0, le=MAX_CONTACT_DAMPING_RATIO)
 
-    def stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
+    def normal_shear_stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
-        points = body.load_sharing_point_count
+        points = body.assumed_weight_sharing_point_count
         normal = STANDARD_GRAVITY / (
             points
             * self.static_penetration

@@ -14,11 +14,11 @@ from overturning.model.polygon import Polygon, make_polygon, rectangle_vertices
 from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
-Positive = Annotated[float, Field(gt=0)]
+LowercaseHyphenName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+PositiveNumber = Annotated[float, Field(gt=0)]
 
 
-SMALLEST_LENGTH, LARGEST_LENGTH = 1e-6, 1e6
+MIN_ELEMENT_LENGTH_M, MAX_ELEMENT_LENGTH_M = 1e-6, 1e6
 """Range of the lengths of an element, m; beyond it, areas and moments of inertia lose their digits or overflow."""
 
 PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
@@ -35,19 +35,19 @@ def plan_area_of_circle_or_polygon(plan: PlanShape, width: float) -> float:
 class Material(StrictModel):
     """Material of the elements (polygons) of a scene file."""
 
-    density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
+    density: PositiveNumber = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
 
 class ContactLaw(Contact):
     """Contact law between two materials: springs, dashpots and friction at each vertex."""
 
-    between: tuple[Name, Name] = Field(description="the two materials, in any order")
+    between: tuple[LowercaseHyphenName, LowercaseHyphenName] = Field(description="the two materials, in any order")
     friction: Annotated[float, Field(ge=0)] | None = Field(
         default=None, description="friction coefficient µ; not given: the values of the study"
     )
 
     @property
-    def springs_and_dashpots(self) -> Contact:
+    def contact_without_friction(self) -> Contact:
         """Springs and dashpots of the contact law between two materials: the law without its friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
@@ -55,14 +55,14 @@ class ContactLaw(Contact):
 class Element(StrictModel):
     """Element of a scene file: a rigid polygon with its material and position."""
 
-    name: Name = Field(description="name, unique in the scene")
+    name: LowercaseHyphenName = Field(description="name, unique in the scene")
     kind: Literal["free", "driven", "held"] = Field(
         default="free",
         description="free: moves by itself; driven: moves with the record; held: fixed in space",
     )
-    material: Name = Field(default="stone", description="material")
-    width: Positive | None = Field(default=None, description="width of a rectangle, m")
-    height: Positive | None = Field(default=None, description="height of a rectangle, m")
+    material: LowercaseHyphenName = Field(default="stone", description="material")
+    width: PositiveNumber | None = Field(default=None, description="width of a rectangle, m")
+    height: PositiveNumber | None = Field(default=None, description="height of a rectangle, m")
     vertices: tuple[tuple[float, float], ...] | None = Field(
         default=None, description="vertices [x, z] of any other polygon, convex or not, counter-clockwise, m"
     )
@@ -72,14 +72,14 @@ class Element(StrictModel):
         description="instead of vertices: convex polygons joined at their sides without overlap, in any order, "
         "each a counter-clockwise list of vertices, m",
     )
-    depth: Positive = Field(default=1.0, description="depth across the plane, m")
+    depth: PositiveNumber = Field(default=1.0, description="depth across the plane, m")
     plan: PlanShape = Field(
         default="rectangle",
         description="plan of an element given by width and height, in a stack in 3-D: `rectangle` (width × depth), "
         "`circle` of the width as diameter, or the number of sides, 3 to 16, of a regular polygon around this circle, "
         "whose first side faces the orientation. A 2-D scene takes the rectangle width × height of equal mass",
     )
-    stands_on: Name | None = Field(
+    stands_on: LowercaseHyphenName | None = Field(
         default=None, description="element on whose highest point the lowest vertex stands; not given: on z = 0"
     )
     at: tuple[float, float] = Field(
@@ -95,7 +95,7 @@ class Element(StrictModel):
         description="rotation that counts as overturned, degrees; "
         "not given: the least rotation at which it can rest on another face",
     )
-    fallen_drop: Positive | None = Field(
+    fallen_drop: PositiveNumber | None = Field(
         default=None,
         description="final drop of its centre that also counts as overturned, m; "
         "not given: a tenth of its initial height",
@@ -110,7 +110,7 @@ class Element(StrictModel):
         width, plan = content.get("width"), content["plan"]
         if not isinstance(width, int | float) or width <= 0 or not (plan == "circle" or isinstance(plan, int)):
             return content  # the fields say what is wrong
-        if (isinstance(plan, int) and not 3 <= plan <= 16) or not SMALLEST_LENGTH <= width <= LARGEST_LENGTH:
+        if (isinstance(plan, int) and not 3 <= plan <= 16) or not MIN_ELEMENT_LENGTH_M <= width <= MAX_ELEMENT_LENGTH_M:
             return content
         return content | {"depth": plan_area_of_circle_or_polygon(plan, float(width)) / float(width)}
 
@@ -119,16 +119,18 @@ class Element(StrictModel):
         """Raise a ValueError if a length or coordinate of an element is outside the allowed range."""
         for name in ("width", "height", "depth"):
             length = getattr(self, name)
-            if length is not None and not SMALLEST_LENGTH <= length <= LARGEST_LENGTH:
+            if length is not None and not MIN_ELEMENT_LENGTH_M <= length <= MAX_ELEMENT_LENGTH_M:
                 raise ValueError(
-                    f"element {self.name}: {name} {length:g} m; it must be {SMALLEST_LENGTH:g} to {LARGEST_LENGTH:g} m"
+                    f"element {self.name}: {name} {length:g} m; it must be {MIN_ELEMENT_LENGTH_M:g} to "
+                    f"{MAX_ELEMENT_LENGTH_M:g} m"
                 )
         outlines = {"at": (self.at,), "vertices": self.vertices or (), "pieces": sum(self.pieces or (), ())}
         for name, points in outlines.items():
             for coordinate in (coordinate for point in points for coordinate in point):
-                if not abs(coordinate) <= LARGEST_LENGTH:
+                if not abs(coordinate) <= MAX_ELEMENT_LENGTH_M:
                     raise ValueError(
-                        f"element {self.name}: {name} {coordinate:g} m; a coordinate is at most {LARGEST_LENGTH:g} m"
+                        f"element {self.name}: {name} {coordinate:g} m; a coordinate is at most "
+                        f"{MAX_ELEMENT_LENGTH_M:g} m"
                     )
         return self
 
@@ -171,7 +173,7 @@ class Element(StrictModel):
             points = np.array(self.vertices, dtype=np.float64)
         elif self.pieces is not None:
             for number, piece in enumerate(self.pieces, 1):
-                if make_polygon(f"{self.name}, piece {number}", piece).pieces:
+                if make_polygon(f"{self.name}, piece {number}", piece).convex_pieces_if_not_convex:
                     raise ArgumentError(
                         f"element {self.name}: piece {number} is not convex; split it, or give the outline of all as "
                         "vertices"

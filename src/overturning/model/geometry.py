@@ -11,18 +11,18 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.element import Element, Material
 from overturning.model.polygon import Polygon, make_polygon
-from overturning.model.symmetry import FULL_TURN, PLANE_SYMMETRY_PERIOD_DEG
+from overturning.model.symmetry import FULL_TURN_DEG, PLANE_SYMMETRY_PERIOD_DEG
 
-MAX_RELATIVE_GAP_AT_CONTACT: Final = 1e-7
+MAX_GAP_TO_ELEMENT_SIZE_RATIO_AT_CONTACT: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
 
-DEFAULT_FALLEN_DROP_RATIO: Final = 0.1
+DEFAULT_FALL_THRESHOLD_DROP_TO_HEIGHT_RATIO: Final = 0.1
 """Default final drop of the centre at which an element counts as fallen, as a share of its height."""
 
-MIN_RELATIVE_GROUND_WIDTH: Final = 20.0
+MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO: Final = 20.0
 """Least width of a ground, in widths or heights of the largest element that is not the ground."""
 
-MIN_GROUND_WIDTH_FOR_BLOCK_KERNEL_M: Final = 30.0
+MIN_GROUND_WIDTH_FOR_SINGLE_BLOCK_KERNEL_M: Final = 30.0
 """Least width of a ground on which the kernel of single blocks, which knows no end of the ground, is used, m.
 
 Half of it is more than ground displacements in earthquakes."""
@@ -50,29 +50,29 @@ class PlacedElement:
 
     element: Element
     shape: Polygon
-    x: float  # horizontal position of the centre, m
-    z: float  # height of the centre, m
+    centre_of_mass_x: float  # horizontal position in the scene, m
+    centre_of_mass_z: float  # height in the scene, m
     mass: float  # kg
-    inertia: float  # kg·m²
+    inertia_about_centre_of_mass: float  # kg·m²
     fall_threshold_drop: float  # drop of its centre at which it counts as fallen, m
 
     @property
     def vertices_in_scene(self) -> FloatArray:
         """Vertices of the element at its position in the scene, shape (n, 2), m."""
-        return self.shape.vertices + np.array([self.x, self.z])
+        return self.shape.vertices_from_centroid + np.array([self.centre_of_mass_x, self.centre_of_mass_z])
 
     @property
     def convex_parts(self) -> "list[PlacedElement]":
         """Convex pieces of the element, each as a placed element; the element itself if it is convex."""
-        return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
+        return [replace(self, shape=piece) for piece in self.shape.convex_pieces_if_not_convex] or [self]
 
     @property
-    def smaller_extent(self) -> float:
+    def smaller_of_width_and_height(self) -> float:
         """Smaller of the element's width and height, m."""
         return min(self.shape.width, self.shape.height)
 
     @property
-    def fall_threshold_rotations_rad(self) -> tuple[float, float]:
+    def fall_rotations_to_minus_and_plus_x_rad(self) -> tuple[float, float]:
         """Rotations to −x and +x (rad) from which the element counts as fallen: as stated, else by its shape."""
         asked = self.element.fallen_rotation_deg
         return (
@@ -100,17 +100,17 @@ class ConvexPiecePair(NamedTuple):
 class PossibleContactPoint:
     """Possible contact of two elements: an end of the segment along which their nearest faces overlap."""
 
-    gap: float  # m, negative if the elements overlap; infinite if there is no common segment
-    point: tuple[float, float]  # the vertex, m
-    normal: tuple[float, float]  # from the second element to the first
-    tangent: tuple[float, float]  # direction in which slip of the first counts
+    signed_gap: float  # m, negative if the elements overlap; infinite if there is no common segment
+    vertex_position: tuple[float, float]  # the vertex, m
+    normal_from_second_to_first: tuple[float, float]  # unit vector
+    slip_direction_of_first_element: tuple[float, float]  # direction in which slip of the first counts
 
 
 class TouchingContactPoint(NamedTuple):
     """Contact point at which two elements touch: index of the piece pair, number of the point, and geometry."""
 
-    pair_index: int
-    point_index: int
+    piece_pair_index: int
+    point_index_in_pair: int  # 0 or 1
     contact_point: PossibleContactPoint
 
 
@@ -120,13 +120,13 @@ def place_elements(
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
     All lengths scale with `height` (m), the height of the reference element, except that the ground
-    (`wide_ground_name`) never becomes narrower. `b_over_h` changes only the width of the reference element, and with it
-    the depth of an element with a `plan`. Both refer to the reference element before its rotation, so that a rectangle
-    stays a rectangle. Raises an ArgumentError for an invalid polygon.
+    (`wide_ground_element_name`) never becomes narrower. `b_over_h` changes only the width of the reference element, and
+    with it the depth of an element with a `plan`. Both refer to the reference element before its rotation, so that a
+    rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
     own_width, own_height = own.unrotated_width_and_height
-    scale, ground = 1.0 if height is None else height / own_height, wide_ground_name(scene)
+    scale, ground = 1.0 if height is None else height / own_height, wide_ground_element_name(scene)
     placed: list[PlacedElement] = []
     for element in scene.elements:
         points = element.unrotated_vertices
@@ -141,22 +141,22 @@ def place_elements(
                 element = element.model_copy(update={"depth": element.depth * wider})
         shape = make_polygon(element.name, element.rotate_points(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
-        x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
+        x, z = shape.centroid_in_given_coordinates[0] + shift_x, shape.centroid_in_given_coordinates[1] + shift_z
         if element.stands_on is not None:
             below = next(other for other in placed if other.element.name == element.stands_on)
-            x = below.x + x
-            z = float(below.vertices_in_scene[:, 1].max()) + shift_z - float(shape.vertices[:, 1].min())
+            x = below.centre_of_mass_x + x
+            z = float(below.vertices_in_scene[:, 1].max()) + shift_z - float(shape.vertices_from_centroid[:, 1].min())
         # A centred element has exactly x = 0, so that a symmetric scene is symmetric bit by bit.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
-        drop = DEFAULT_FALLEN_DROP_RATIO * shape.height if element.fallen_drop is None else element.fallen_drop * scale
-        placed.append(
-            PlacedElement(element, shape, x, z, per_area * shape.area, per_area * shape.polar_second_moment, drop)
-        )
+        own_drop = None if element.fallen_drop is None else element.fallen_drop * scale
+        drop = DEFAULT_FALL_THRESHOLD_DROP_TO_HEIGHT_RATIO * shape.height if own_drop is None else own_drop
+        inertia = per_area * shape.polar_second_moment_about_centroid
+        placed.append(PlacedElement(element, shape, x, z, per_area * shape.area, inertia, drop))
     return placed
 
 
-def wide_ground_name(scene: SceneElementsAndMaterials) -> str | None:
+def wide_ground_element_name(scene: SceneElementsAndMaterials) -> str | None:
     """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
     free = [item.rotated_polygon for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
@@ -166,7 +166,7 @@ def wide_ground_name(scene: SceneElementsAndMaterials) -> str | None:
         top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
         spans = [item.rotated_vertices + np.array(item.at) - top for item in others if item.stands_on is None]
         above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
-        if above and one.width > MIN_RELATIVE_GROUND_WIDTH * largest:
+        if above and one.width > MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO * largest:
             return one.name
     return None
 
@@ -176,8 +176,10 @@ def azimuth_period_of_outcome_deg(scene: SceneElementsAndMaterials) -> float:
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
-    mirror = all(item.x == 0.0 and item.shape.is_convex_and_mirror_symmetric for item in place_elements(scene))
-    return PLANE_SYMMETRY_PERIOD_DEG if mirror else FULL_TURN
+    mirror = all(
+        item.centre_of_mass_x == 0.0 and item.shape.is_convex_and_mirror_symmetric for item in place_elements(scene)
+    )
+    return PLANE_SYMMETRY_PERIOD_DEG if mirror else FULL_TURN_DEG
 
 
 def reference_element_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:
@@ -202,8 +204,8 @@ def nearest_vertex_distance_from_each_face(element: PlacedElement, other_element
 
     Positive outside.
     """
-    faces = element.shape.face_table
-    points = other_element.vertices_in_scene - np.array([element.x, element.z])
+    faces = element.shape.face_geometry_and_contact_flag_table
+    points = other_element.vertices_in_scene - np.array([element.centre_of_mass_x, element.centre_of_mass_z])
     reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
     return np.asarray(reach.min(axis=1) - faces[:, 6])
 
@@ -213,7 +215,7 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
 
     Face i runs from vertex i to vertex i + 1. The separation is negative if the elements overlap.
     """
-    faces_a, faces_b = first_element.shape.face_table, second_element.shape.face_table
+    faces_a, faces_b = (item.shape.face_geometry_and_contact_flag_table for item in (first_element, second_element))
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
     candidates = [
         *zip(
@@ -243,8 +245,10 @@ def possible_contact_points_of_elements(
     At each end, the inner one of the two vertices counts.
     """
     face_a, face_b, _ = nearest_faces_and_separation(first_element, second_element)
-    fa, fb = first_element.shape.face_table[face_a], second_element.shape.face_table[face_b]
-    delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
+    fa = first_element.shape.face_geometry_and_contact_flag_table[face_a]
+    fb = second_element.shape.face_geometry_and_contact_flag_table[face_b]
+    shift_x = first_element.centre_of_mass_x - second_element.centre_of_mass_x
+    delta = np.array([shift_x, first_element.centre_of_mass_z - second_element.centre_of_mass_z])
 
     def position_on_face_and_contact_point(
         element: PlacedElement,
@@ -259,7 +263,7 @@ def possible_contact_points_of_elements(
         gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
         along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
         nx, nz = normal_sign * float(opposite_face[4]), normal_sign * float(opposite_face[5])
-        point = float(vertex[0] + element.x), float(vertex[1] + element.z)
+        point = float(vertex[0] + element.centre_of_mass_x), float(vertex[1] + element.centre_of_mass_z)
         return along, PossibleContactPoint(
             float(gap) if abs(along) <= opposite_face[8] and may_touch * opposite_face[11] else np.inf,
             point,
@@ -326,37 +330,38 @@ def convex_pieces_of_each_pair(
 
 
 def touching_contact_points(
-    placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_inclination: float = 0.0
+    placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_face_inclination_rad: float = 0.0
 ) -> list[TouchingContactPoint]:
     """Return the contact points of a scene at rest: those at which two elements touch.
 
-    Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
+    Two faces that touch at one end and are inclined by less than `max_face_inclination_rad` touch at both ends.
     """
     touching = []
     for index, (a, b) in enumerate(convex_pieces_of_each_pair(placed_elements, pairs)):
         ends, closed = (
             possible_contact_points_of_elements(a, b),
-            MAX_RELATIVE_GAP_AT_CONTACT * min(a.smaller_extent, b.smaller_extent),
+            MAX_GAP_TO_ELEMENT_SIZE_RATIO_AT_CONTACT
+            * min(a.smaller_of_width_and_height, b.smaller_of_width_and_height),
         )
-        (x, z), (u, w) = ends[0].point, ends[1].point
-        far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
+        (x, z), (u, w) = ends[0].vertex_position, ends[1].vertex_position
+        far = np.sin(max_face_inclination_rad) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
-            if end.gap <= closed or (ends[1 - side].gap <= closed and end.gap < far):
+            if end.signed_gap <= closed or (ends[1 - side].signed_gap <= closed and end.signed_gap < far):
                 touching.append(TouchingContactPoint(index, side, end))
     return touching
 
 
-def check_scene_geometry(scene: SceneElementsAndMaterials) -> None:
+def check_elements_have_support_without_overlap(scene: SceneElementsAndMaterials) -> None:
     """Raise an `ArgumentError` that names the element and a remedy if elements overlap or lack support."""
-    if fault := first_placement_error(place_elements(scene)):
+    if fault := first_overlap_or_support_error_message(place_elements(scene)):
         raise ArgumentError(fault)
 
 
-def first_placement_error(placed_elements: list[PlacedElement]) -> str:
+def first_overlap_or_support_error_message(placed_elements: list[PlacedElement]) -> str:
     """Return an error message for the first element that overlaps another or lacks support; "" if there is none."""
     for i, j, gap in sorted(_gaps_between_elements(placed_elements)):
         a, b = placed_elements[i], placed_elements[j]
-        if -gap > 1e-6 * min(a.smaller_extent, b.smaller_extent):
+        if -gap > 1e-6 * min(a.smaller_of_width_and_height, b.smaller_of_width_and_height):
             return (
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"
@@ -371,7 +376,7 @@ def first_placement_error(placed_elements: list[PlacedElement]) -> str:
             (pairs[index].first_element_index, pairs[index].second_element_index, 1.0),
             (pairs[index].second_element_index, pairs[index].first_element_index, -1.0),
         )
-        if low in carried and up not in carried and sign * end.normal[1] > 1e-3
+        if low in carried and up not in carried and sign * end.normal_from_second_to_first[1] > 1e-3
     }:
         carried |= more
     for i, item in enumerate(placed_elements):

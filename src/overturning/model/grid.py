@@ -53,15 +53,15 @@ class CaseGrid:
     ----------
     values_by_dimension : dict of ndarray
         Values of each dimension by its name, in order: first the direction, degrees clockwise from north.
-    element_names : tuple of str
+    free_element_names_if_several : tuple of str
         Names of the free elements of a scene that has more than one.
-    amplitude_factors : tuple of float
+    motion_amplitude_factors_if_several : tuple of float
         Factors on the motion if there is more than one; first dimension of the stored arrays, not of the cases.
     """
 
     values_by_dimension: dict[str, NDArray[Any]]
-    element_names: tuple[str, ...] = ()
-    amplitude_factors: tuple[float, ...] = ()
+    free_element_names_if_several: tuple[str, ...] = ()
+    motion_amplitude_factors_if_several: tuple[float, ...] = ()
 
     @classmethod
     def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
@@ -141,13 +141,17 @@ class CaseGrid:
 
     def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
         """Return the dimension names of an outcome variable in a results dataset, without the dimension of records."""
-        before = ("amplitude",) if self.amplitude_factors else ()
-        return (*before, *self.dimension_names, *(("element",) if self.element_names and variable.per_element else ()))
+        before = ("amplitude",) if self.motion_amplitude_factors_if_several else ()
+        return (
+            *before,
+            *self.dimension_names,
+            *(("element",) if self.free_element_names_if_several and variable.has_element_dimension else ()),
+        )
 
     def cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
         """Return the shape of an outcome variable in a results dataset, without the dimension of records."""
         sizes = self.values_by_dimension | {
-            "element": np.array(self.element_names),
-            "amplitude": np.array(self.amplitude_factors),
+            "element": np.array(self.free_element_names_if_several),
+            "amplitude": np.array(self.motion_amplitude_factors_if_several),
         }
         return tuple(sizes[name].size for name in self.cube_dimensions_of_variable(variable))

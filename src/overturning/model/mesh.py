@@ -6,17 +6,17 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.model.element import LARGEST_LENGTH, SMALLEST_LENGTH
+from overturning.model.element import MAX_ELEMENT_LENGTH_M, MIN_ELEMENT_LENGTH_M
 from overturning.model.scan import ScanResult, stone_from_surface
 from overturning.model.surface import TriangleSurface, open_edges, repair_surface_and_close_base
 
-MAX_FILE_SIZE_BYTES: Final = 200_000_000
+MAX_MESH_FILE_BYTES: Final = 200_000_000
 """Largest size of a mesh file, bytes. The numbers of a text file take several times as much memory."""
 
-SUFFIXES: Final = (".obj", ".ply", ".stl")
+MESH_FILE_SUFFIXES: Final = (".obj", ".ply", ".stl")
 """Extensions of mesh files."""
 
-MeshUnit = Literal["m", "cm", "mm"]
+MeshLengthUnit = Literal["m", "cm", "mm"]
 """Unit of the coordinates of a mesh file."""
 
 UNITS_PER_METRE: Final[dict[str, float]] = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
@@ -26,10 +26,10 @@ PLAUSIBLE_STONE_SIZE_RANGE_M: Final = (0.05, 10.0)
 """Range of the largest extent of a stone, m, within which an undeclared unit is taken for metres."""
 
 
-LARGEST_COORDINATE: Final = float(np.finfo(np.float32).max)
+MAX_MESH_COORDINATE_IN_FILE_UNIT: Final = float(np.finfo(np.float32).max)
 """Largest coordinate of a mesh file, in its unit: that of single precision."""
 
-MAX_RELATIVE_COORDINATE_ROUNDING: Final = 1e-4
+MAX_COORDINATE_ROUNDING_TO_STONE_SIZE_RATIO: Final = 1e-4
 """Largest step between coordinates in single precision, as a share of the size of the stone."""
 
 
@@ -44,7 +44,7 @@ def import_trimesh() -> Any:
     return package
 
 
-def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> TriangleSurface:
+def read_mesh_surface(path: Path | str, unit: MeshLengthUnit | None = None) -> TriangleSurface:
     """Read the triangle surface in a mesh file, z up; polygonal faces are divided and equal vertices merged.
 
     Parameters
@@ -61,15 +61,15 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
         is given, or no stone has the size that follows from the unit.
     """
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(SUFFIXES)}")
+    if path.suffix.lower() not in MESH_FILE_SUFFIXES:
+        raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(MESH_FILE_SUFFIXES)}")
     try:
-        if path.stat().st_size > MAX_FILE_SIZE_BYTES:
-            raise ArgumentError(f"{path}: larger than {MAX_FILE_SIZE_BYTES} bytes; reduce the number of faces")
+        if path.stat().st_size > MAX_MESH_FILE_BYTES:
+            raise ArgumentError(f"{path}: larger than {MAX_MESH_FILE_BYTES} bytes; reduce the number of faces")
     except OSError as error:
         raise ArgumentError(f"{path}: {error.strerror}") from None
     vertices, triangles = _parse_mesh_file(path)
-    if not len(vertices) or not (np.abs(vertices) <= LARGEST_COORDINATE).all():
+    if not len(vertices) or not (np.abs(vertices) <= MAX_MESH_COORDINATE_IN_FILE_UNIT).all():
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format")
     _check_resolution_of_coordinates(vertices, path)
     vertices = vertices / UNITS_PER_METRE[unit or "m"]
@@ -81,10 +81,10 @@ def read_mesh_surface(path: Path | str, unit: MeshUnit | None = None) -> Triangl
             f"a stone is {PLAUSIBLE_STONE_SIZE_RANGE_M[0]:g} to "
             f"{PLAUSIBLE_STONE_SIZE_RANGE_M[1]:g} m large: declare the unit of the file (m, cm or mm; perhaps {guess})"
         )
-    if not SMALLEST_LENGTH <= extent <= LARGEST_LENGTH:
+    if not MIN_ELEMENT_LENGTH_M <= extent <= MAX_ELEMENT_LENGTH_M:
         raise ArgumentError(
-            f"{path}: the mesh is {extent:.4g} m large; a stone must be {SMALLEST_LENGTH:g} to {LARGEST_LENGTH:g} m "
-            f"large: correct the unit of the file, {unit}"
+            f"{path}: the mesh is {extent:.4g} m large; a stone must be {MIN_ELEMENT_LENGTH_M:g} to "
+            f"{MAX_ELEMENT_LENGTH_M:g} m large: correct the unit of the file, {unit}"
         )
     return TriangleSurface(vertices, triangles)
 
@@ -96,7 +96,7 @@ def _check_resolution_of_coordinates(vertices: Any, path: Path) -> None:
     """
     single = path.suffix.lower() != ".obj" and bool((vertices == vertices.astype(np.float32)).all())
     step, extent = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.ptp(vertices, axis=0).max())
-    if single and step > MAX_RELATIVE_COORDINATE_ROUNDING * extent:
+    if single and step > MAX_COORDINATE_ROUNDING_TO_STONE_SIZE_RATIO * extent:
         raise ArgumentError(
             f"{path}: coordinates of up to {np.abs(vertices).max():.7g} in single precision are multiples of "
             f"{step:.2g}, too coarse for a size of {extent:.3g}: move the mesh to the origin before it is exported, or "
@@ -118,7 +118,7 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
             points = [np.asarray(shape.vertices, np.float64) for shape in shapes]
             return np.concatenate(points), np.zeros((0, 3), np.int64)
         mesh = package.util.concatenate(solids) if len(solids) > 1 else solids[0]
-        if np.shape(mesh.vertices)[1] != 3 or not (np.abs(mesh.vertices) <= LARGEST_COORDINATE).all():
+        if np.shape(mesh.vertices)[1] != 3 or not (np.abs(mesh.vertices) <= MAX_MESH_COORDINATE_IN_FILE_UNIT).all():
             raise ValueError
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         vertices = np.asarray(mesh.vertices, np.float64)
@@ -146,7 +146,7 @@ def _remove_degenerate_triangles(vertices: Any, triangles: Any) -> Any:
     return triangles if opens else triangles[wide]
 
 
-def read_scanned_stone(path: Path | str, unit: MeshUnit | None = None, relief: float | None = None) -> ScanResult:
+def read_scanned_stone(path: Path | str, unit: MeshLengthUnit | None = None, relief: float | None = None) -> ScanResult:
     """Read a scanned stone from a mesh file, and rotate it to the nearest pose in which it can stand.
 
     Parameters

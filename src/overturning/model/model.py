@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections, first_equivalent_of_each_direction
+from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections, first_equivalent_of_each_direction
 from overturning.model.variables import OutcomeVariable
 
 if TYPE_CHECKING:
@@ -49,22 +49,22 @@ class Model(ABC):
     """Outcome variables."""
     ensemble_variables: ClassVar[tuple[OutcomeVariable, ...]]
     """Variables that summarise the ensemble members of a cell (see `ensemble_statistics_by_case`)."""
-    overturned_comment: ClassVar[str]
+    overturned_variable_comment: ClassVar[str]
     """Meaning of ``overturned``, for the attributes of a cube."""
     direction_dimension_name: ClassVar[str]
     """Dimension of a cube along which the motion or the body is rotated about the vertical."""
     case_dims_without_direction: ClassVar[tuple[str, ...]]
     """Dimensions other than the record and the direction: size, slenderness, friction."""
-    copy_flag_variable_name: ClassVar[str]
+    symmetry_copy_flag_variable_name: ClassVar[str]
     """Variable that is 1 where the outcome was copied from a symmetric cell."""
     is_planar: ClassVar[bool]
     """True for planar models: each direction has one component of the motion, and a fall goes to either side of it."""
-    can_twist: ClassVar[bool]
+    can_rotate_about_vertical: ClassVar[bool]
     """True if the model can rotate about the vertical."""
-    variables_for_fall_probability: ClassVar[tuple[str, ...]]
+    variable_names_read_for_fall_probability: ClassVar[tuple[str, ...]]
     """Variables that `fall_probability_and_direction_by_case` reads, as far as a cube has them."""
-    variables_for_square_stone_outcomes: ClassVar[tuple[str, ...]]
-    """Variables that `square_stone_outcomes` reads."""
+    variable_names_read_for_square_stones: ClassVar[tuple[str, ...]]
+    """Variables that `look_up_square_stone_outcomes` reads."""
 
     @property
     def dimension_names(self) -> tuple[str, ...]:
@@ -78,7 +78,7 @@ class Model(ABC):
 
     @property
     @abstractmethod
-    def relative_computing_time_of_case(self) -> float:
+    def case_computing_time_over_that_of_2d_block(self) -> float:
         """Approximate computing time of a case, relative to that of a single 2-D block."""
 
     @property
@@ -148,11 +148,10 @@ class Model(ABC):
         Returns
         -------
         EquivalentSimulatedDirections
-            Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
-            to the requested one.
+            Shape (directions, 1) or (directions, aspects).
         """
         return first_equivalent_of_each_direction(
-            grid.direction_values_deg, self._symmetry_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN
+            grid.direction_values_deg, self._symmetry_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN_DEG
         )
 
     def _symmetry_periods_of_grid_deg(self, grid: CaseGrid) -> FloatArray:
@@ -170,13 +169,16 @@ class Model(ABC):
 
     @abstractmethod
     def ensemble_statistics_by_case(
-        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
+        self,
+        member_fall_flags: NDArray[np.int8],
+        fall_azimuth_deg: FloatArray,
+        sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
         """Compute statistics over the ensemble runs of each case, such as the share of runs in which the stone falls.
 
         Parameters
         ----------
-        member_flags : ndarray of int8, shape (cells, members) or (cells, members, elements)
+        member_fall_flags : ndarray of int8, shape (cells, members) or (cells, members, elements)
             Outcome of each member.
         fall_azimuth_deg : ndarray, shape (cells, members)
             Azimuth of the fall in 3-D, degrees.
@@ -195,7 +197,7 @@ class Model(ABC):
         Parameters
         ----------
         cube : Dataset
-            Cube with the variables of `variables_for_fall_probability`, as stored or decoded.
+            Cube with the variables of `variable_names_read_for_fall_probability`, as stored or decoded.
         use_ensemble : bool
             Use the ensemble members of a cell where they were run; otherwise the nominal outcome.
 
@@ -221,7 +223,7 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def square_stone_outcomes(
+    def look_up_square_stone_outcomes(
         self,
         site_cube: "xr.Dataset",
         face_azimuth_deg: FloatArray,

@@ -13,10 +13,10 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-JOIN_TOLERANCE: Final = 1e-6
+JOIN_TOLERANCE_TO_OUTLINE_SIZE_RATIO: Final = 1e-6
 """Distance below which two vertices coincide, or a vertex lies on a side, as a share of the size."""
 
-MAX_RELATIVE_DOUBLED_COLLINEAR_AREA: Final = 1e-12
+MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED: Final = 1e-12
 """Twice the area of a corner below which its three vertices are collinear, as a share of the size squared."""
 
 
@@ -62,7 +62,7 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
     for (i, one), (j, other) in combinations(enumerate(ordered), 2):
         depth = -max(_separation_along_side_normals(one, other), _separation_along_side_normals(other, one))
-        if depth > JOIN_TOLERANCE * size:
+        if depth > JOIN_TOLERANCE_TO_OUTLINE_SIZE_RATIO * size:
             raise ArgumentError(
                 f"element {element_name}: the pieces with {_first_vertex_as_text(ordered[i])} and "
                 f"{_first_vertex_as_text(ordered[j])} overlap by {depth:.3g} m; make them share a side, or give the "
@@ -70,7 +70,10 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
             )
     points: list[FloatArray] = []
     loops = [
-        [_index_of_known_or_appended_point(point, points, JOIN_TOLERANCE * size) for point in piece]
+        [
+            _index_of_known_or_appended_point(point, points, JOIN_TOLERANCE_TO_OUTLINE_SIZE_RATIO * size)
+            for point in piece
+        ]
         for piece in ordered
     ]
     places = np.array(points)
@@ -78,7 +81,7 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
         side
         for loop in loops
         for first, second in zip(loop, loop[1:] + loop[:1], strict=True)
-        for side in _split_side_at_points(first, second, places, JOIN_TOLERANCE * size)
+        for side in _split_side_at_points(first, second, places, JOIN_TOLERANCE_TO_OUTLINE_SIZE_RATIO * size)
     ]
     left = set(sides) - {(second, first) for first, second in sides}
     following = dict(left)
@@ -94,7 +97,9 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
     area = [abs(signed_doubled_triangle_area(*corner)) for corner in zip(before, line, after, strict=True)]
-    return np.asarray(line[area > JOIN_TOLERANCE * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
+    return np.asarray(
+        line[area > JOIN_TOLERANCE_TO_OUTLINE_SIZE_RATIO * size * np.sqrt(((after - before) ** 2).sum(axis=1))]
+    )
 
 
 def _first_vertex_as_text(piece: FloatArray) -> str:
@@ -144,7 +149,7 @@ def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
     ArgumentError
         If the outline crosses or touches itself.
     """
-    least = MAX_RELATIVE_DOUBLED_COLLINEAR_AREA * float(np.ptp(points, axis=0).max()) ** 2
+    least = MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED * float(np.ptp(points, axis=0).max()) ** 2
     pieces = _triangulate_polygon(points, least)
     merged = True
     while merged:

@@ -38,7 +38,7 @@ from overturning.model.variables import (
 if TYPE_CHECKING:
     import xarray as xr
 
-FALL_PROBABILITY_VARIABLES = ("overturned", "probability_towards", "probability_away")
+VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY = ("overturned", "probability_towards", "probability_away")
 """Variables of a cube that `fall_probabilities_towards_and_away` reads."""
 
 
@@ -65,7 +65,7 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_SYM
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     planes = np.unique(np.round(azimuth % period_deg, 6) % period_deg)
     return (
-        nearest_simulated_directions(azimuth, planes, period_deg).direction_index
+        nearest_simulated_directions(azimuth, planes, period_deg).simulated_direction_index
         if azimuth.size
         else np.zeros(0, np.intp)
     )
@@ -101,7 +101,10 @@ def azimuth_gap_mask_and_step(
 
 
 def plane_weights_by_azimuth_spacing(
-    plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG, *, divide_gaps: bool = False
+    plane_azimuth_deg: ArrayLike,
+    period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
+    *,
+    divide_gaps_between_neighbours: bool = False,
 ) -> FloatArray:
     """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
@@ -115,7 +118,7 @@ def plane_weights_by_azimuth_spacing(
         Ascending azimuths of the planes, modulo the period.
     period_deg : float
         Period of the azimuth, degrees; 360 for shares of the whole circle.
-    divide_gaps : bool
+    divide_gaps_between_neighbours : bool
         Divide each gap between the planes next to it.
 
     Returns
@@ -125,7 +128,7 @@ def plane_weights_by_azimuth_spacing(
     """
     plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period_deg, 6)
     gap = np.diff(plane, append=plane[:1] + period_deg)
-    if not divide_gaps:
+    if not divide_gaps_between_neighbours:
         not_computed, step = azimuth_gap_mask_and_step(plane, period_deg)
         period_deg -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
@@ -136,7 +139,7 @@ MAX_RESULTANT_OF_UNIFORM_PLANES: Final = 0.05
 """Largest resultant of doubled plane azimuths with which planes count as spread over the half circle."""
 
 
-WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9
+PLANE_WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
 
 
@@ -179,10 +182,10 @@ def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLAN
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = distinct_plane_indices(azimuth, period_deg)
-    plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).direction_index
+    plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).simulated_direction_index
     plane_weights = plane_weights_by_azimuth_spacing(azimuth[index], period_deg)
     weight = (plane_weights / np.bincount(plane, minlength=index.size))[plane]
-    return np.ones(azimuth.size) if np.ptp(weight) <= WEIGHT_EQUALITY_TOLERANCE else weight * azimuth.size
+    return np.ones(azimuth.size) if np.ptp(weight) <= PLANE_WEIGHT_EQUALITY_TOLERANCE else weight * azimuth.size
 
 
 def fall_probabilities_towards_and_away(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
@@ -230,20 +233,20 @@ class PlanarModel(SceneModel):
 
     outcome_variables: ClassVar = PLANAR_OUTCOME_VARIABLES
     ensemble_variables: ClassVar = PLANE_ENSEMBLE_VARIABLES
-    overturned_comment: ClassVar = (
+    overturned_variable_comment: ClassVar = (
         "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands"
     )
     direction_dimension_name: ClassVar = "azimuth"
     case_dims_without_direction: ClassVar = ("height", "b_over_h", "friction")
-    copy_flag_variable_name: ClassVar = "mirrored"
+    symmetry_copy_flag_variable_name: ClassVar = "mirrored"
     is_planar: ClassVar = True
-    can_twist: ClassVar = False
-    variables_for_fall_probability: ClassVar = FALL_PROBABILITY_VARIABLES
-    variables_for_square_stone_outcomes: ClassVar = ("overturned", "overturning_time")
+    can_rotate_about_vertical: ClassVar = False
+    variable_names_read_for_fall_probability: ClassVar = VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY
+    variable_names_read_for_square_stones: ClassVar = ("overturned", "overturning_time")
 
     @property
     @override
-    def relative_computing_time_of_case(self) -> float:
+    def case_computing_time_over_that_of_2d_block(self) -> float:
         """Computing time of a case relative to a single block: 1 for one free element, otherwise 5 per element."""
         return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
@@ -296,7 +299,7 @@ class PlanarModel(SceneModel):
         grid: CaseGrid,
         equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        mirrored = grid.broadcast_over_grid(equivalent_directions.mirrored)
+        mirrored = grid.broadcast_over_grid(equivalent_directions.is_mirrored)
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)
         for variable in self.outcome_variables:
             if variable.name != "mirrored":
@@ -305,7 +308,7 @@ class PlanarModel(SceneModel):
     @override
     def ensemble_statistics_by_case(
         self,
-        member_flags: NDArray[np.int8],
+        member_fall_flags: NDArray[np.int8],
         fall_azimuth_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
@@ -313,7 +316,7 @@ class PlanarModel(SceneModel):
 
         For each share, the difference between both Sobol scrambles (two independent halves of the runs) is added.
         """
-        known = member_flags != INT8_MISSING
+        known = member_fall_flags != INT8_MISSING
         counted = known.sum(axis=1)
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
         for name, side in (("towards", 1), ("away", -1)):
@@ -323,7 +326,7 @@ class PlanarModel(SceneModel):
                 sobol_scramble_of_member == 0,
                 sobol_scramble_of_member == 1,
             ):
-                count, fell = known[:, chosen].sum(axis=1), (member_flags[:, chosen] == side).sum(axis=1)
+                count, fell = known[:, chosen].sum(axis=1), (member_fall_flags[:, chosen] == side).sum(axis=1)
                 with np.errstate(invalid="ignore"):
                     shares.append(np.where(count > 0, fell / np.maximum(count, 1), np.nan))
             found[f"probability_{name}"], found[f"scramble_difference_{name}"] = shares[0], shares[1] - shares[2]
@@ -368,7 +371,7 @@ class PlanarModel(SceneModel):
         return xr.Dataset({side: half[f"probability_{side}"] for side in ("towards", "away")})
 
     @override
-    def square_stone_outcomes(
+    def look_up_square_stone_outcomes(
         self,
         site_cube: "xr.Dataset",
         face_azimuth_deg: FloatArray,
@@ -378,12 +381,12 @@ class PlanarModel(SceneModel):
         faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
         planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
         both = {
-            "azimuth": planes.direction_index,
+            "azimuth": planes.simulated_direction_index,
             **{name: np.stack([at, at]) for name, at in grid_indices_by_dimension.items()},
         }
-        found = values_at_grid_indices(site_cube, self.variables_for_square_stone_outcomes, both)
-        side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
-        side = np.where(planes.has_near_simulated_direction, side, np.nan).swapaxes(0, 1)
+        found = values_at_grid_indices(site_cube, self.variable_names_read_for_square_stones, both)
+        side = np.where(planes.is_mirrored, -found["overturned"], found["overturned"])
+        side = np.where(planes.is_in_gap_of_at_most_180_deg, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
         fell, azimuth = fall_flag_and_azimuth_from_planes(
             np.abs(side), found["overturning_time"].swapaxes(0, 1), towards

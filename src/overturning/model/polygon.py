@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.pieces import (
-    MAX_RELATIVE_DOUBLED_COLLINEAR_AREA,
+    MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED,
     convex_piece_vertex_indices,
     polygon_crosses_itself,
 )
 from overturning.model.rest import mask_of_resting_faces
 
-SYMMETRY_TOLERANCE: Final = 1e-9
+MAX_ASYMMETRY_TO_POLYGON_SIZE_RATIO: Final = 1e-9
 """Relative tolerance of mirror symmetry: vertices within it, as a share of the size, are made to mirror exactly."""
 
 
@@ -25,42 +25,46 @@ SYMMETRY_TOLERANCE: Final = 1e-9
 class Polygon:
     """Polygon with vertices relative to its centre of area, or, for a convex piece, to that of the whole polygon."""
 
-    vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
-    centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
+    vertices_from_centroid: (
+        FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
+    )
+    centroid_in_given_coordinates: tuple[float, float]  # in the coordinates in which the polygon was given, m
     area: float  # m²
-    polar_second_moment: float  # second moment of area about the centre, m⁴
-    pieces: tuple["Polygon", ...] = ()  # convex pieces of a non-convex polygon; empty if it is convex
-    possible_contact_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
+    polar_second_moment_about_centroid: float  # second moment of area about the centre, m⁴
+    convex_pieces_if_not_convex: tuple[
+        "Polygon", ...
+    ] = ()  # convex pieces of a non-convex polygon; empty if it is convex
+    end_contact_and_outer_side_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
     """1 or 0 per face: first end can bear load; second end can; face is a side of the whole polygon, not a cut.
 
     Shape (n, 3), or (1, 3) if equal for all faces.
     """
 
     def __post_init__(self) -> None:
-        self.vertices.flags.writeable = False  # scenes share polygons
+        self.vertices_from_centroid.flags.writeable = False  # scenes share polygons
 
     @property
     def convex_parts(self) -> tuple["Polygon", ...]:
         """Convex pieces of the polygon, or the polygon itself if it is convex."""
-        return self.pieces or (self,)
+        return self.convex_pieces_if_not_convex or (self,)
 
     @property
     def is_convex_and_mirror_symmetric(self) -> bool:
         """True if the polygon is convex and is its own mirror image about the vertical through its centre."""
-        if self.pieces:
+        if self.convex_pieces_if_not_convex:
             return False
-        mirrored = {(-x, z) for x, z in self.vertices.tolist()}
-        return mirrored == set(map(tuple, self.vertices.tolist()))
+        mirrored = {(-x, z) for x, z in self.vertices_from_centroid.tolist()}
+        return mirrored == set(map(tuple, self.vertices_from_centroid.tolist()))
 
     @cached_property
     def width(self) -> float:
         """Horizontal extent of the polygon, m."""
-        return float(np.ptp(self.vertices[:, 0]))
+        return float(np.ptp(self.vertices_from_centroid[:, 0]))
 
     @cached_property
     def height(self) -> float:
         """Vertical extent of the polygon, m."""
-        return float(np.ptp(self.vertices[:, 1]))
+        return float(np.ptp(self.vertices_from_centroid[:, 1]))
 
     @cached_property
     def smallest_rotations_to_other_resting_face_rad(self) -> tuple[float, float]:
@@ -69,8 +73,12 @@ class Polygon:
         Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
         last digit of libm differs between processors.
         """
-        hull = self.vertices[scipy.spatial.ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
-        faces = Polygon(hull, self.centre, 0.0, 0.0).face_table
+        hull = (
+            self.vertices_from_centroid[scipy.spatial.ConvexHull(self.vertices_from_centroid).vertices]
+            if self.convex_pieces_if_not_convex
+            else self.vertices_from_centroid
+        )
+        faces = Polygon(hull, self.centroid_in_given_coordinates, 0.0, 0.0).face_geometry_and_contact_flag_table
         normals, offsets = faces[:, 4:6], faces[:, 6]
         tilts = np.arctan2(
             normals[:, 0], -normals[:, 1]
@@ -81,14 +89,14 @@ class Polygon:
         return round(back, 12), round(on, 12)
 
     @cached_property
-    def face_table(self) -> FloatArray:
+    def face_geometry_and_contact_flag_table(self) -> FloatArray:
         """Ends, outward normal and distances of each face of a convex polygon, for compiled code; shape (n, 12).
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
-        the tangent (−n_z, n_x), half length, the flags of `carries` (3). Mirrored faces of a symmetric polygon have
-        exactly mirrored numbers.
+        the tangent (−n_z, n_x), half length, `end_contact_and_outer_side_flags_by_face` (3). Mirrored faces of a
+        symmetric polygon have exactly mirrored numbers.
         """
-        first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
+        first, second = self.vertices_from_centroid, np.roll(self.vertices_from_centroid, -1, axis=0)
         edge = second - first
         length = np.sqrt(edge[:, 0] * edge[:, 0] + edge[:, 1] * edge[:, 1])
         tangent = edge / length[:, None]
@@ -96,7 +104,7 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        carries = np.broadcast_to(self.possible_contact_flags_by_face, (len(first), 3))
+        carries = np.broadcast_to(self.end_contact_and_outer_side_flags_by_face, (len(first), 3))
         table = np.column_stack([first, second, normal, offset, along, 0.5 * length, carries])
         table.flags.writeable = False
         return table
@@ -146,7 +154,7 @@ def _polygon_from_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygo
     corners = edge[:, 0] * following[:, 1] - edge[:, 1] * following[:, 0]
     if (np.hypot(edge[:, 0], edge[:, 1]) <= 1e-9 * size).any():
         raise ArgumentError(f"element {element_name}: the polygon is degenerate, two vertices coincide; leave one out")
-    straight = np.abs(corners) <= MAX_RELATIVE_DOUBLED_COLLINEAR_AREA * size**2
+    straight = np.abs(corners) <= MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED * size**2
     if straight.any():
         corner = (int(np.argmax(straight)) + 1) % len(points)
         raise ArgumentError(
@@ -196,7 +204,11 @@ def _convex_pieces_of_polygon(
             carries.append([*ends, side])
         shapes.append(
             Polygon(
-                vertices[loop], (0.0, 0.0), 0.0, 0.0, possible_contact_flags_by_face=np.array(carries, dtype=np.float64)
+                vertices[loop],
+                (0.0, 0.0),
+                0.0,
+                0.0,
+                end_contact_and_outer_side_flags_by_face=np.array(carries, dtype=np.float64),
             )
         )
     return tuple(shapes)
@@ -223,7 +235,7 @@ def _remove_rounding_asymmetry(vertices: FloatArray, size: float) -> FloatArray:
     """Return vertices corrected for rounding, so that a nearly symmetric polygon is exactly mirror-symmetric."""
     x, z = vertices.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
-    if (distance.min(axis=1) > SYMMETRY_TOLERANCE * size).any():
+    if (distance.min(axis=1) > MAX_ASYMMETRY_TO_POLYGON_SIZE_RATIO * size).any():
         return vertices
     # Both vertices of a pair are computed from the same two numbers, in the same order.
     partner = distance.argmin(axis=1)

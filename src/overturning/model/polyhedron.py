@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.rest import FLATNESS_TOLERANCE, mask_of_resting_faces
+from overturning.model.rest import FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO, mask_of_resting_faces
 from overturning.model.solid import RigidSolid
 from overturning.model.surface import mass_properties_inside_surface
 from overturning.model.tipping import ConvexHull, fall_tilt_by_lean_direction
 
-RELATIVE_LENGTH_DECIMALS: Final = 12
+DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
 
 
@@ -37,16 +37,18 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
     ArgumentError
         If it stands on fewer than three vertices, its centre lies outside its base, or too many vertices can touch.
     """
-    size = float(np.ptp(hull.points, axis=0).max())
-    bottom = float(hull.points[:, 2].min())
-    below = np.flatnonzero(hull.points[:, 2] <= bottom + FLATNESS_TOLERANCE * size)
+    size = float(np.ptp(hull.vertices_from_centre_of_mass, axis=0).max())
+    bottom = float(hull.vertices_from_centre_of_mass[:, 2].min())
+    below = np.flatnonzero(
+        hull.vertices_from_centre_of_mass[:, 2] <= bottom + FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size
+    )
     if below.size < 3:
         raise ArgumentError(
             f"body: it stands on {below.size} vert{'ex' if below.size == 1 else 'ices'}; turn it so that a face lies "
             "on z = const"
         )
     try:
-        base = below[scipy.spatial.ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
+        base = below[scipy.spatial.ConvexHull(hull.vertices_from_centre_of_mass[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
     tilt, faces = _least_resting_tilt_and_resting_face_normals(hull, size, min_resting_tilt_of_fallen_body_rad)
@@ -62,16 +64,21 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
             ),
         ]
     )
-    points = np.round(hull.points[kept] / size, RELATIVE_LENGTH_DECIMALS) * size
-    points[: base.size, 2] = np.round(bottom / size, RELATIVE_LENGTH_DECIMALS) * size
-    inertia = np.round(hull.inertia_per_mass / size**2, RELATIVE_LENGTH_DECIMALS) * size**2
+    points = np.round(hull.vertices_from_centre_of_mass[kept] / size, DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO) * size
+    points[: base.size, 2] = np.round(bottom / size, DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO) * size
+    inertia = np.round(hull.inertia_per_mass / size**2, DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO) * size**2
     normals = np.unique(
         np.round(
-            hull.normals[-hull.normals[:, 2] > np.cos(fall.fall_tilt_towards(hull.normals)) - FLATNESS_TOLERANCE], 5
+            hull.outward_triangle_normals[
+                -hull.outward_triangle_normals[:, 2]
+                > np.cos(fall.fall_tilt_towards_faces_rad(hull.outward_triangle_normals))
+                - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
+            ],
+            5,
         ),
         axis=0,
     )
-    heights = hull.points[kept] @ normals.T
+    heights = hull.vertices_from_centre_of_mass[kept] @ normals.T
     facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
     return RigidSolid(
         points,
@@ -80,7 +87,7 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
         tilt,
         faces,
         point_indices_by_non_base_contact_face=tuple(facets),
-        fall_limits_by_lean_sector=fall.fall_limits_by_lean_sector,
+        lean_sector_start_vector_and_fall_dot_limit=fall.lean_sector_start_vector_and_fall_dot_limit,
     )
 
 
@@ -93,12 +100,12 @@ def _hull_of_checked_convex_vertices(vertices: FloatArray) -> ConvexHull:
         hull = scipy.spatial.ConvexHull(vertices)
     except scipy.spatial.QhullError:
         raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
-    if not hull.volume > FLATNESS_TOLERANCE * size**3:
+    if not hull.volume > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size**3:
         raise ArgumentError(
             f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane"
         )
     inside = -(vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
-    if inside.max() > FLATNESS_TOLERANCE * size:
+    if inside.max() > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size:
         raise ArgumentError(
             f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: "
             "leave it out"
@@ -139,21 +146,23 @@ def _least_resting_tilt_and_resting_face_normals(
 
     Faces on which it rests at less than `min_resting_tilt_of_fallen_body_rad`, rad, are left out.
     """
-    _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
-    normals, offsets = hull.normals[first], hull.plane_distances_from_centre[first]
+    _, first = np.unique(np.round(hull.outward_triangle_normals, 5), axis=0, return_index=True)
+    normals, offsets = hull.outward_triangle_normals[first], hull.plane_distances_from_centre[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
-    stable = mask_of_resting_faces(normals, offsets, size) & (np.abs(down) < 1.0 - FLATNESS_TOLERANCE)
+    stable = mask_of_resting_faces(normals, offsets, size) & (
+        np.abs(down) < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
+    )
     stable &= down <= np.cos(min_resting_tilt_of_fallen_body_rad)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
-    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), RELATIVE_LENGTH_DECIMALS))
+    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO))
     # Triangles of a face are not exactly coplanar if the file rounds its vertices: see `mask_of_resting_faces`.
     faces = normals[stable]
-    faces = faces[~np.tril(faces @ faces.T > 1.0 - FLATNESS_TOLERANCE, -1).any(axis=1)]
+    faces = faces[~np.tril(faces @ faces.T > 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO, -1).any(axis=1)]
     # Rounded: otherwise a face along x, up to the last digit, could come last instead of first.
     turn = np.round(-np.arctan2(faces[:, 1], faces[:, 0]), 9) % (2.0 * np.pi)
-    return tilt, np.round(faces[np.argsort(turn, kind="stable")], RELATIVE_LENGTH_DECIMALS)
+    return tilt, np.round(faces[np.argsort(turn, kind="stable")], DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO)
 
 
 def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
@@ -163,13 +172,13 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float
     of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
     tilt of the body's own downward axis.
     """
-    n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
-    n2 = hull.normals[hull.neighbours].reshape(-1, 3)
+    n1 = hull.outward_triangle_normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
+    n2 = hull.outward_triangle_normals[hull.triangle_opposite_each_vertex].reshape(-1, 3)
     nearest = _max_downward_cosine_on_great_circle_arcs(n1, n2).reshape(-1, 3)
     reached = nearest > np.cos(max_tilt) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
-        pair = hull.triangles[:, [(k + 1) % 3, (k + 2) % 3]]
+        pair = hull.triangle_vertex_indices[:, [(k + 1) % 3, (k + 2) % 3]]
         vertices.append(pair[reached[:, k]].ravel())
     return np.unique(np.concatenate(vertices))
 
@@ -195,8 +204,10 @@ def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[n
     """Return a convex body's vertices relative to the centre of mass, m, and its edges as pairs of vertex indices."""
     hull = _hull_of_checked_convex_vertices(vertices)
     edges = set()
-    for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):
+    for triangle, neighbours, normal in zip(
+        hull.triangle_vertex_indices, hull.triangle_opposite_each_vertex, hull.outward_triangle_normals, strict=True
+    ):
         for k, other in enumerate(neighbours):
-            if hull.normals[other] @ normal < 1.0 - FLATNESS_TOLERANCE:
+            if hull.outward_triangle_normals[other] @ normal < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO:
                 edges.add(tuple(sorted((int(triangle[(k + 1) % 3]), int(triangle[(k + 2) % 3])))))
-    return hull.points, np.array(sorted(edges), np.int64)
+    return hull.vertices_from_centre_of_mass, np.array(sorted(edges), np.int64)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-FLATNESS_TOLERANCE: Final = 1e-6
+FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 1e-6
 """Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
 MAX_SINE_OF_COPLANAR_FACES: Final = 1e-6
@@ -26,12 +26,13 @@ def mask_of_resting_faces(
     ----------
     face_normals : ndarray, shape (faces, 2) or (faces, 3)
         Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than √(2
-        `FLATNESS_TOLERANCE`) (0.08°), like the triangles of a face with rounded vertices, the body stands on their
-        edge, too.
+        `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO`) (0.08°), like the triangles of a face with rounded vertices, the body
+        stands on their edge, too.
     face_distances_from_centre_of_mass : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     body_size : float
-        Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE` × size does not carry the body.
+        Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × size does not carry
+        the body.
     tested_faces : slice
         Faces to test; default: all.
 
@@ -46,5 +47,12 @@ def mask_of_resting_faces(
     sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
     # Distance of the foot from the line in which the planes of two faces meet.
     margin = np.where(sine < MAX_SINE_OF_COPLANAR_FACES, np.inf, within / np.maximum(sine, MAX_SINE_OF_COPLANAR_FACES))
-    least = np.where(cosine > 1.0 - FLATNESS_TOLERANCE, -FLATNESS_TOLERANCE, FLATNESS_TOLERANCE) * body_size
+    least = (
+        np.where(
+            cosine > 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO,
+            -FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO,
+            FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO,
+        )
+        * body_size
+    )
     return np.asarray((margin > least).all(axis=1))

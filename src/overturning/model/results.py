@@ -33,7 +33,10 @@ class CaseResults:
     def of_unmoved_cases(cls, variables: tuple[OutcomeVariable, ...], case_count: int, element_count: int = 1) -> Self:
         """Return the outcomes (no fall, no displacement) of cases whose base motion is too weak to move the object."""
         shape = (case_count, element_count) if element_count > 1 else (case_count,)
-        arrays = {item.name: np.zeros(shape if item.per_element else case_count, item.dtype) for item in variables}
+        arrays = {
+            item.name: np.zeros(shape if item.has_element_dimension else case_count, item.dtype_in_file)
+            for item in variables
+        }
         for item in variables:
             if item.is_missing_for_standing_cases:
                 arrays[item.name][:] = item.missing_value_in_memory

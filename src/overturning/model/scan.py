@@ -18,7 +18,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights
 from overturning.model.outline import simplified_convex_hull_vertices
 from overturning.model.polyhedron import hull_with_origin_at_centre_of_mass, solid_from_hull
-from overturning.model.rest import FLATNESS_TOLERANCE, mask_of_resting_faces
+from overturning.model.rest import FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO, mask_of_resting_faces
 from overturning.model.shapes import CornersAndEdges, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
 from overturning.model.surface import MassProperties, TriangleSurface, mass_properties_inside_surface
@@ -29,33 +29,33 @@ DEFAULT_BASE_RELIEF_M: Final = 0.002
 MAX_BASE_RELIEF_M: Final = 0.03
 """Largest relief, m; more would raise a small stone visibly."""
 
-FOOTPRINT_SIMPLIFICATION_TOLERANCE: Final = 1e-3
+FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 1e-3
 """Largest distance by which a simplified footprint is smaller, as a share of the body's size."""
 
-HULL_SIMPLIFICATION_TOLERANCE: Final = 0.002
+HULL_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 0.002
 """Distance by which the hull above the footprint is simplified, as a share of the size; doubled for too many points."""
 
 MIN_RESTING_TILT_OF_FALLEN_STONE_RAD: Final = np.radians(10.0)
 """Tilt below which a scanned stone that rests on another part of its base has not fallen, rad."""
 
-MAX_HULL_VOLUME_EXCESS_OF_CONVEX_BODY: Final = 1e-3
+MAX_HULL_VOLUME_EXCESS_RATIO_OF_CONVEX_BODY: Final = 1e-3
 """Largest share of the hull's volume outside a body that counts as convex: rounding in the file."""
 
-MAX_STORED_VERTICES: Final = 3000
+MAX_HULL_VERTICES_STORED_UNREDUCED: Final = 3000
 """Largest number of vertices of a hull that are stored as they are; a multiple of 10."""
 
-STORED_POSITION_DECIMALS: Final = 6
+STORED_POSITION_DECIMALS_OF_METRE: Final = 6
 """Decimals of stored positions, m: a micrometre."""
 
 
 class RotationToStablePose(NamedTuple):
     """Rotation of a scanned stone to the nearest pose in which it can stand."""
 
-    rotation: FloatArray
+    rotation_matrix_from_scan_axes: FloatArray
     """Rotation matrix from the axes of the scan, shape (3, 3)."""
-    tilt_deg: float
+    scan_tilt_from_stable_pose_deg: float
     """Angle between the vertical of the scan and that of the pose, degrees."""
-    scan_tilt_direction_deg: float
+    scan_tilt_direction_ccw_from_x_deg: float
     """Direction in which the top of the scan is tilted, degrees anticlockwise from the x axis of the scan."""
 
 
@@ -69,13 +69,13 @@ class ScannedStone(Shape):
         Points that can touch a flat ground in its stable pose, m: z up, x to the azimuth of its orientation.
     centre_of_mass : array_like, shape (3,)
         Centre of mass of the whole volume in the same axes, m.
-    inertia : array_like, shape (6,)
+    inertia_moments_and_products_per_mass : array_like, shape (6,)
         Moments of inertia about the centre per mass, xx, yy, zz, and products xy, xz, yz (integrals of xy, …), m².
-    relief : float
+    base_relief_m : float
         Height above the lowest point up to which the points of the base bear, m.
     name : str
         Name in datasets.
-    hull_tolerance : float
+    hull_tolerance_to_size_ratio : float
         Distance, as a share of the size, by which the outline above the footprint is simplified at least.
 
     Raises
@@ -86,17 +86,21 @@ class ScannedStone(Shape):
 
     vertices: ArrayLike
     centre_of_mass: ArrayLike
-    inertia: ArrayLike
-    relief: float = DEFAULT_BASE_RELIEF_M
+    inertia_moments_and_products_per_mass: ArrayLike
+    base_relief_m: float = DEFAULT_BASE_RELIEF_M
     name: str = "scan"
-    hull_tolerance: float = HULL_SIMPLIFICATION_TOLERANCE
+    hull_tolerance_to_size_ratio: float = HULL_TOLERANCE_TO_BODY_SIZE_RATIO
     slenderness_is_parameter: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        for name, shape in (("vertices", (-1, 3)), ("centre_of_mass", (3,)), ("inertia", (6,))):
+        for name, shape in (
+            ("vertices", (-1, 3)),
+            ("centre_of_mass", (3,)),
+            ("inertia_moments_and_products_per_mass", (6,)),
+        ):
             object.__setattr__(self, name, convert_argument_to_finite_array(name, getattr(self, name), shape))
-        if not 0.0 <= self.relief <= MAX_BASE_RELIEF_M:
-            raise ArgumentError(f"relief: {self.relief:g} m; it must be from 0 to {MAX_BASE_RELIEF_M:g} m")
+        if not 0.0 <= self.base_relief_m <= MAX_BASE_RELIEF_M:
+            raise ArgumentError(f"relief: {self.base_relief_m:g} m; it must be from 0 to {MAX_BASE_RELIEF_M:g} m")
         moments = np.linalg.eigvalsh(self.inertia_matrix_per_mass)
         if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
             raise ArgumentError(f"inertia: principal moments {moments.round(9).tolist()} m²; no body has these")
@@ -111,7 +115,7 @@ class ScannedStone(Shape):
     @property
     def inertia_matrix_per_mass(self) -> FloatArray:
         """Moments and negative products of inertia about the centre of mass per mass, shape (3, 3), m²."""
-        xx, yy, zz, xy, xz, yz = np.asarray(self.inertia).tolist()
+        xx, yy, zz, xy, xz, yz = np.asarray(self.inertia_moments_and_products_per_mass).tolist()
         return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
 
     @property
@@ -120,15 +124,15 @@ class ScannedStone(Shape):
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
     @cached_property
-    def footprint(self) -> FloatArray:
+    def footprint_corners_from_centre_of_mass(self) -> FloatArray:
         """Corners of the footprint relative to the foot of the centre of mass, anticlockwise, shape (n, 2), m."""
         solid = self.unscaled_solid
-        return solid.contact_points[: solid.base_vertex_count, :2]
+        return solid.contact_points_from_centre_of_mass[: solid.base_vertex_count, :2]
 
     @cached_property
     def possible_ground_contact_points(self) -> FloatArray:
         """Points of the stone that can touch the ground, with the footprint in one plane, shape (n, 3), m."""
-        return _lower_footprint_to_lowest_plane(np.asarray(self.vertices), self.relief)
+        return _lower_footprint_to_lowest_plane(np.asarray(self.vertices), self.base_relief_m)
 
     @cached_property
     def unscaled_solid(self) -> RigidSolid:
@@ -139,7 +143,7 @@ class ScannedStone(Shape):
         base = np.flatnonzero(
             self.possible_ground_contact_points[:, 2] == self.possible_ground_contact_points[:, 2].min()
         )
-        tolerance = self.hull_tolerance * size
+        tolerance = self.hull_tolerance_to_size_ratio * size
         while True:
             points = simplified_convex_hull_vertices(self.possible_ground_contact_points, tolerance, base)
             hull = hull_with_origin_at_centre_of_mass(points, scipy.spatial.ConvexHull(points), properties)
@@ -150,11 +154,11 @@ class ScannedStone(Shape):
                     raise
                 tolerance *= 2.0
 
-    def with_relief(self, relief: float) -> Self:
+    def with_base_relief(self, relief: float) -> Self:
         """Return a copy with another relief: the height (m) above its lowest point up to which its points bear load."""
-        known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.relief: self})
+        known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.base_relief_m: self})
         if relief not in known:
-            known[relief] = replace(self, relief=relief)
+            known[relief] = replace(self, base_relief_m=relief)
         return known[relief]
 
     @override
@@ -176,9 +180,9 @@ def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> Float
     """
     size = float(np.ptp(points, axis=0).max())
     bottom = float(points[:, 2].min())
-    low = points[:, 2] <= bottom + max(relief, FLATNESS_TOLERANCE * size)
+    low = points[:, 2] <= bottom + max(relief, FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
     try:
-        outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_SIMPLIFICATION_TOLERANCE * size)
+        outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO * size)
     except (scipy.spatial.QhullError, ValueError):
         raise ArgumentError(
             f"body: fewer than three points, or points on one line, bear within a relief of {1000 * relief:g} mm; "
@@ -237,8 +241,8 @@ def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
     """Return points of a body that can touch the ground, shape (n, 3): hull vertices and low load-bearing points.
 
     The relief is the height up to which points of the base bear load, at most `MAX_BASE_RELIEF_M`. The points are the
-    vertices of the hull (of more than `MAX_STORED_VERTICES`, the extreme ones in as many directions), and the low
-    points that widen the footprint before a hull vertex does.
+    vertices of the hull (of more than `MAX_HULL_VERTICES_STORED_UNREDUCED`, the extreme ones in as many directions),
+    and the low points that widen the footprint before a hull vertex does.
     """
     size = float(np.ptp(points, axis=0).max())
     hull = scipy.spatial.ConvexHull(points)
@@ -248,7 +252,8 @@ def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
     for index in low:
         if (
             len(outline)
-            and (outline[:, :2] @ points[index, :2] + outline[:, 2]).max() <= FOOTPRINT_SIMPLIFICATION_TOLERANCE * size
+            and (outline[:, :2] @ points[index, :2] + outline[:, 2]).max()
+            <= FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO * size
         ):
             continue
         chosen.append(index)
@@ -257,9 +262,9 @@ def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
                 outline = scipy.spatial.ConvexHull(points[chosen, :2]).equations
             except scipy.spatial.QhullError:
                 continue
-    if hull.vertices.size <= MAX_STORED_VERTICES:
+    if hull.vertices.size <= MAX_HULL_VERTICES_STORED_UNREDUCED:
         return points[np.union1d(hull.vertices, np.array(chosen, np.intp))]
-    extreme = _extreme_points_in_spread_directions(points[hull.vertices], MAX_STORED_VERTICES)
+    extreme = _extreme_points_in_spread_directions(points[hull.vertices], MAX_HULL_VERTICES_STORED_UNREDUCED)
     return np.unique(np.concatenate([extreme, points[chosen]]), axis=0)
 
 
@@ -276,25 +281,24 @@ class ScanResult(NamedTuple):
     """Stone read from a mesh file, in its stable pose, with its volume and with notes on repairs of the mesh."""
 
     shape: Shape
-    volume: float
+    volume_m3: float
     """Volume, m³."""
-    pose: RotationToStablePose
-    notes: list[str]
+    rotation_to_stable_pose: RotationToStablePose
+    mesh_change_notes: list[str]
     """Changes of the mesh, in words."""
 
     def description_lines(self, density: float | None = None) -> list[str]:
         """Return lines to print: volume, mesh repairs, pose, footprint, and mass if a density (kg/m³) is given."""
-        mass = "" if density is None else f", mass {self.volume * density:.4g} kg"
-        lines = [f"as scanned: volume {self.volume:.4g} m³{mass}", *self.notes]
-        if self.pose.tilt_deg > 0.0:
-            lines.append(
-                f"placed in its nearest stable pose, tilted by {self.pose.tilt_deg:.2f}° from its own vertical"
-            )
+        mass = "" if density is None else f", mass {self.volume_m3 * density:.4g} kg"
+        lines = [f"as scanned: volume {self.volume_m3:.4g} m³{mass}", *self.mesh_change_notes]
+        tilt_deg = self.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg
+        if tilt_deg > 0.0:
+            lines.append(f"placed in its nearest stable pose, tilted by {tilt_deg:.2f}° from its own vertical")
         if isinstance(self.shape, ScannedStone):
             solid = self.shape.unscaled_solid
             lines.append(
-                f"footprint within a relief of {1000 * self.shape.relief:.3g} mm: {solid.base_vertex_count} corners, "
-                "nearest edge "
+                f"footprint within a relief of {1000 * self.shape.base_relief_m:.3g} mm: {solid.base_vertex_count} "
+                "corners, nearest edge "
                 f"{1000 * solid.min_base_edge_distance_from_centre:.3g} mm from the foot of the centre of mass"
             )
         return lines
@@ -312,42 +316,44 @@ def stone_from_surface(
     ArgumentError
         If the body cannot stand, or its size is out of range; see `ScannedStone`.
     """
-    found = mass_properties_inside_surface(surface.corners)
+    found = mass_properties_inside_surface(surface.triangle_corners)
     used = surface.vertices[np.unique(surface.triangles)]
-    pose = nearest_stable_pose(used, found.centre)
+    pose = nearest_stable_pose(used, found.centre_of_mass)
     if (
         relief is None
-        and pose.tilt_deg == 0.0
+        and pose.scan_tilt_from_stable_pose_deg == 0.0
         and (solid := _scan_as_polyhedron_if_convex(used, found, name)) is not None
     ):
-        return ScanResult(solid, found.volume, pose, notes)
-    placed = used @ pose.rotation.T
-    origin = pose.rotation @ found.centre
+        return ScanResult(solid, found.signed_volume, pose, notes)
+    placed = used @ pose.rotation_matrix_from_scan_axes.T
+    origin = pose.rotation_matrix_from_scan_axes @ found.centre_of_mass
     origin[2] = placed[:, 2].min()
-    touching = np.round(points_that_can_touch_ground(placed - origin), STORED_POSITION_DECIMALS)
-    inertia = pose.rotation @ found.inertia_per_mass @ pose.rotation.T
+    touching = np.round(points_that_can_touch_ground(placed - origin), STORED_POSITION_DECIMALS_OF_METRE)
+    inertia = pose.rotation_matrix_from_scan_axes @ found.inertia_per_mass @ pose.rotation_matrix_from_scan_axes.T
     six = [*np.diag(inertia), -inertia[0, 1], -inertia[0, 2], -inertia[1, 2]]
     shape = ScannedStone(
         touching,
-        np.round(pose.rotation @ found.centre - origin, STORED_POSITION_DECIMALS),
+        np.round(
+            pose.rotation_matrix_from_scan_axes @ found.centre_of_mass - origin, STORED_POSITION_DECIMALS_OF_METRE
+        ),
         np.round(six, 9),
         DEFAULT_BASE_RELIEF_M if relief is None else relief,
         name,
     )
-    return ScanResult(shape, found.volume, pose, notes)
+    return ScanResult(shape, found.signed_volume, pose, notes)
 
 
 def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
     """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""
     hull = scipy.spatial.ConvexHull(points)
-    if abs(hull.volume - found.volume) > MAX_HULL_VOLUME_EXCESS_OF_CONVEX_BODY * hull.volume:
+    if abs(hull.volume - found.signed_volume) > MAX_HULL_VOLUME_EXCESS_RATIO_OF_CONVEX_BODY * hull.volume:
         return None
     size = float(np.ptp(points, axis=0).max())
     inside = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
     height = points[:, 2] - points[:, 2].min()
     if (
-        inside.max() > FLATNESS_TOLERANCE * size
-        or ((height > FLATNESS_TOLERANCE * size) & (height <= DEFAULT_BASE_RELIEF_M)).any()
+        inside.max() > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size
+        or ((height > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size) & (height <= DEFAULT_BASE_RELIEF_M)).any()
     ):
         return None
     if len(points) > MAX_CONTACT_VERTICES:

@@ -12,16 +12,16 @@ from overturning.arrays import convert_argument_to_float_array
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import path_in_working_folder_or_package, read_yaml_mapping
 from overturning.model.contact import Contact
-from overturning.model.element import ContactLaw, Element, Material, Name, Positive
+from overturning.model.element import ContactLaw, Element, LowercaseHyphenName, Material, PositiveNumber
 from overturning.model.geometry import (
-    MIN_GROUND_WIDTH_FOR_BLOCK_KERNEL_M,
-    MIN_RELATIVE_GROUND_WIDTH,
-    check_scene_geometry,
+    MIN_GROUND_WIDTH_FOR_SINGLE_BLOCK_KERNEL_M,
+    MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO,
+    check_elements_have_support_without_overlap,
 )
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 from overturning.validation import StrictModel, describe_invalid_keys, make_constructor_raise_argument_errors
 
-MAX_ELEMENTS: Final = 64
+MAX_SCENE_ELEMENTS: Final = 64
 """Largest number of elements; with more, the arrays of the kernel exceed the processor's caches."""
 
 
@@ -29,19 +29,21 @@ MAX_ELEMENTS: Final = 64
 class Scene(StrictModel):
     """Scene of rigid polygons (elements) with materials, contact laws and gravity."""
 
-    name: Name = Field(description="name")
+    name: LowercaseHyphenName = Field(description="name")
     title: str = Field(default="", description="title in reports")
-    gravity: Positive = Field(default=STANDARD_GRAVITY, description="acceleration of gravity, m/s²")
-    reference: Name | None = Field(
+    gravity: PositiveNumber = Field(default=STANDARD_GRAVITY, description="acceleration of gravity, m/s²")
+    reference: LowercaseHyphenName | None = Field(
         default=None,
         description="element whose height and B/H the study sweeps (all lengths scale with its height); "
         "not given: the first free one",
     )
-    materials: dict[Name, Material] = Field(default={"stone": Material()}, description="materials by name")
+    materials: dict[LowercaseHyphenName, Material] = Field(
+        default={"stone": Material()}, description="materials by name"
+    )
     contacts: tuple[ContactLaw, ...] = Field(
         default=(), description="contact laws; pairs of materials without one have the default law"
     )
-    elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_ELEMENTS, description="the elements")
+    elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_SCENE_ELEMENTS, description="the elements")
 
     @model_validator(mode="after")
     def _check_names_kinds_and_contact_laws(self) -> Self:
@@ -74,7 +76,7 @@ class Scene(StrictModel):
     @model_validator(mode="after")
     def _check_support_and_reference_element(self) -> Self:
         """Raise an error if elements overlap or lack support, or if a single block has its ground as reference."""
-        check_scene_geometry(self)
+        check_elements_have_support_without_overlap(self)
         # The single-block kernel applies the height and B/H of each case to the block.
         if self.is_single_block_on_wide_ground and self.size_reference_element_name not in self.free_element_names:
             raise ValueError(
@@ -131,7 +133,8 @@ class Scene(StrictModel):
             and (block.depth <= ground.depth or not per_depth)
             and ground.width
             > max(
-                MIN_GROUND_WIDTH_FOR_BLOCK_KERNEL_M, MIN_RELATIVE_GROUND_WIDTH * max(block.width, block.height or 0.0)
+                MIN_GROUND_WIDTH_FOR_SINGLE_BLOCK_KERNEL_M,
+                MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO * max(block.width, block.height or 0.0),
             )
         )
 
@@ -143,7 +146,9 @@ class Scene(StrictModel):
         """Return the contact law between two elements, by their materials."""
         return self.contact_law_of_materials(element.material, other_element.material)
 
-    def contact_law_of_materials(self, material: Name, other_material: Name) -> ContactLaw:
+    def contact_law_of_materials(
+        self, material: LowercaseHyphenName, other_material: LowercaseHyphenName
+    ) -> ContactLaw:
         """Return the contact law of two materials; the default law if the file has none."""
         laws = (law for law in self.contacts if set(law.between) == {material, other_material})
         return next(laws, ContactLaw(between=(material, other_material)))

@@ -6,7 +6,7 @@ from typing_extensions import override
 
 from overturning.arrays import ArrayLike
 from overturning.errors import ArgumentError
-from overturning.model.cases import HIGHEST_STONE_M, LOWEST_STONE_M
+from overturning.model.cases import MAX_STONE_HEIGHT_M, MIN_STONE_HEIGHT_M
 from overturning.model.geometry import default_height_and_b_over_h
 from overturning.model.model import Model
 
@@ -41,10 +41,10 @@ class SceneModel(Model):
     ) -> tuple[ArrayLike, ArrayLike]:
         """Return heights (m) and B/H of the cases; None is replaced by the size of the scene's reference element."""
         own_height, own_ratio = default_height_and_b_over_h(self.scene)
-        if height is None and not LOWEST_STONE_M <= own_height <= HIGHEST_STONE_M:
+        if height is None and not MIN_STONE_HEIGHT_M <= own_height <= MAX_STONE_HEIGHT_M:
             raise ArgumentError(
                 f"height: element {self.scene.size_reference_element_name} of scene {self.scene.name} is "
-                f"{own_height:g} m high; a stone is {LOWEST_STONE_M:g} to {HIGHEST_STONE_M:g} m high: "
+                f"{own_height:g} m high; a stone is {MIN_STONE_HEIGHT_M:g} to {MAX_STONE_HEIGHT_M:g} m high: "
                 "name another element with reference: in the scene, or give the height"
             )
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h

@@ -44,7 +44,7 @@ class Shape(ABC):
 
     def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
         """Return the corners of the body for drawing, shape (corners, 3), m, and its edges as corner index pairs."""
-        return _prism_corners_and_edges(self.solid(height, b_over_h, aspect).contact_points)
+        return _prism_corners_and_edges(self.solid(height, b_over_h, aspect).contact_points_from_centre_of_mass)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from overturning.errors import ArgumentError
 MAX_CONTACT_VERTICES: Final = 128
 """Maximum number of contact vertices; each one is tested in every step."""
 
-MAX_LOAD_SHARING_BASE_VERTICES: Final = 4
-"""Largest number of vertices of a base that share its weight equally; see `RigidSolid.load_sharing_point_count`."""
+MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY: Final = 4
+"""Most vertices of a base that share its weight equally; see `RigidSolid.assumed_weight_sharing_point_count`."""
 
 UNIT_RADIUS_RIM_CONTACT_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Contact points of a circular base that stands flat, in units of its radius."""
@@ -30,16 +30,16 @@ class RigidSolid:
 
     Parameters
     ----------
-    contact_points : ndarray, shape (n, 3)
+    contact_points_from_centre_of_mass : ndarray, shape (n, 3)
         Vertices that can touch before it has fallen: first those of the base, anticlockwise from above. For a round
         body, four points of its rim.
     base_vertex_count : int
         Number of vertices of the base.
     inertia_per_mass : ndarray, shape (3, 3)
         Moments and negative products of inertia per mass, m².
-    least_resting_tilt_in_any_direction_rad : float
+    least_tilt_to_rest_on_another_face_rad : float
         Least tilt at which it can rest on another face, rad.
-    resting_face_normals : ndarray, shape (faces, 3)
+    resting_face_normals_after_fall : ndarray, shape (faces, 3)
         Outward normals of the faces on which it can come to rest after a fall, clockwise from above.
     symmetry_period_deg : float
         Rotation about the vertical after which it coincides with itself, degrees: 360 without symmetry, 0 for a body of
@@ -48,29 +48,28 @@ class RigidSolid:
         Radius of its rim, m; 0 for a body with vertices.
     point_indices_by_non_base_contact_face : tuple of ndarray of int
         Indices of the points of each further face that can lie flat on the ground before the body has fallen.
-    fall_limits_by_lean_sector : ndarray, shape (sectors, 5)
+    lean_sector_start_vector_and_fall_dot_limit : ndarray, shape (sectors, 5)
         Sectors of the direction of lean, if the tilt of the fall depends on it; empty if
-        `least_resting_tilt_in_any_direction_rad` holds all around.
+        `least_tilt_to_rest_on_another_face_rad` holds all around.
         Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
         product of that vector with the downward vertical at which the body has fallen.
     """
 
-    contact_points: FloatArray
+    contact_points_from_centre_of_mass: FloatArray
     base_vertex_count: int
     inertia_per_mass: FloatArray
-    least_resting_tilt_in_any_direction_rad: float
-    resting_face_normals: FloatArray
+    least_tilt_to_rest_on_another_face_rad: float
+    resting_face_normals_after_fall: FloatArray
     symmetry_period_deg: float = 360.0
     rim_radius: float = 0.0
     point_indices_by_non_base_contact_face: tuple[NDArray[np.int64], ...] = ()
-    fall_limits_by_lean_sector: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
+    lean_sector_start_vector_and_fall_dot_limit: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:
-        if len(self.contact_points) > MAX_CONTACT_VERTICES:
+        if len(self.contact_points_from_centre_of_mass) > MAX_CONTACT_VERTICES:
             raise TooManyContactVerticesError(
-                f"body: {len(self.contact_points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: "
-                "simplify the mesh, or "
-                "take 'circle' for a round body"
+                f"body: {len(self.contact_points_from_centre_of_mass)} vertices can touch; at most "
+                f"{MAX_CONTACT_VERTICES}: simplify the mesh, or take 'circle' for a round body"
             )
         if not self.min_base_edge_distance_from_centre > 0.0:
             raise ArgumentError(
@@ -81,21 +80,23 @@ class RigidSolid:
     @property
     def centre_height(self) -> float:
         """Height of the centre of mass above the base, m."""
-        return -float(self.contact_points[0, 2])
+        return -float(self.contact_points_from_centre_of_mass[0, 2])
 
     @property
-    def load_sharing_point_count(self) -> int:
+    def assumed_weight_sharing_point_count(self) -> int:
         """Number of contact points assumed to share the weight; it sets the spring and dashpot constants.
 
-        2, as in the 2-D model, for a rim or more than `MAX_LOAD_SHARING_BASE_VERTICES` vertices: while such a body
-        rocks, a single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
+        2, as in the 2-D model, for a rim or more than `MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY` vertices: while such a
+        body rocks, a single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
         """
         return (
-            2 if self.rim_radius or self.base_vertex_count > MAX_LOAD_SHARING_BASE_VERTICES else self.base_vertex_count
+            2
+            if self.rim_radius or self.base_vertex_count > MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
+            else self.base_vertex_count
         )
 
     @property
-    def relative_height_tolerance_of_lowest_vertices(self) -> float:
+    def lowest_vertex_tolerance_to_base_height_range(self) -> float:
         """Largest height difference of vertices that count as lowest in a tilted base, over the base's height range.
 
         For a regular polygon the lowest vertices are both ends of the edge over which it leans, or a single vertex.
@@ -107,14 +108,14 @@ class RigidSolid:
         """Distance (m) of each base edge from the point below the centre of mass; negative if that point is outside."""
         if self.rim_radius:
             return np.array([self.rim_radius])
-        x, y = self.contact_points[: self.base_vertex_count, :2].T
+        x, y = self.contact_points_from_centre_of_mass[: self.base_vertex_count, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.asarray((x * dy - y * dx) / np.sqrt(dx * dx + dy * dy))
 
     @property
     def base_edge_normals(self) -> FloatArray:
         """Outward normals of a polygonal base, in the order of `base_edge_distances_from_centre`, shape (edges, 2)."""
-        x, y = self.contact_points[: self.base_vertex_count, :2].T
+        x, y = self.contact_points_from_centre_of_mass[: self.base_vertex_count, :2].T
         dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
         return np.stack([dy, -dx], axis=1) / np.sqrt(dx * dx + dy * dy)[:, None]
 
@@ -139,7 +140,7 @@ class RigidSolid:
         """Return the body with all lengths multiplied by a factor."""
         return replace(
             self,
-            contact_points=self.contact_points * factor,
+            contact_points_from_centre_of_mass=self.contact_points_from_centre_of_mass * factor,
             inertia_per_mass=self.inertia_per_mass * factor**2,
             rim_radius=self.rim_radius * factor,
         )

@@ -21,7 +21,7 @@ SQUARE_SYMMETRY_PERIOD_DEG: Final = 90.0
 MIN_RESULTANT_OF_AGREEING_FALLS: Final = float(np.cos(np.radians(15.0)))
 """Mean resultant of directions that lie 15° to either side of their mean."""
 
-_ENSEMBLE_MEAN_VARIABLES: Final = {
+_ENSEMBLE_MEAN_VARIABLE_BY_STATISTIC: Final = {
     "falls": "probability_falls",
     "direction_cosine": "fall_north",
     "direction_sine": "fall_east",
@@ -59,11 +59,15 @@ class ThreeDimensionalModel(Model):
     """Abstract base class of the 3-D models; all initial orientations about the vertical have equal weight."""
 
     direction_dimension_name: ClassVar = "orientation"
-    copy_flag_variable_name: ClassVar = "repeated"
+    symmetry_copy_flag_variable_name: ClassVar = "repeated"
     is_planar: ClassVar = False
-    can_twist: ClassVar = True
-    variables_for_fall_probability: ClassVar = ("overturned", "fall_azimuth", *_ENSEMBLE_MEAN_VARIABLES.values())
-    variables_for_square_stone_outcomes: ClassVar = (
+    can_rotate_about_vertical: ClassVar = True
+    variable_names_read_for_fall_probability: ClassVar = (
+        "overturned",
+        "fall_azimuth",
+        *_ENSEMBLE_MEAN_VARIABLE_BY_STATISTIC.values(),
+    )
+    variable_names_read_for_square_stones: ClassVar = (
         "overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist"
     )  # fmt: skip
 
@@ -74,17 +78,20 @@ class ThreeDimensionalModel(Model):
         grid: CaseGrid,
         equivalent_directions: EquivalentSimulatedDirections,
     ) -> None:
-        own = np.arange(equivalent_directions.direction_index.shape[0])[:, None]
-        outcome_arrays["repeated"] = grid.broadcast_over_grid(equivalent_directions.direction_index != own).astype(
-            np.int8
-        )
+        own = np.arange(equivalent_directions.simulated_direction_index.shape[0])[:, None]
+        outcome_arrays["repeated"] = grid.broadcast_over_grid(
+            equivalent_directions.simulated_direction_index != own
+        ).astype(np.int8)
 
     @override
     def ensemble_statistics_by_case(
-        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
+        self,
+        member_fall_flags: NDArray[np.int8],
+        fall_azimuth_deg: FloatArray,
+        sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
         """Compute the share of each case's ensemble runs that fall, and their mean cosine and sine of azimuth."""
-        known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
+        known, fell, angle = member_fall_flags != INT8_MISSING, member_fall_flags == 1, np.radians(fall_azimuth_deg)
         first, second = (
             (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
         )
@@ -125,7 +132,7 @@ class ThreeDimensionalModel(Model):
                 found[f"{kind}_{name}"] = values.where(fell == 1, 0.0).where(known)
         if use_ensemble and "probability_falls" in cube:
             found = {
-                name: cube[_ENSEMBLE_MEAN_VARIABLES[name]].astype("float64").fillna(values)
+                name: cube[_ENSEMBLE_MEAN_VARIABLE_BY_STATISTIC[name]].astype("float64").fillna(values)
                 for name, values in found.items()
             }
         count = cube.sizes[self.direction_dimension_name]
@@ -152,7 +159,7 @@ class ThreeDimensionalModel(Model):
         )
 
     @override
-    def square_stone_outcomes(
+    def look_up_square_stone_outcomes(
         self,
         site_cube: "xr.Dataset",
         face_azimuth_deg: FloatArray,
@@ -167,8 +174,8 @@ class ThreeDimensionalModel(Model):
         )
         found = values_at_grid_indices(
             square,
-            self.variables_for_square_stone_outcomes,
-            {self.direction_dimension_name: sources.direction_index, **grid_indices_by_dimension},
+            self.variable_names_read_for_square_stones,
+            {self.direction_dimension_name: sources.simulated_direction_index, **grid_indices_by_dimension},
         )
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])

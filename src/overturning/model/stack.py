@@ -17,31 +17,35 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.space import ThreeDimensionalModel
 from overturning.model.stack_checks import check_scene_is_stack
-from overturning.model.stack_stones import CIRCLE_SIDES, StackStone, stack_stones
-from overturning.model.symmetry import FULL_TURN, EquivalentSimulatedDirections
-from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, OutcomeVariable
+from overturning.model.stack_stones import POLYGON_SIDES_FOR_CIRCLE, StackStone, stack_stones
+from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections
+from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_OUTCOME_VARIABLES, OutcomeVariable
 
-_VARIABLES_PER_STONE: Final = {
+_NAMES_OF_VARIABLES_PER_STONE: Final = {
     "overturned", "fall_azimuth", "peak_tilt", "overturning_time", "residual_slip_north", "residual_slip_east",
     "residual_twist",
 }  # fmt: skip
-_STACK_LONG_NAMES: Final = {
+_LONG_NAMES_THAT_DIFFER_FOR_STACK: Final = {
     "peak_tilt": "largest angle between the stone's axis and the vertical",
     "residual_slip_north": "northward displacement, at the end, of the base on the face below from its place at rest",
     "residual_slip_east": "eastward displacement, at the end, of the base on the face below from its place at rest",
     "residual_twist": "rotation at the end relative to what the stone stands on, clockwise from above",
 }
 
-STACK_VARIABLES: Final = (
+STACK_OUTCOME_VARIABLES: Final = (
     *(
-        replace(item, per_element=item.name in _VARIABLES_PER_STONE, long_name=_STACK_LONG_NAMES.get(item.name,
-        item.long_name))
-        for item in BODY_VARIABLES
+        replace(
+            item, has_element_dimension=item.name in _NAMES_OF_VARIABLES_PER_STONE,
+            long_name=_LONG_NAMES_THAT_DIFFER_FOR_STACK.get(item.name, item.long_name),
+        )
+        for item in BODY_OUTCOME_VARIABLES
         if item.name not in {"fall_face", "peak_slip", "angular_momentum_error"}
     ),
     OutcomeVariable(
         "slid_off", "i1", "whether the stone fell because it slid over the rim of what it stands on", "1", True,
-        attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands_or_tips slides_off"},
+        further_cf_attributes={
+            "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands_or_tips slides_off",
+        },
     ),
 )  # fmt: skip
 """Outcome variables of a stack."""
@@ -82,22 +86,22 @@ class Stack(SceneModel, ThreeDimensionalModel):
             raise ArgumentError(f"contact: {self.contact!r}; a stack in 3-D has a VertexContact")
         check_scene_is_stack(self.scene)
 
-    outcome_variables: ClassVar = STACK_VARIABLES
+    outcome_variables: ClassVar = STACK_OUTCOME_VARIABLES
     ensemble_variables: ClassVar = tuple(
-        replace(item, per_element=item.name != "members") for item in BODY_ENSEMBLE_VARIABLES
+        replace(item, has_element_dimension=item.name != "members") for item in BODY_ENSEMBLE_VARIABLES
     )
-    overturned_comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
+    overturned_variable_comment: ClassVar = "overturned: 1 when a stone falls, towards fall_azimuth, 0 when it stands"
     case_dims_without_direction: ClassVar = ("height", "b_over_h", "friction")
 
     @property
     @override
-    def relative_computing_time_of_case(self) -> float:
+    def case_computing_time_over_that_of_2d_block(self) -> float:
         """Computing time of a case relative to a 2-D block: the sum over stones of 60 · (base corners / 4)³.
 
         It grows with the cube of the number of corners of the base; a circle has 16. A base that rolls on many corners
         needs a short step for each corner that opens or closes, and each step takes longer.
         """
-        return 60.0 * sum((stone.base_corners.shape[0] / 4.0) ** 3 for stone in self.stones())
+        return 60.0 * sum((stone.base_corners_xy_from_centre_of_mass.shape[0] / 4.0) ** 3 for stone in self.stones())
 
     @override
     def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
@@ -108,11 +112,11 @@ class Stack(SceneModel, ThreeDimensionalModel):
     @property
     def rotational_symmetry_period_deg(self) -> float:
         """Rotation about the vertical after which the stack looks the same, degrees; 90 if all bases are square."""
-        if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN:
-            return FULL_TURN
+        if azimuth_period_of_outcome_deg(self.scene) == FULL_TURN_DEG:
+            return FULL_TURN_DEG
         # Equal parts of a turn after which all stones look the same; a circle looks the same after any.
         parts = math.gcd(*(stone.rotational_symmetry_order for stone in self.stones()))
-        return FULL_TURN / (parts or CIRCLE_SIDES)
+        return FULL_TURN_DEG / (parts or POLYGON_SIDES_FOR_CIRCLE)
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Stack":
@@ -132,19 +136,23 @@ class Stack(SceneModel, ThreeDimensionalModel):
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> EquivalentSimulatedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
-        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN)
+        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
         return replace(
-            super().simulated_direction_for_each_direction(grid, use_symmetry), rotation_from_simulated_deg=turn
+            super().simulated_direction_for_each_direction(grid, use_symmetry),
+            clockwise_rotation_from_simulated_deg=turn,
         )
 
     # Once an element is selected, the cube of a stack has the variables of the cube of a body.
 
     @override
     def ensemble_statistics_by_case(
-        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, sobol_scramble_of_member: NDArray[np.int64]
+        self,
+        member_fall_flags: NDArray[np.int8],
+        fall_azimuth_deg: FloatArray,
+        sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        found = super().ensemble_statistics_by_case(member_flags, fall_azimuth_deg, sobol_scramble_of_member)
+        found = super().ensemble_statistics_by_case(member_fall_flags, fall_azimuth_deg, sobol_scramble_of_member)
         members = found["members"]
         return found | {"members": members if members.ndim == 1 else members.min(axis=1)}
 

@@ -6,21 +6,21 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.model.contact import DEFAULT_STATIC_PENETRATION_RATIO
+from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from overturning.model.element import ContactLaw
 from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
 from overturning.model.stack_stones import (
-    LEVEL_FACE_TOLERANCE,
+    LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO,
     StackStone,
     contact_patches_at_rest,
-    ends_of_lowest_or_highest_face,
+    end_x_of_lowest_or_highest_face,
     stack_stone_of_element,
 )
 from overturning.model.stack_touch import ContactBeforeTipping, face_contacts_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
-MIN_GROUND_MARGIN_M: Final = 5.0
+MIN_GROUND_MARGIN_AROUND_STACK_M: Final = 5.0
 """Least distance, m, by which the ground of a stack reaches beyond it; for small stones, in sizes of the largest one.
 
 In 3-D the ground is a plane without end, from which no stone can slide off."""
@@ -56,7 +56,7 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
                 "have: leave it out"
             )
         law = scene.contact_law(below, element)
-        if law.static_penetration != DEFAULT_STATIC_PENETRATION_RATIO:
+        if law.static_penetration != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO:
             faults.append(
                 f"the contact of {element.name} has static_penetration {law.static_penetration:g}, which 3-D does not "
                 "have: leave it out"
@@ -73,15 +73,17 @@ def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     for item, following in zip(placed, [*placed[1:], None], strict=True):
         for name, lowest in (("base", True), ("upper face", False)):
             if lowest or following is not None:
-                left, right = ends_of_lowest_or_highest_face(item, lowest)
-                whole = _length_of_lowest_or_highest_face(item, lowest) >= (right - left) * (1.0 - LEVEL_FACE_TOLERANCE)
+                left, right = end_x_of_lowest_or_highest_face(item, lowest)
+                whole = _length_of_lowest_or_highest_face(item, lowest) >= (right - left) * (
+                    1.0 - LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO
+                )
                 flat = _length_of_lowest_or_highest_face(item, lowest) > 0.0
                 faults += [f"element {item.element.name} has no level {name}"] if not flat else []
                 faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
-    ends = placed[0].vertices_in_scene[:, 0] - ground.x
+    ends = placed[0].vertices_in_scene[:, 0] - ground.centre_of_mass_x
     margin = 0.5 * float(ground.shape.width) - float(np.abs(ends).max())
     largest = max(max(item.shape.width, item.shape.height) for item in placed)
-    if margin < MIN_GROUND_MARGIN_M * min(1.0, largest):
+    if margin < MIN_GROUND_MARGIN_AROUND_STACK_M * min(1.0, largest):
         faults.append(
             f"element {ground.element.name} is only {ground.shape.width:.3g} m wide, so that "
             f"{placed[0].element.name} could slide off it; make it a free stone on a wider ground"
@@ -102,10 +104,10 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
         if not np.all(patch.side_distances_from_mass_centre_above > 0.0)
     ]
     return faults or [
-        f"the outline of element {touch.tipping_stone} would meet the face below {_contact_tilt_text(touch)} "
-        f"over the edge of its base at {math.degrees(touch.critical_angle):.3g}°"
+        f"the outline of element {touch.tipping_stone_name} would meet the face below {_contact_tilt_text(touch)} "
+        f"over the edge of its base at {math.degrees(touch.tipping_tilt_rad):.3g}°"
         for touch in face_contacts_before_tipping(stones)
-        if touch.face.depth_below_base == 0.0
+        if touch.touched_face.depth_below_base_of_tipping_stone == 0.0
     ]
 
 
@@ -117,22 +119,23 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     """
     first: dict[str, ContactBeforeTipping] = {}
     for touch in face_contacts_before_tipping(stones):
-        if touch.face.depth_below_base > 0.0:
-            first.setdefault(touch.tipping_stone, touch)
+        if touch.touched_face.depth_below_base_of_tipping_stone > 0.0:
+            first.setdefault(touch.tipping_stone_name, touch)
     return [
-        f"element {touch.tipping_stone} overhangs, and would meet {touch.face.stone_name or 'the ground'} "
-        f"{_contact_tilt_text(touch)} over the rim of the stone below at {math.degrees(touch.critical_angle):.3g}°"
+        f"element {touch.tipping_stone_name} overhangs, and would meet "
+        f"{touch.touched_face.name_of_stone_with_face or 'the ground'} "
+        f"{_contact_tilt_text(touch)} over the rim of the stone below at {math.degrees(touch.tipping_tilt_rad):.3g}°"
         for touch in first.values()
     ]
 
 
 def _contact_tilt_text(touch: ContactBeforeTipping) -> str:
     """Return a text for a warning: the tilt at which a stone touches a face below, before it tips."""
-    return f"at a tilt of {math.degrees(touch.touching_tilt):.3g}°, before it tips"
+    return f"at a tilt of {math.degrees(touch.tilt_at_touch_rad):.3g}°, before it tips"
 
 
 def _length_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> float:
     """Return the total length (m) of an element's outline at its lowest, or highest, level."""
-    x, z = item.shape.vertices.T
-    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_FACE_TOLERANCE * np.ptp(z)
+    x, z = item.shape.vertices_from_centroid.T
+    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)
     return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())

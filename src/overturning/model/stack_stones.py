@@ -12,10 +12,10 @@ from overturning.model.geometry import PlacedElement, place_elements
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
 
-CIRCLE_SIDES: Final = 16
+POLYGON_SIDES_FOR_CIRCLE: Final = 16
 """Number of sides of the regular polygon, of equal area, that stands for a circle."""
 
-LEVEL_FACE_TOLERANCE: Final = 1e-6
+LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO: Final = 1e-6
 """Largest height of a vertex above a level face to which it belongs, as a share of the stone's height."""
 
 
@@ -29,13 +29,13 @@ class StackStone:
     name: str
     mass: float  # kg
     inertia_per_mass: FloatArray  # about the centre of mass per mass, shape (3, 3), m²
-    x: float  # position of the centre of mass at rest, m
+    centre_of_mass_x_at_rest: float  # position of the centre of mass at rest, m
     centre_height_above_base: float  # height of the centre of mass above the base, m
     upper_face_height_above_centre: float  # height of the upper face above the centre of mass, m
-    base_corners: FloatArray  # corners of the base, anticlockwise from above, shape (corners, 2), m
-    upper_face_corners: FloatArray  # as `base`, of the upper face, or of the base if nothing can stand on the stone
-    outline: FloatArray  # vertices of the element in the plane, shape (n, 2), m: x and z
-    depth: float  # m
+    base_corners_xy_from_centre_of_mass: FloatArray  # anticlockwise from above, shape (corners, 2), m
+    upper_face_corners_xy_from_centre_of_mass: FloatArray  # as the base's; the base if nothing can stand on the stone
+    outline_xz_from_centre_of_mass: FloatArray  # vertices of the element in the plane, shape (n, 2), m: x and z
+    depth_along_y: float  # m
     fall_threshold_drop: float  # drop of the centre of mass at which the stone counts as fallen, m
     base_joint_friction: float | None  # coefficient of friction of the joint below; None for the value of each case
     base_joint_stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
@@ -47,28 +47,31 @@ class StackStone:
     @property
     def has_rectangular_faces(self) -> bool:
         """True if the stone's base and upper face are rectangles along x and y."""
-        return len(self.base_corners) == 4 and len(np.unique(self.base_corners[:, 0])) == 2
+        return (
+            len(self.base_corners_xy_from_centre_of_mass) == 4
+            and len(np.unique(self.base_corners_xy_from_centre_of_mass[:, 0])) == 2
+        )
 
     @property
     def nearest_base_side_distance(self) -> float:
         """Horizontal distance of the nearest side of the base from the centre of mass, m."""
         return float(
-            np.abs(self.base_corners).min()
+            np.abs(self.base_corners_xy_from_centre_of_mass).min()
             if self.has_rectangular_faces
-            else polygon_side_distances_from_point(self.base_corners).min()
+            else polygon_side_distances_from_point(self.base_corners_xy_from_centre_of_mass).min()
         )
 
     def drawn_corners_and_edges(self) -> tuple[FloatArray, FloatArray]:
         """Return the stone's corners from its centre of mass, (2 n, 3), m, and its edges as corner index pairs."""
         if not self.has_rectangular_faces:
-            count = len(self.base_corners)
+            count = len(self.base_corners_xy_from_centre_of_mass)
             corners = np.concatenate([
-                np.column_stack([self.base_corners, np.full(count,
-                height)]) for height in (-self.centre_height_above_base, self.upper_face_height_above_centre)
+                np.column_stack([self.base_corners_xy_from_centre_of_mass, np.full(count, height)])
+                for height in (-self.centre_height_above_base, self.upper_face_height_above_centre)
             ])  # fmt: skip
         else:
-            count, half = len(self.outline), 0.5 * self.depth
-            x, z = self.outline.T
+            count, half = len(self.outline_xz_from_centre_of_mass), 0.5 * self.depth_along_y
+            x, z = self.outline_xz_from_centre_of_mass.T
             corners = np.concatenate([np.stack([x, np.full(count, side), z], axis=1) for side in (-half, half)])
         ring = np.stack([np.arange(count), (np.arange(count) + 1) % count], axis=1)
         across = np.stack([np.arange(count), np.arange(count) + count], axis=1)
@@ -98,38 +101,40 @@ def _density_of_element(scene: Scene, element: Element) -> float:
     return scene.materials[element.material].density
 
 
-def polygon_side_distances_from_point(corners: FloatArray, x: float = 0.0) -> FloatArray:
-    """Return the distances, m, of the sides of an anticlockwise convex polygon from the point (x, 0) inside it."""
+def polygon_side_distances_from_point(corners: FloatArray, point_x: float = 0.0) -> FloatArray:
+    """Return the distances (m) of an anticlockwise convex polygon's sides from the point (point_x, 0) inside it."""
     side = np.roll(corners, -1, axis=0) - corners
-    inward = side[:, 1] * (corners[:, 0] - x) - side[:, 0] * corners[:, 1]
+    inward = side[:, 1] * (corners[:, 0] - point_x) - side[:, 0] * corners[:, 1]
     return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
 
 
 def _plan_corners_and_inertia_per_mass(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
 
-    The first side of a polygon faces +x. A circle becomes the polygon of `CIRCLE_SIDES` sides with its area, with the
-    inertia of the cylinder.
+    The first side of a polygon faces +x. A circle becomes the polygon of `POLYGON_SIDES_FOR_CIRCLE` sides with its
+    area, with the inertia of the cylinder.
     """
     shape = Cylinder() if plan == "circle" else RegularPrism(int(plan))
     solid = ring = shape.solid(height, width / height, 1.0)
     if plan == "circle":
         # Rounded, since libm differs between processors in the last digit.
-        wider = round(math.sqrt(math.pi / (CIRCLE_SIDES * math.tan(math.pi / CIRCLE_SIDES))), 12)
-        ring = RegularPrism(CIRCLE_SIDES).solid(height, wider * width / height, 1.0)
-    return np.asarray(ring.contact_points[:, :2]), np.asarray(solid.inertia_per_mass)
+        wider = round(
+            math.sqrt(math.pi / (POLYGON_SIDES_FOR_CIRCLE * math.tan(math.pi / POLYGON_SIDES_FOR_CIRCLE))), 12
+        )
+        ring = RegularPrism(POLYGON_SIDES_FOR_CIRCLE).solid(height, wider * width / height, 1.0)
+    return np.asarray(ring.contact_points_from_centre_of_mass[:, :2]), np.asarray(solid.inertia_per_mass)
 
 
 def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
     """Convert a scene element to a 3-D stone with a depth (m), density (kg/m³) and contact law with its support."""
-    outline = item.shape.vertices
+    outline = item.shape.vertices_from_centroid
     xx, zz, xz = _second_moments_of_polygon_area(outline) / item.shape.area
     yy, half = depth * depth / 12.0, 0.5 * depth
     faces = []
     for lowest in (True, False):
-        left, right = ends_of_lowest_or_highest_face(item, lowest)
+        left, right = end_x_of_lowest_or_highest_face(item, lowest)
         # A stone on which nothing can stand has no upper face; the base stands in for it.
-        left, right = (left, right) if right > left else ends_of_lowest_or_highest_face(item, True)
+        left, right = (left, right) if right > left else end_x_of_lowest_or_highest_face(item, True)
         faces.append(np.array([[right, -half], [right, half], [left, half], [left, -half]]))
     plan = item.element.plan
     is_square = len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth
@@ -141,19 +146,21 @@ def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, d
     return StackStone(
         name=item.element.name, mass=density * depth * item.shape.area, rotational_symmetry_order=symmetry,
         inertia_per_mass=inertia,
-        x=item.x, centre_height_above_base=-float(outline[:, 1].min()), upper_face_height_above_centre=float(outline[:,
-        1].max()), base_corners=faces[0], upper_face_corners=faces[1],
-        outline=outline, depth=depth, fall_threshold_drop=item.fall_threshold_drop, base_joint_friction=law.friction,
+        centre_of_mass_x_at_rest=item.centre_of_mass_x, centre_height_above_base=-float(outline[:, 1].min()),
+        upper_face_height_above_centre=float(outline[:, 1].max()),
+        base_corners_xy_from_centre_of_mass=faces[0], upper_face_corners_xy_from_centre_of_mass=faces[1],
+        outline_xz_from_centre_of_mass=outline,
+        depth_along_y=depth, fall_threshold_drop=item.fall_threshold_drop, base_joint_friction=law.friction,
         base_joint_stiffness_ratio=law.stiffness_ratio if "stiffness_ratio" in law.model_fields_set else None,
         base_joint_damping_ratio=law.damping_ratio,
     )  # fmt: skip
 
 
-def ends_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> FloatArray:
-    """Return the ends (m) of an element's lowest or highest horizontal face; equal if a single vertex is there."""
-    x, z = item.shape.vertices.T
+def end_x_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> FloatArray:
+    """Return x (m, from the centre of mass) of both ends of an element's lowest or highest face; equal at a vertex."""
+    x, z = item.shape.vertices_from_centroid.T
     level = z.min() if lowest else z.max()
-    on = x[np.abs(z - level) <= LEVEL_FACE_TOLERANCE * np.ptp(z)]
+    on = x[np.abs(z - level) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)]
     return np.array([on.min(), on.max()])
 
 
@@ -171,23 +178,23 @@ def _second_moments_of_polygon_area(vertices: FloatArray) -> FloatArray:
 class ContactPatchAtRest:
     """Contact area (polygon) of a stone on its support at rest, and mass and centre of the stones above this area."""
 
-    corners: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
+    corners_xy_in_stack_axes: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
     corner_stiffness_shares: FloatArray  # share of the stiffness at each corner, shape (n,)
     side_distances_from_mass_centre_above: (
         FloatArray  # distance of each side of the patch from below that centre of mass, shape (n,), m; −: outside
     )
     mass_above: float  # mass of all stones above, kg
-    centre_height_above_patch: float  # height of their centre of mass above the patch, m
+    height_of_centre_of_all_mass_above: float  # height of their centre of mass above the patch, m
 
 
 def _rectangular_contact_corners(stone: StackStone, below: StackStone | None) -> FloatArray | None:
     """Return the corners of the contact area below a box, on a box or the ground; None if a face is not a rectangle."""
     if not (stone.has_rectangular_faces and (below is None or below.has_rectangular_faces)):
         return None
-    base = stone.base_corners + np.array([stone.x, 0.0])
+    base = stone.base_corners_xy_from_centre_of_mass + np.array([stone.centre_of_mass_x_at_rest, 0.0])
     low, high = base.min(axis=0), base.max(axis=0)
     if below is not None:
-        face = below.upper_face_corners + np.array([below.x, 0.0])
+        face = below.upper_face_corners_xy_from_centre_of_mass + np.array([below.centre_of_mass_x_at_rest, 0.0])
         low, high = np.maximum(low, face.min(axis=0)), np.minimum(high, face.max(axis=0))
     return np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
 
@@ -197,10 +204,10 @@ def _polygonal_contact_corners(stone: StackStone, below: StackStone | None) -> F
 
     The base is clipped by one side of the face after the other (Sutherland & Hodgman 1974).
     """
-    patch = stone.base_corners + np.array([stone.x, 0.0])
+    patch = stone.base_corners_xy_from_centre_of_mass + np.array([stone.centre_of_mass_x_at_rest, 0.0])
     if below is None:
         return patch
-    face = below.upper_face_corners + np.array([below.x, 0.0])
+    face = below.upper_face_corners_xy_from_centre_of_mass + np.array([below.centre_of_mass_x_at_rest, 0.0])
     for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
         inside = (b[0] - a[0]) * (patch[:, 1] - a[1]) - (b[1] - a[1]) * (patch[:, 0] - a[0])
         kept = []
@@ -220,7 +227,7 @@ def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest
     )
     mass = np.array([stone.mass for stone in stones])
     x, z = (
-        np.array([stone.x for stone in stones]),
+        np.array([stone.centre_of_mass_x_at_rest for stone in stones]),
         level[:-1] + np.array([stone.centre_height_above_base for stone in stones]),
     )
     found = []

@@ -11,15 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.stack_stones import LEVEL_FACE_TOLERANCE, StackStone, contact_patches_at_rest
+from overturning.model.stack_stones import (
+    LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO,
+    StackStone,
+    contact_patches_at_rest,
+)
 
 TILT_DIRECTION_COUNT: Final = 360
 """Number of directions of tilt that are examined, at equal angles; those along and across the plane are among them."""
 
-PARTS_PER_OUTLINE_SIDE: Final = 64
+TEST_PARTS_PER_OUTLINE_SIDE: Final = 64
 """Number of equal parts into which a side of an outline is divided: its points, too, can meet the rim of a face."""
 
-PARTS_PER_DEPTH_OR_RADIUS: Final = 8
+TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS: Final = 8
 """Number of equal parts into which the depth of a stone, and the radius of a base, is divided."""
 
 RELATIVE_ROUNDING_TOLERANCE: Final = 1e-9
@@ -29,18 +33,20 @@ RELATIVE_ROUNDING_TOLERANCE: Final = 1e-9
 class FaceBelowStone(NamedTuple):
     """Face that a tilting stone could touch: the upper face of a stone below, or the ground."""
 
-    stone_name: str  # stone that has the face; "" for the ground
-    corners: FloatArray | None  # horizontal positions, anticlockwise, shape (n, 2), m; None for a plane without end
-    depth_below_base: float  # depth of the face below the base of the stone, m
+    name_of_stone_with_face: str  # stone that has the face; "" for the ground
+    corners_or_none_if_unbounded: (
+        FloatArray | None
+    )  # horizontal positions, anticlockwise, shape (n, 2), m; None for a plane without end
+    depth_below_base_of_tipping_stone: float  # depth of the face below the base of the stone, m
 
 
 class ContactBeforeTipping(NamedTuple):
     """Tilt at which a stone touches a further face below, before the stone tips over the edge of its contact area."""
 
-    tipping_stone: str
-    face: FaceBelowStone
-    touching_tilt: float  # rad
-    critical_angle: float  # tilt at which the stone balances on that edge, rad
+    tipping_stone_name: str
+    touched_face: FaceBelowStone  # upper face of a stone below, or the ground
+    tilt_at_touch_rad: float  # rad
+    tipping_tilt_rad: float  # tilt at which the stone balances on that edge, rad
 
 
 def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBeforeTipping]:
@@ -65,34 +71,50 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBefore
         faces = [FaceBelowStone("", None, float(level[k]))]
         for below, top in zip(stones[:k], level[1:], strict=False):
             faces.append(
-                FaceBelowStone(below.name, below.upper_face_corners + np.array([below.x, 0.0]), float(level[k] - top))
+                FaceBelowStone(
+                    below.name,
+                    below.upper_face_corners_xy_from_centre_of_mass + np.array([below.centre_of_mass_x_at_rest, 0.0]),
+                    float(level[k] - top),
+                )
             )
         touches = [
-            touch for face in faces if (touch := _first_contact_with_face(stone, patch.corners, face)) is not None
+            touch
+            for face in faces
+            if (touch := _first_contact_with_face(stone, patch.corners_xy_in_stack_axes, face)) is not None
         ]
-        found += sorted(touches, key=lambda touch: touch.touching_tilt)
+        found += sorted(touches, key=lambda touch: touch.tilt_at_touch_rad)
     return found
 
 
-def _first_contact_with_face(stone: StackStone, patch: FloatArray, face: FaceBelowStone) -> ContactBeforeTipping | None:
+def _first_contact_with_face(
+    stone: StackStone, patch_corners: FloatArray, face: FaceBelowStone
+) -> ContactBeforeTipping | None:
     """Return the first contact of a tilting stone with a face below; None if the stone tips without touching it.
 
-    `patch` has the corners (m) of the stone's contact area at rest.
+    `patch_corners` has the corners (m) of the stone's contact area at rest.
     """
     azimuth = 2.0 * np.pi * np.arange(TILT_DIRECTION_COUNT) / TILT_DIRECTION_COUNT
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth)])
-    edge = (patch @ ahead).max(axis=0)
-    critical = np.arctan2(edge - stone.x * ahead[0], stone.centre_height_above_base)
+    edge = (patch_corners @ ahead).max(axis=0)
+    critical = np.arctan2(edge - stone.centre_of_mass_x_at_rest * ahead[0], stone.centre_height_above_base)
     # On a plane without end, a vertex touches before all points between vertices.
     tilt = _least_tilt_for_point_to_touch_face(
-        stone, _surface_points_to_test_for_contact(stone, 1, 1), ahead, edge, face._replace(corners=None)
+        stone,
+        _surface_points_to_test_for_contact(stone, 1, 1),
+        ahead,
+        edge,
+        face._replace(corners_or_none_if_unbounded=None),
     )
     early = critical * (1.0 - RELATIVE_ROUNDING_TOLERANCE)
-    if face.corners is not None and np.any(tilt < early):
-        points = _surface_points_to_test_for_contact(stone, PARTS_PER_OUTLINE_SIDE, PARTS_PER_DEPTH_OR_RADIUS)
+    if face.corners_or_none_if_unbounded is not None and np.any(tilt < early):
+        points = _surface_points_to_test_for_contact(
+            stone, TEST_PARTS_PER_OUTLINE_SIDE, TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS
+        )
         tilt = np.minimum(
             _least_tilt_for_point_to_touch_face(stone, points, ahead, edge, face),
-            _least_tilt_for_base_to_touch_face_corner(stone, ahead, edge, face.corners, face.depth_below_base),
+            _least_tilt_for_base_to_touch_face_corner(
+                stone, ahead, edge, face.corners_or_none_if_unbounded, face.depth_below_base_of_tipping_stone
+            ),
         )
     tilt = np.where(tilt < early, tilt, np.inf)
     direction = int(np.argmin(tilt))
@@ -110,20 +132,27 @@ def _least_tilt_for_point_to_touch_face(
 ) -> FloatArray:
     """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
 
-    The shape is (directions,). A direction has its unit vector in `ahead`, (2, directions), and the distance of the
-    edge about which the stone tilts in `edge`, (directions,).
+    The shape is (directions,). A direction has its unit vector in `tilt_unit_vectors`, (2, directions), and the
+    distance of the edge about which the stone tilts in `tilting_edge_distances`, (directions,).
     """
-    if face.depth_below_base == 0.0:
-        points = points[points[:, 2] > LEVEL_FACE_TOLERANCE * np.ptp(stone.outline[:, 1])]
+    if face.depth_below_base_of_tipping_stone == 0.0:
+        points = points[
+            points[:, 2]
+            > LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(stone.outline_xz_from_centre_of_mass[:, 1])
+        ]
     beyond = points[:, :2] @ tilt_unit_vectors - tilting_edge_distances
     radius = np.sqrt(beyond**2 + points[:, 2:] ** 2)
-    reaches = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & (radius > face.depth_below_base)
-    sine = np.divide(face.depth_below_base, radius, out=np.zeros_like(radius), where=reaches)
-    if face.corners is not None:
+    reaches = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y) & (
+        radius > face.depth_below_base_of_tipping_stone
+    )
+    sine = np.divide(face.depth_below_base_of_tipping_stone, radius, out=np.zeros_like(radius), where=reaches)
+    if face.corners_or_none_if_unbounded is not None:
         # The point turns about the edge until it has the depth of the face.
         shift = radius * np.sqrt(1.0 - sine**2) - beyond
         place = points[:, :2, None] + shift[:, None] * tilt_unit_vectors
-        reaches &= _mask_of_points_inside_polygon(place, face.corners, RELATIVE_ROUNDING_TOLERANCE * stone.depth)
+        reaches &= _mask_of_points_inside_polygon(
+            place, face.corners_or_none_if_unbounded, RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y
+        )
     tilt = np.where(reaches, np.arctan2(points[:, 2:], beyond) + np.arcsin(sine), np.inf)
     return np.asarray(tilt.min(axis=0, initial=np.inf))
 
@@ -142,22 +171,22 @@ def _least_tilt_for_base_to_touch_face_corner(
     beyond = corners @ tilt_unit_vectors - tilting_edge_distances
     # The point of the base that meets the corner, before the tilt.
     place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * tilt_unit_vectors
-    base = stone.base_corners + np.array([stone.x, 0.0])
-    meets = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth) & _mask_of_points_inside_polygon(
-        place, base, RELATIVE_ROUNDING_TOLERANCE * stone.depth
+    base = stone.base_corners_xy_from_centre_of_mass + np.array([stone.centre_of_mass_x_at_rest, 0.0])
+    meets = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y) & _mask_of_points_inside_polygon(
+        place, base, RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y
     )
     return np.asarray(np.where(meets, np.arctan2(depth, beyond), np.inf).min(axis=0))
 
 
-def _mask_of_points_inside_polygon(places: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
+def _mask_of_points_inside_polygon(points: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
     """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a margin, m."""
-    inside = np.ones((len(places), places.shape[2]), np.bool_)
+    inside = np.ones((len(points), points.shape[2]), np.bool_)
     for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
-        inside &= dx * (places[:, 1] - y) - dy * (places[:, 0] - x) > margin * np.sqrt(dx * dx + dy * dy)
+        inside &= dx * (points[:, 1] - y) - dy * (points[:, 0] - x) > margin * np.sqrt(dx * dx + dy * dy)
     return inside
 
 
-def _surface_points_to_test_for_contact(stone: StackStone, side_parts: int, depth_parts: int) -> FloatArray:
+def _surface_points_to_test_for_contact(stone: StackStone, parts_per_side: int, parts_per_depth: int) -> FloatArray:
     """Return points on the surface of a stone, to test for contact with faces below, shape (n, 3), m.
 
     Coordinates are the horizontal position and the height above the base of the stone.
@@ -166,15 +195,19 @@ def _surface_points_to_test_for_contact(stone: StackStone, side_parts: int, dept
     a polygon, whose lowest points are those of its base, they divide each side of the base, and the radius, into equal
     parts. All vertices are among them.
     """
-    ring = stone.outline if stone.has_rectangular_faces else stone.base_corners
-    share = np.arange(side_parts)[:, None, None] / side_parts
+    ring = (
+        stone.outline_xz_from_centre_of_mass
+        if stone.has_rectangular_faces
+        else stone.base_corners_xy_from_centre_of_mass
+    )
+    share = np.arange(parts_per_side)[:, None, None] / parts_per_side
     sides = (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 2)
     if not stone.has_rectangular_faces:
-        base = (sides * (np.arange(1, depth_parts + 1)[:, None, None] / depth_parts)).reshape(-1, 2)
-        return np.column_stack([base + np.array([stone.x, 0.0]), np.zeros(len(base))])
-    depths = stone.depth * (np.arange(depth_parts + 1) / depth_parts - 0.5)
+        base = (sides * (np.arange(1, parts_per_depth + 1)[:, None, None] / parts_per_depth)).reshape(-1, 2)
+        return np.column_stack([base + np.array([stone.centre_of_mass_x_at_rest, 0.0]), np.zeros(len(base))])
+    depths = stone.depth_along_y * (np.arange(parts_per_depth + 1) / parts_per_depth - 0.5)
     x, z = sides.T
     return np.stack([
-        np.repeat(x + stone.x, depths.size), np.tile(depths, x.size), np.repeat(z + stone.centre_height_above_base,
-        depths.size)
+        np.repeat(x + stone.centre_of_mass_x_at_rest, depths.size), np.tile(depths, x.size),
+        np.repeat(z + stone.centre_height_above_base, depths.size),
     ], axis=1)  # fmt: skip

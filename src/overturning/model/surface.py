@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-MAX_RELATIVE_RIM_DEVIATION_FROM_PLANE: Final = 0.01
+MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO: Final = 0.01
 """Largest distance of the rim of an open base from its plane, as a share of the body's size."""
 
-MIN_LID_NORMAL_COSINE: Final = np.cos(np.radians(45.0))
+MIN_COSINE_OF_BASE_LID_INCLINATION: Final = np.cos(np.radians(45.0))
 """Least cosine of the angle between the plane of an open base and the horizontal."""
 
 MAX_OPEN_EDGES_IN_MESSAGE: Final = 3
 """Largest number of open edges that an error message lists."""
 
-MAX_ANGLE_OF_COINCIDENT_FACES: Final = 1e-6
+MAX_ANGLE_OF_COINCIDENT_FACES_RAD: Final = 1e-6
 """Angle between two faces below which they coincide, rad; coordinates in single precision are rounded to 10⁻⁷."""
 
 
@@ -31,7 +31,7 @@ class TriangleSurface(NamedTuple):
     """Vertex indices, shape (m, 3), anticlockwise from outside."""
 
     @property
-    def corners(self) -> FloatArray:
+    def triangle_corners(self) -> FloatArray:
         """Positions of the corners of each triangle, shape (m, 3, 3), m."""
         return self.vertices[self.triangles]
 
@@ -39,9 +39,9 @@ class TriangleSurface(NamedTuple):
 class MassProperties(NamedTuple):
     """Volume, centre of mass and inertia per mass of a homogeneous body."""
 
-    volume: float
+    signed_volume: float
     """Volume, m³; negative if the triangles are clockwise from outside."""
-    centre: FloatArray
+    centre_of_mass: FloatArray
     """Centre of mass, shape (3,), m."""
     inertia_per_mass: FloatArray
     """Moments and negative products of inertia about the centre per mass, shape (3, 3), m²."""
@@ -109,7 +109,7 @@ def repair_surface_and_close_base(surface: TriangleSurface) -> tuple[TriangleSur
             "of a plane"
         )
     size = float(np.ptp(surface.vertices, axis=0).max())
-    corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
+    corners = surface.triangle_corners - surface.triangle_corners.reshape(-1, 3).mean(axis=0)
     volume = float(np.sum(_six_times_signed_volumes(corners))) / 6.0
     if not abs(volume) > 1e-6 * size**3:
         raise ArgumentError(
@@ -134,7 +134,7 @@ def _remove_repeated_triangles(surface: TriangleSurface) -> tuple[TriangleSurfac
 def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     """Raise an ArgumentError if a closed surface has several parts, other than cavities inside one of them."""
     part = _connected_part_of_each_triangle(surface)
-    corners = surface.corners - surface.corners.reshape(-1, 3).mean(axis=0)
+    corners = surface.triangle_corners - surface.triangle_corners.reshape(-1, 3).mean(axis=0)
     volumes = np.bincount(part, _six_times_signed_volumes(corners)) / 6.0
     body = corners[part == volumes.argmax()]
     # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
@@ -226,7 +226,7 @@ def _triangle_pairs_of_same_solid_at_edge(
     pairs = []
     for one in np.flatnonzero(with_axis):
         # The solid lies clockwise of a triangle that has the edge in the sense of the axis.
-        turn = (angle[one] - angle[~with_axis] - MAX_ANGLE_OF_COINCIDENT_FACES) % (2.0 * np.pi)
+        turn = (angle[one] - angle[~with_axis] - MAX_ANGLE_OF_COINCIDENT_FACES_RAD) % (2.0 * np.pi)
         if turn.size:
             pairs.append((triangles[one], triangles[~with_axis][turn.argmin()]))
     return np.array(pairs, np.int64).reshape(-1, 2)
@@ -244,12 +244,12 @@ def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.in
     length = float(np.sqrt(area @ area))
     normal = area / length if length > 0.0 else np.zeros(3)
     deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
-    below = np.abs(normal[2]) >= MIN_LID_NORMAL_COSINE and _plane_is_below_points(
-        points, centre, normal, MAX_RELATIVE_RIM_DEVIATION_FROM_PLANE * size
+    below = np.abs(normal[2]) >= MIN_COSINE_OF_BASE_LID_INCLINATION and _plane_is_below_points(
+        points, centre, normal, MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size
     )
     # An edge twice without its reverse belongs to a face of the wrong sense.
     single = len(np.unique(edges, axis=0)) == len(edges)
-    if not (deviation <= MAX_RELATIVE_RIM_DEVIATION_FROM_PLANE * size and below and single):
+    if not (deviation <= MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size and below and single):
         first = ", ".join(
             f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_OPEN_EDGES_IN_MESSAGE]
         )

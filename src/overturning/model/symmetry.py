@@ -17,7 +17,7 @@ from overturning.arrays import FloatArray
 PLANE_SYMMETRY_PERIOD_DEG: Final = 180.0
 """Rotation after which a vertical plane is the same plane seen from behind, degrees."""
 
-FULL_TURN: Final = 360.0
+FULL_TURN_DEG: Final = 360.0
 """Full rotation, degrees."""
 
 _DIRECTION_DEG_DECIMALS: Final = 9
@@ -30,23 +30,23 @@ class EquivalentSimulatedDirections:
 
     Attributes
     ----------
-    direction_index : ndarray of int
+    simulated_direction_index : ndarray of int
         Index of the simulated direction among the directions of the grid.
-    rotation_from_simulated_deg : ndarray
+    clockwise_rotation_from_simulated_deg : ndarray
         Clockwise rotation from the simulated to the requested direction, degrees: a whole number of periods, or any
         angle for a body of revolution. Azimuths of the outcome do not change, since north does not rotate; a side or
         face that is numbered from the body's own first side is numbered from the rotated one.
-    mirrored : ndarray of bool
+    is_mirrored : ndarray of bool
         True if the simulated plane is the requested one seen from behind: a fall towards its azimuth is a fall away
         from the requested azimuth. Always False in 3-D.
-    has_near_simulated_direction : ndarray of bool
-        False where the nearest simulated direction lies across a gap of more than 180°.
+    is_in_gap_of_at_most_180_deg : ndarray of bool
+        False where the requested direction lies between simulated ones that are more than 180° apart.
     """
 
-    direction_index: NDArray[np.intp]
-    rotation_from_simulated_deg: FloatArray
-    mirrored: NDArray[np.bool_]
-    has_near_simulated_direction: NDArray[np.bool_]
+    simulated_direction_index: NDArray[np.intp]
+    clockwise_rotation_from_simulated_deg: FloatArray
+    is_mirrored: NDArray[np.bool_]
+    is_in_gap_of_at_most_180_deg: NDArray[np.bool_]
 
 
 def nearest_simulated_planes(
@@ -82,15 +82,15 @@ def nearest_simulated_directions(
     if period_deg == 0.0:
         cell = np.zeros(asked.shape, np.intp)
         return EquivalentSimulatedDirections(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
-    turns: FloatArray = period_deg * np.arange(round(FULL_TURN / period_deg), dtype=np.float64)
+    turns: FloatArray = period_deg * np.arange(round(FULL_TURN_DEG / period_deg), dtype=np.float64)
     # Ends of the turned cells round the compass; of equal ones the first, which is turned least.
-    end, first = np.unique(_reduce_to_period(turns[:, None] + direction, FULL_TURN), return_index=True)
-    wanted = _reduce_to_period(asked, FULL_TURN)
+    end, first = np.unique(_reduce_to_period(turns[:, None] + direction, FULL_TURN_DEG), return_index=True)
+    wanted = _reduce_to_period(asked, FULL_TURN_DEG)
     after = np.searchsorted(end, wanted, side="right")
     before, after = after - 1, after % end.size
-    past, ahead = (wanted - end[before]) % FULL_TURN, (end[after] - wanted) % FULL_TURN
+    past, ahead = (wanted - end[before]) % FULL_TURN_DEG, (end[after] - wanted) % FULL_TURN_DEG
     chosen = first[np.where(ahead < past - 10.0**-_DIRECTION_DEG_DECIMALS, after, before)]
-    known = (past == 0.0) | (past + ahead <= FULL_TURN / 2)
+    known = (past == 0.0) | (past + ahead <= FULL_TURN_DEG / 2)
     return EquivalentSimulatedDirections(
         chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known
     )
@@ -102,7 +102,7 @@ def mark_mirrored_planes(
     """Mark the simulated vertical planes that are rotated by 180°: their outcomes have to be mirrored."""
     return replace(
         equivalent_directions,
-        mirrored=(equivalent_directions.rotation_from_simulated_deg == PLANE_SYMMETRY_PERIOD_DEG)
+        is_mirrored=(equivalent_directions.clockwise_rotation_from_simulated_deg == PLANE_SYMMETRY_PERIOD_DEG)
         & (period_deg == PLANE_SYMMETRY_PERIOD_DEG),
     )
 
@@ -122,7 +122,8 @@ def first_equivalent_of_each_direction(
     Returns
     -------
     EquivalentSimulatedDirections
-        Shape (n, p). Only a direction i whose entry `cell[i, k]` is i itself needs to be computed for the period k.
+        Shape (n, p). Only a direction i whose `simulated_direction_index[i, k]` is i itself needs to be computed for
+        the period k.
     """
     direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(periods_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)
@@ -130,7 +131,7 @@ def first_equivalent_of_each_direction(
         within = _reduce_to_period(direction, period) if period > 0.0 else np.zeros(direction.size)
         first, place = np.unique(within, return_index=True, return_inverse=True)[1:]
         cell[:, column] = first[place]
-    turn = _reduce_to_period(direction[:, None] - direction[cell], FULL_TURN)
+    turn = _reduce_to_period(direction[:, None] - direction[cell], FULL_TURN_DEG)
     return EquivalentSimulatedDirections(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.rest import FLATNESS_TOLERANCE
+from overturning.model.rest import FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
 
 LEAN_DIRECTION_COUNT: Final = 1440
 """Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
@@ -19,20 +19,20 @@ LEAN_DIRECTION_COUNT: Final = 1440
 FALL_TILT_TO_RESTING_TILT_RATIO: Final = 0.999
 """Share of the geometric tilt from which a body counts as fallen: elastic contacts let it rest slightly earlier."""
 
-SECTOR_DECIMALS: Final = 12
+LEAN_SECTOR_TABLE_DECIMALS: Final = 12
 """Decimals to which sectors are rounded: the last digit of libm differs between processors."""
 
 
 class ConvexHull(NamedTuple):
     """Convex hull of a body, in coordinates about its centre of mass."""
 
-    points: FloatArray
+    vertices_from_centre_of_mass: FloatArray
     """Vertices, shape (n, 3), m."""
-    triangles: NDArray[np.int64]
+    triangle_vertex_indices: NDArray[np.int64]
     """Vertex indices of each triangle, shape (m, 3), anticlockwise from outside."""
-    neighbours: NDArray[np.int64]
+    triangle_opposite_each_vertex: NDArray[np.int64]
     """Index of the triangle opposite to each vertex of a triangle, shape (m, 3)."""
-    normals: FloatArray
+    outward_triangle_normals: FloatArray
     """Outward normals of the triangles, shape (m, 3)."""
     plane_distances_from_centre: FloatArray
     """Distances of the triangles' planes from the centre, shape (m,), m."""
@@ -43,19 +43,19 @@ class ConvexHull(NamedTuple):
 class FallTiltByLeanDirection(NamedTuple):
     """Tilt from which a body counts as fallen, for each direction in which the body leans."""
 
-    least_resting_tilt_in_any_direction_rad: float
+    least_tilt_to_rest_on_another_face_rad: float
     """Least tilt at which it can rest on another face, rad."""
-    fall_tilts: FloatArray
+    fall_tilt_in_each_direction_rad: FloatArray
     """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
-    fall_limits_by_lean_sector: FloatArray
+    lean_sector_start_vector_and_fall_dot_limit: FloatArray
     """Rows of the table of fall limits of `RigidSolid`; empty if all directions have the same tilt."""
     vertex_indices_touching_before_fall: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
-    def fall_tilt_towards(self, face_normals: FloatArray) -> FloatArray:
+    def fall_tilt_towards_faces_rad(self, face_normals: FloatArray) -> FloatArray:
         """Return the tilt (rad) from which a body counts as fallen towards each face, for face normals (faces, 3)."""
         turn = np.arctan2(face_normals[:, 1], face_normals[:, 0]) % (2.0 * np.pi)
-        return self.fall_tilts[
+        return self.fall_tilt_in_each_direction_rad[
             np.minimum((turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT).astype(np.int64), LEAN_DIRECTION_COUNT - 1)
         ]
 
@@ -63,23 +63,23 @@ class FallTiltByLeanDirection(NamedTuple):
 class LowestVertexChangesOnLeaning(NamedTuple):
     """Changes of a body's lowest vertex as the body leans more and more in one direction; one entry per change."""
 
-    direction_index: NDArray[np.int64]
+    lean_direction_index: NDArray[np.int64]
     """Index of the direction."""
-    edge_index: NDArray[np.int64]
+    lowest_edge_index: NDArray[np.int64]
     """Index of the edge both ends of which are lowest at that tilt."""
-    tilt: FloatArray
+    tilt_at_change_rad: FloatArray
     """Tilt, rad."""
-    centre_height_derivatives: FloatArray
+    centre_height_derivatives_on_edge_ends: FloatArray
     """Derivative of the centre's height with respect to tilt, for rolling on either end of the edge, (n, 2), m."""
-    target_triangle_index: NDArray[np.int64]
+    triangle_index_rolled_towards: NDArray[np.int64]
     """Index of the triangle towards which the body rolls over the edge."""
 
 
 def fall_tilt_by_lean_direction(
     hull: ConvexHull,
     size: float,
-    least_resting_tilt_in_any_direction_rad: float,
-    resting_face_normals: FloatArray,
+    least_tilt_to_rest_on_another_face_rad: float,
+    resting_face_normals_after_fall: FloatArray,
     min_resting_tilt_of_fallen_body_rad: float = 0.0,
 ) -> FallTiltByLeanDirection:
     """Compute the tilt from which a convex body counts as fallen, for each direction in which the body leans.
@@ -90,9 +90,9 @@ def fall_tilt_by_lean_direction(
         Convex hull of the body.
     size : float
         Largest extent of the body, m.
-    least_resting_tilt_in_any_direction_rad : float
+    least_tilt_to_rest_on_another_face_rad : float
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
-    resting_face_normals : ndarray, shape (faces, 3)
+    resting_face_normals_after_fall : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
     min_resting_tilt_of_fallen_body_rad : float
         Tilt, rad, below which resting on an edge or face does not count as a fall.
@@ -100,50 +100,58 @@ def fall_tilt_by_lean_direction(
     ends, sides = _hull_edge_vertices_and_triangles(hull)
     found = _lowest_vertex_changes(hull, ends, sides)
     off_base = (
-        -hull.normals[_final_resting_triangles(hull, size)[found.target_triangle_index], 2] < 1.0 - FLATNESS_TOLERANCE
+        -hull.outward_triangle_normals[_final_resting_triangles(hull, size)[found.triangle_index_rolled_towards], 2]
+        < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
     )
     rests = (
         off_base
-        & (found.centre_height_derivatives.min(axis=1) < -FLATNESS_TOLERANCE * size)
-        & (found.centre_height_derivatives.max(axis=1) > FLATNESS_TOLERANCE * size)
+        & (found.centre_height_derivatives_on_edge_ends.min(axis=1) < -FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
+        & (found.centre_height_derivatives_on_edge_ends.max(axis=1) > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
     )
-    rests &= found.tilt >= min_resting_tilt_of_fallen_body_rad
+    rests &= found.tilt_at_change_rad >= min_resting_tilt_of_fallen_body_rad
     limits, rows = np.full(LEAN_DIRECTION_COUNT, np.pi), np.zeros((LEAN_DIRECTION_COUNT, 4))
     rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
-    order = np.flatnonzero(rests)[np.argsort(-found.tilt[rests], kind="stable")]
-    limits[found.direction_index[order]] = found.tilt[
+    order = np.flatnonzero(rests)[np.argsort(-found.tilt_at_change_rad[rests], kind="stable")]
+    limits[found.lean_direction_index[order]] = found.tilt_at_change_rad[
         order
     ]  # in order of decreasing tilt, so that the least one remains
-    along = hull.points[ends[found.edge_index[order], 1]] - hull.points[ends[found.edge_index[order], 0]]
-    along *= np.where(found.centre_height_derivatives[order, 1] > found.centre_height_derivatives[order, 0], 1.0, -1.0)[
-        :, None
-    ]
-    along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
-    rows[found.direction_index[order]] = np.column_stack(
-        [along, np.full(order.size, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * least_resting_tilt_in_any_direction_rad)]
+    along = (
+        hull.vertices_from_centre_of_mass[ends[found.lowest_edge_index[order], 1]]
+        - hull.vertices_from_centre_of_mass[ends[found.lowest_edge_index[order], 0]]
     )
-    limits = np.maximum(limits, least_resting_tilt_in_any_direction_rad)
-    if (limits <= least_resting_tilt_in_any_direction_rad + 1e-9).all():
+    along *= np.where(
+        found.centre_height_derivatives_on_edge_ends[order, 1] > found.centre_height_derivatives_on_edge_ends[order, 0],
+        1.0,
+        -1.0,
+    )[:, None]
+    along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
+    rows[found.lean_direction_index[order]] = np.column_stack(
+        [along, np.full(order.size, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * least_tilt_to_rest_on_another_face_rad)]
+    )
+    limits = np.maximum(limits, least_tilt_to_rest_on_another_face_rad)
+    if (limits <= least_tilt_to_rest_on_another_face_rad + 1e-9).all():
         return FallTiltByLeanDirection(
-            least_resting_tilt_in_any_direction_rad,
-            np.full(LEAN_DIRECTION_COUNT, least_resting_tilt_in_any_direction_rad),
+            least_tilt_to_rest_on_another_face_rad,
+            np.full(LEAN_DIRECTION_COUNT, least_tilt_to_rest_on_another_face_rad),
             np.zeros((0, 5)),
             np.zeros(0, np.int64),
         )
-    touched = ends[found.edge_index[found.tilt < limits[found.direction_index] * (1.0 - 1e-6)]]
-    _lower_fall_limits_for_resting_faces(limits, rows, resting_face_normals)
+    touched = ends[
+        found.lowest_edge_index[found.tilt_at_change_rad < limits[found.lean_direction_index] * (1.0 - 1e-6)]
+    ]
+    _lower_fall_limits_for_resting_faces(limits, rows, resting_face_normals_after_fall)
     starts = _pseudo_angle_in_quarter_turns(2.0 * np.pi * np.arange(LEAN_DIRECTION_COUNT) / LEAN_DIRECTION_COUNT)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
-    sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], SECTOR_DECIMALS), np.float64)
-    return FallTiltByLeanDirection(least_resting_tilt_in_any_direction_rad, limits, sectors, np.unique(touched))
+    sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], LEAN_SECTOR_TABLE_DECIMALS), np.float64)
+    return FallTiltByLeanDirection(least_tilt_to_rest_on_another_face_rad, limits, sectors, np.unique(touched))
 
 
 def _lower_fall_limits_for_resting_faces(
-    fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals: FloatArray
+    fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals_after_fall: FloatArray
 ) -> None:
     """Lower fall limits (tilt from which a body is fallen), in place, so that rest on any other face is a fall."""
-    for normal in resting_face_normals:
+    for normal in resting_face_normals_after_fall:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT), LEAN_DIRECTION_COUNT - 1)
         if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
@@ -167,9 +175,9 @@ def _hull_edge_vertices_and_triangles(hull: ConvexHull) -> tuple[NDArray[np.int6
     """Return the indices of both vertices and of both triangles of each hull edge, two arrays of shape (edges, 2)."""
     ends, sides = [], []
     for k in range(3):
-        one, other = np.arange(len(hull.triangles)), hull.neighbours[:, k]
+        one, other = np.arange(len(hull.triangle_vertex_indices)), hull.triangle_opposite_each_vertex[:, k]
         once = one < other
-        ends.append(hull.triangles[once][:, [(k + 1) % 3, (k + 2) % 3]])
+        ends.append(hull.triangle_vertex_indices[once][:, [(k + 1) % 3, (k + 2) % 3]])
         sides.append(np.stack([one, other], axis=1)[once])
     return np.concatenate(ends), np.concatenate(sides)
 
@@ -184,13 +192,13 @@ def _lowest_vertex_changes(
     """
     turn = 2.0 * np.pi * (np.arange(LEAN_DIRECTION_COUNT) + 0.5) / LEAN_DIRECTION_COUNT
     cosine, sine = np.cos(turn), np.sin(turn)
-    aside = hull.normals[:, 1] * cosine[:, None] - hull.normals[:, 0] * sine[:, None]
+    aside = hull.outward_triangle_normals[:, 1] * cosine[:, None] - hull.outward_triangle_normals[:, 0] * sine[:, None]
     left = aside >= 0.0
     direction, edge = np.nonzero(left[:, edge_triangles[:, 0]] != left[:, edge_triangles[:, 1]])
     one, other = edge_triangles[edge].T
     down = (
-        hull.normals[one] * np.abs(aside[direction, other])[:, None]
-        + hull.normals[other] * np.abs(aside[direction, one])[:, None]
+        hull.outward_triangle_normals[one] * np.abs(aside[direction, other])[:, None]
+        + hull.outward_triangle_normals[other] * np.abs(aside[direction, one])[:, None]
     )
     ahead = down[:, 0] * cosine[direction] + down[:, 1] * sine[direction]
     kept = ahead > 0.0  # otherwise it leans in the opposite direction
@@ -199,11 +207,11 @@ def _lowest_vertex_changes(
     down /= np.sqrt(np.sum(down * down, axis=1))[:, None]
     level, upward = np.cos(tilt), np.sin(tilt)
     path = np.stack([level * cosine[direction], level * sine[direction], upward], axis=1)
-    corners = hull.points[edge_vertices[edge]]
+    corners = hull.vertices_from_centre_of_mass[edge_vertices[edge]]
     rises = np.sum(corners * path[:, None, :], axis=2)
     # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)
-    sinks = hull.plane_distances_from_centre[one] < height * np.sum(down * hull.normals[one], axis=1)
+    sinks = hull.plane_distances_from_centre[one] < height * np.sum(down * hull.outward_triangle_normals[one], axis=1)
     return LowestVertexChangesOnLeaning(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
@@ -212,15 +220,19 @@ def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]
 
     The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """
-    feet, beyond = hull.normals * hull.plane_distances_from_centre[:, None], []
+    feet, beyond = hull.outward_triangle_normals * hull.plane_distances_from_centre[:, None], []
     for k in range(3):
-        start, end = (hull.points[hull.triangles[:, (k + n) % 3]] for n in (1, 2))
-        outward = np.cross(end - start, hull.normals)
+        start, end = (hull.vertices_from_centre_of_mass[hull.triangle_vertex_indices[:, (k + n) % 3]] for n in (1, 2))
+        outward = np.cross(end - start, hull.outward_triangle_normals)
         length = np.sqrt(np.sum(outward * outward, axis=1))
         beyond.append(np.sum((feet - start) * outward, axis=1) / np.where(length > 0, length, 1.0))
     farthest = np.argmax(beyond, axis=0)
-    own = np.arange(len(hull.triangles))
-    onto = np.where(np.max(beyond, axis=0) > FLATNESS_TOLERANCE * size, hull.neighbours[own, farthest], own)
+    own = np.arange(len(hull.triangle_vertex_indices))
+    onto = np.where(
+        np.max(beyond, axis=0) > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size,
+        hull.triangle_opposite_each_vertex[own, farthest],
+        own,
+    )
     for _ in range(len(own).bit_length()):  # each pass doubles the number of edges rolled over
         onto = onto[onto]
     return np.asarray(onto)

@@ -35,29 +35,29 @@ class OutcomeVariable:
     """Outcome variable of a simulation: name, data type, units, and behaviour under mirroring of the case."""
 
     name: str  # in the cube
-    dtype: str  # in the file
+    dtype_in_file: str  # in the file
     long_name: str
     units: str = "1"
-    per_element: bool = False  # has the dimension `element` if a scene has several free elements
+    has_element_dimension: bool = False  # has the dimension `element` if a scene has several free elements
     is_missing_for_standing_cases: bool = False  # missing for cases that stand
     is_odd_under_mirroring: bool = False  # changes sign if the plane is seen from behind, from φ + 180°
     mirror_counterpart_name: str = ""  # variable that replaces it if the plane is seen from behind
-    attributes: Mapping[str, Any] = field(default_factory=dict)  # further CF attributes
+    further_cf_attributes: Mapping[str, Any] = field(default_factory=dict)  # further CF attributes
 
     @property
     def fill_value_in_file(self) -> Any:
         """Fill value of the variable: the value in a file for a missing outcome."""
-        return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
+        return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype_in_file, FLOAT32_MISSING)
 
     @property
     def missing_value_in_memory(self) -> Any:
         """Value of a missing outcome in memory: NaN for floats, the fill value of the file for integers."""
-        return np.nan if self.dtype[0] == "f" else self.fill_value_in_file
+        return np.nan if self.dtype_in_file[0] == "f" else self.fill_value_in_file
 
     @property
     def cf_attributes(self) -> dict[str, Any]:
         """CF attributes of the variable, by name: long name, units and further ones."""
-        return {"long_name": self.long_name, "units": self.units, **self.attributes}
+        return {"long_name": self.long_name, "units": self.units, **self.further_cf_attributes}
 
     def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
         """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""
@@ -81,30 +81,30 @@ class OutcomeVariable:
         array = np.asarray(decoded_values)
         if array.dtype.kind == "f":
             array = np.where(np.isnan(array), self.fill_value_in_file, array)
-        return array.astype(self.dtype)
+        return array.astype(self.dtype_in_file)
 
 
-_STATUS: Final = OutcomeVariable(
-    "status", "i1", "how the outcome was found", attributes={
+_STATUS_VARIABLE: Final = OutcomeVariable(
+    "status", "i1", "how the outcome was found", further_cf_attributes={
         "flag_values": np.array([int(code) for code in CaseStatus], dtype=np.int8),
         "flag_meanings": " ".join(code.name.lower() for code in CaseStatus),
     },
 )  # fmt: skip
-_PEAK_PENETRATION: Final = OutcomeVariable("peak_penetration", "f4", "largest penetration of any contact", "m")
-_ENERGY_ERROR: Final = OutcomeVariable(
+_PEAK_PENETRATION_VARIABLE: Final = OutcomeVariable("peak_penetration", "f4", "largest penetration of any contact", "m")
+_ENERGY_ERROR_VARIABLE: Final = OutcomeVariable(
     "energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"
 )
-_MEMBER_COUNT: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
+_MEMBER_COUNT_VARIABLE: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
 
 PLANAR_OUTCOME_VARIABLES: Final = (
     OutcomeVariable("overturned", "i1", "side to which the block falls", "1", True, is_odd_under_mirroring=True,
-    attributes={
+    further_cf_attributes={
         "flag_values": np.array([-1, 0, 1], dtype=np.int8),
         "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
         "comment": "missing where the outcome was not found; see status",
     }),
-    _STATUS,
-    OutcomeVariable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
+    _STATUS_VARIABLE,
+    OutcomeVariable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", further_cf_attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored",
     }),
     OutcomeVariable(
@@ -112,23 +112,25 @@ PLANAR_OUTCOME_VARIABLES: Final = (
         "last time at which what fell could still have come back, after the start of the record",
         "s", True, is_missing_for_standing_cases=True,
     ),
-    OutcomeVariable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
-        "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
-    }),
+    OutcomeVariable(
+        "peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, further_cf_attributes={
+            "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
+        },
+    ),
     OutcomeVariable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
     OutcomeVariable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True,
     is_odd_under_mirroring=True),
-    _PEAK_PENETRATION,
-    _ENERGY_ERROR,
+    _PEAK_PENETRATION_VARIABLE,
+    _ENERGY_ERROR_VARIABLE,
 )  # fmt: skip
 """Outcome variables of planar models."""
 
-BODY_VARIABLES: Final = (
-    OutcomeVariable("overturned", "i1", "whether the block falls", attributes={
+BODY_OUTCOME_VARIABLES: Final = (
+    OutcomeVariable("overturned", "i1", "whether the block falls", further_cf_attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls",
         "comment": "missing where the outcome was not found; see status",
     }),
-    _STATUS,
+    _STATUS_VARIABLE,
     OutcomeVariable(
         "fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree",
         is_missing_for_standing_cases=True,
@@ -137,7 +139,8 @@ BODY_VARIABLES: Final = (
         "fall_face", "i1",
         "side that points most nearly down when the block has fallen, "
         "counted clockwise from the one that faces the orientation",
-        is_missing_for_standing_cases=True, attributes={"comment": "missing where the block stands or has no sides"},
+        is_missing_for_standing_cases=True,
+        further_cf_attributes={"comment": "missing where the block stands or has no sides"},
     ),
     OutcomeVariable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),
     OutcomeVariable(
@@ -152,15 +155,15 @@ BODY_VARIABLES: Final = (
     OutcomeVariable("residual_slip_east", "f4", "eastward displacement of that point at the end", "m"),
     OutcomeVariable(
         "residual_twist", "f4", "rotation about the vertical at the end, clockwise from above", "degree",
-        attributes={"comment": "missing where the block falls"},
+        further_cf_attributes={"comment": "missing where the block falls"},
     ),
-    _PEAK_PENETRATION,
-    _ENERGY_ERROR,
+    _PEAK_PENETRATION_VARIABLE,
+    _ENERGY_ERROR_VARIABLE,
     OutcomeVariable(
         "angular_momentum_error", "f4",
         "residual of vertical angular momentum about the initial place and of moments, over m sqrt(g R^3)",
     ),
-    OutcomeVariable("repeated", "i1", "cell is the same case as one at a smaller orientation", attributes={
+    OutcomeVariable("repeated", "i1", "cell is the same case as one at a smaller orientation", further_cf_attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed repeated",
     }),
 )  # fmt: skip
@@ -174,7 +177,7 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
     *(
         OutcomeVariable(
             f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
-            mirror_counterpart_name=f"probability_{other}", attributes=_PLANE_ENSEMBLE_ATTRIBUTES,
+            mirror_counterpart_name=f"probability_{other}", further_cf_attributes=_PLANE_ENSEMBLE_ATTRIBUTES,
         )
         for side, other, where in (
             ("towards", "away", "the azimuth"), ("away", "towards", "the azimuth plus 180 degrees"),
@@ -187,14 +190,14 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
         )
         for side, other in (("towards", "away"), ("away", "towards"))
     ),
-    _MEMBER_COUNT,
+    _MEMBER_COUNT_VARIABLE,
 )  # fmt: skip
 """Ensemble variables of planar models."""
 
-FACE_PLANE_VARIABLES: Final = (
+OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES: Final = (
     OutcomeVariable(
         "plane_overturned", "i1", "whether the block falls in the vertical plane of either pair of faces",
-        attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
+        further_cf_attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
     ),
     OutcomeVariable(
         "plane_fall_azimuth", "f4",
@@ -209,11 +212,11 @@ _BODY_ENSEMBLE_ATTRIBUTES: Final = {
 
 BODY_ENSEMBLE_VARIABLES: Final = (
     OutcomeVariable("probability_falls", "f4", "share of ensemble members that fall",
-    attributes=_BODY_ENSEMBLE_ATTRIBUTES),
+    further_cf_attributes=_BODY_ENSEMBLE_ATTRIBUTES),
     *(
         OutcomeVariable(
             name, "f4", f"mean over members of the {what} of the fall, 0 where it stands",
-            attributes=_BODY_ENSEMBLE_ATTRIBUTES
+            further_cf_attributes=_BODY_ENSEMBLE_ATTRIBUTES
         )
         for name, what in (
             ("fall_north", "northward component of the direction"),
@@ -222,7 +225,7 @@ BODY_ENSEMBLE_VARIABLES: Final = (
         )
     ),
     OutcomeVariable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
-    _MEMBER_COUNT,
+    _MEMBER_COUNT_VARIABLE,
 )  # fmt: skip
 """Ensemble variables of a 3-D body."""
 
@@ -231,7 +234,7 @@ RELIEF_ENSEMBLE_VARIABLES: Final = tuple(
         f"probability_falls_{half}_relief",
         "f4",
         f"share of ensemble members that fall among those with the {half}er half of the reliefs",
-        attributes=_BODY_ENSEMBLE_ATTRIBUTES,
+        further_cf_attributes=_BODY_ENSEMBLE_ATTRIBUTES,
     )
     for half in ("low", "high")
 )

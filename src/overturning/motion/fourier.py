@@ -18,11 +18,11 @@ def fourier_amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float
     )
 
 
-def cosine_taper_window(sample_count: int, taper_width: int) -> FloatArray:
-    """Return a Tukey window of `sample_count` weights; at both ends it is a half cosine over `taper_width` samples."""
+def cosine_taper_window(sample_count: int, taper_sample_count: int) -> FloatArray:
+    """Return a Tukey window of `sample_count` weights: a half cosine over `taper_sample_count` samples at both ends."""
     window = np.ones(sample_count)
-    window[:taper_width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(taper_width) / taper_width))
-    window[-taper_width:] = window[:taper_width][::-1]
+    window[:taper_sample_count] = 0.5 * (1.0 - np.cos(np.pi * np.arange(taper_sample_count) / taper_sample_count))
+    window[-taper_sample_count:] = window[:taper_sample_count][::-1]
     return window
 
 

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 
-PULSE_PERIOD_CANDIDATES = np.geomspace(0.4, 12.0, 36)
+PULSE_PERIOD_CANDIDATES_S = np.geomspace(0.4, 12.0, 36)
 """Periods at which pulses are searched, s, in steps of 10 %."""
 
 _DAUBECHIES_SCALING_FILTER = np.array([
@@ -18,21 +18,21 @@ _DAUBECHIES_SCALING_FILTER = np.array([
 ])  # fmt: skip
 """Scaling filter of the Daubechies wavelet with four vanishing moments (Daubechies 1992, Ten Lectures, table 6.1)."""
 
-_CYCLES, _SUPPORT = 5, 7
+_WAVELET_CYCLES_IN_SUPPORT, _WAVELET_SUPPORT_LENGTH = 5, 7
 """Number of cycles in the support of the wavelet, at the peak of its Fourier amplitude, and length of the support."""
 
-_WAVELET_POINTS_PER_UNIT = 256
+_WAVELET_SAMPLES_PER_ARGUMENT_UNIT = 256
 """Points of the wavelet per unit of its argument."""
 
 
-def peak_acceleration_and_velocity_azimuths(motion: Accelerogram) -> dict[str, float]:
+def azimuths_of_peak_acceleration_and_velocity(motion: Accelerogram) -> dict[str, float]:
     """Return the azimuths, degrees, of the largest horizontal acceleration and velocity; NaN without motion."""
     acceleration = motion.horizontal_components
     velocity = integrate(acceleration, motion.sampling_interval)
-    return {name: _azimuth_of_largest_vector(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
+    return {name: _azimuth_deg_of_largest_vector(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
 
 
-def _azimuth_of_largest_vector(horizontal_motion: FloatArray) -> float:
+def _azimuth_deg_of_largest_vector(horizontal_motion: FloatArray) -> float:
     """Return the azimuth, degrees, at which a horizontal motion, shape (2, n), is largest; NaN without motion."""
     square = (horizontal_motion**2).sum(axis=0)
     at = int(square.argmax())
@@ -52,20 +52,22 @@ def daubechies_wavelet_values() -> FloatArray:
         turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(filter_taps.size)))
         return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
-    period = _SUPPORT + 1  # slightly more than the support, to avoid wrap-around
-    half = np.arange(period * _WAVELET_POINTS_PER_UNIT // 2 + 1) / (2.0 * period)
+    period = _WAVELET_SUPPORT_LENGTH + 1  # slightly more than the support, to avoid wrap-around
+    half = np.arange(period * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT // 2 + 1) / (2.0 * period)
     transform = filter_frequency_response(
         _DAUBECHIES_SCALING_FILTER[::-1] * (-1.0) ** np.arange(_DAUBECHIES_SCALING_FILTER.size), half
     )
     for level in range(1, 25):
         transform *= filter_frequency_response(_DAUBECHIES_SCALING_FILTER, half / 2.0**level)
     return (
-        np.fft.irfft(transform, period * _WAVELET_POINTS_PER_UNIT)[: _SUPPORT * _WAVELET_POINTS_PER_UNIT + 1]
-        * _WAVELET_POINTS_PER_UNIT
+        np.fft.irfft(transform, period * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT)[
+            : _WAVELET_SUPPORT_LENGTH * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT + 1
+        ]
+        * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT
     )
 
 
-def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]:
+def strongest_pulse_axis_deg_and_period_s(motion: Accelerogram) -> tuple[float, float]:
     """Return the axis (degrees, 0 to 180) and period (s) of the strongest velocity pulse; NaN without motion.
 
     The pulse has the largest wavelet coefficient over times, periods and horizontal directions (Shahi & Baker 2014,
@@ -76,16 +78,18 @@ def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]
     velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:
         return float("nan"), float("nan")
-    step = max(1, int(np.floor(0.1 * PULSE_PERIOD_CANDIDATES[0] / motion.sampling_interval)))
+    step = max(1, int(np.floor(0.1 * PULSE_PERIOD_CANDIDATES_S[0] / motion.sampling_interval)))
     interval, series = step * motion.sampling_interval, velocity[:, ::step]
-    count = series.shape[1] + int(_CYCLES * PULSE_PERIOD_CANDIDATES[-1] / interval) + 1
+    count = series.shape[1] + int(_WAVELET_CYCLES_IN_SUPPORT * PULSE_PERIOD_CANDIDATES_S[-1] / interval) + 1
     spectrum = np.fft.rfft(series, count)
     wavelet = daubechies_wavelet_values()
-    places = np.arange(wavelet.size) / _WAVELET_POINTS_PER_UNIT
+    places = np.arange(wavelet.size) / _WAVELET_SAMPLES_PER_ARGUMENT_UNIT
     best, found = 0.0, (float("nan"), float("nan"))
-    for period in PULSE_PERIOD_CANDIDATES:
-        scale = _CYCLES / _SUPPORT * period
-        stretched = np.interp(np.arange(0.0, _SUPPORT, interval / scale), places, wavelet) / np.sqrt(scale)
+    for period in PULSE_PERIOD_CANDIDATES_S:
+        scale = _WAVELET_CYCLES_IN_SUPPORT / _WAVELET_SUPPORT_LENGTH * period
+        stretched = np.interp(np.arange(0.0, _WAVELET_SUPPORT_LENGTH, interval / scale), places, wavelet) / np.sqrt(
+            scale
+        )
         coefficient = np.fft.irfft(spectrum * np.fft.rfft(stretched, count).conj(), count)
         strength = (coefficient**2).sum(axis=0)
         at = int(strength.argmax())

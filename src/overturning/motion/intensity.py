@@ -34,7 +34,7 @@ MEASURE_UNITS_AND_LONG_NAMES = PEAK_UNITS_AND_LONG_NAMES | {
 }
 """Unit and long name of every measure by azimuth."""
 
-PREDOMINANT_PERIOD_CANDIDATES = np.geomspace(0.04, 4.0, 81)
+PREDOMINANT_PERIOD_CANDIDATES_S = np.geomspace(0.04, 4.0, 81)
 """Periods at which the predominant period is searched, s, in steps of 6 %."""
 
 
@@ -60,8 +60,8 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     measures["duration"] = significant_duration(motion, half)
     measures["si20"] = housner_spectrum_intensity(motion, half, damping=0.20)
     measures["si05"] = housner_spectrum_intensity(motion, half, damping=0.05)
-    spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIOD_CANDIDATES, half, points_per_period=24)
-    of_largest = PREDOMINANT_PERIOD_CANDIDATES[spectra.argmax(axis=0)]
+    spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIOD_CANDIDATES_S, half, points_per_period=24)
+    of_largest = PREDOMINANT_PERIOD_CANDIDATES_S[spectra.argmax(axis=0)]
     measures["predominant_period"] = np.where(measures["duration"] > 0, of_largest, np.nan)
     return {name: values[back] for name, values in measures.items()}
 

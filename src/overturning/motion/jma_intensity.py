@@ -15,10 +15,10 @@ JMA_LEVEL_DURATION_S = 0.3
 """Total time during which the filtered acceleration reaches the level a₀, s."""
 
 
-INTENSITY_INCREMENT_BY_VERTICAL_MOTION: Final = 0.1
+JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION: Final = 0.1
 """Increase of the horizontal intensity by a vertical motion of half the amplitude: log₁₀ 1.25 = 0.1."""
 
-INTENSITY_BY_OVERTURNED_FRACTION_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
+JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
 """Rule of field surveys: range of the fraction overturned, range of instrumental intensity, degree of the JMA scale.
 
 40 to below 90 % overturned means 6 upper, 90 % and more means 7: the rule of the survey of Yamagata University after

@@ -10,18 +10,18 @@ from overturning.errors import ArgumentError, OverturningError, refuse_unknown_k
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible_amplitude_reason, reasons_to_doubt_recorded_axes
-from overturning.motion.streams import accelerations_of_stream
+from overturning.motion.streams import accelerations_interval_and_start_of_stream
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SHORTEST_SAMPLING_INTERVAL = 1e-6
+MIN_SAMPLING_INTERVAL_S = 1e-6
 """Shortest time between samples, s; with less, the time after a motion until rest has too many samples."""
 
 MAX_SAMPLES_OF_MOTION = 30_000_000
 """Largest number of samples of a motion from a formula, or of a processed record: 240 MB for each component."""
 
-_MAX_FINAL_VELOCITY_SHARE_WITHOUT_DRIFT = 0.5
+_MAX_FINAL_TO_PEAK_VELOCITY_WITHOUT_DRIFT = 0.5
 """Final velocity, as a share of its peak, above which the samples probably contain an offset."""
 
 
@@ -68,10 +68,10 @@ class Accelerogram:
         if not (np.isfinite(self.sampling_interval) and self.sampling_interval > 0):
             interval = self.sampling_interval
             raise error_type(f"{message_prefix}sampling_interval: {interval}; it must be a positive number of seconds")
-        if self.sampling_interval < SHORTEST_SAMPLING_INTERVAL:
+        if self.sampling_interval < MIN_SAMPLING_INTERVAL_S:
             raise error_type(
                 f"{message_prefix}sampling_interval: {self.sampling_interval:g} s; give at least "
-                f"{SHORTEST_SAMPLING_INTERVAL:g} s, or resample the motion"
+                f"{MIN_SAMPLING_INTERVAL_S:g} s, or resample the motion"
             )
 
     @property
@@ -147,7 +147,7 @@ class Motion(Accelerogram):
     ------
     ArgumentError
         If a component is empty, not finite or partly masked; if lengths differ; if the sampling interval is not
-        positive, or below `SHORTEST_SAMPLING_INTERVAL`; or if the peak is implausible: above 5 g or 1000 cm/s, or
+        positive, or below `MIN_SAMPLING_INTERVAL_S`; or if the peak is implausible: above 5 g or 1000 cm/s, or
         below 0.0001 g but not zero.
     """
 
@@ -225,7 +225,7 @@ class Motion(Accelerogram):
         stream : obspy.Stream
             Accelerations, without gaps.
         unit : str, optional
-            Unit of samples times ``calib``, a key of `overturning.units.ACCELERATION_UNITS`. By default m/s²; a
+            Unit of samples times ``calib``, a key of `overturning.units.ACCELERATION_UNITS_IN_M_S2`. By default m/s²; a
             channel with the code of a velocity sensor (HHN, EHZ) must then have had its response removed with
             ``output="ACC"``.
         sensor : {"surface", "borehole"}
@@ -240,14 +240,14 @@ class Motion(Accelerogram):
         if not hasattr(stream, "traces"):
             kind = type(stream).__name__
             raise ArgumentError(f"stream: a {kind}; give an obspy Stream with a trace for each component")
-        values, interval, start = accelerations_of_stream(stream, unit, sensor)
+        values, interval, start = accelerations_interval_and_start_of_stream(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         motion.start = start
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
         for why in reasons_to_doubt_recorded_axes(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
-            if speed[-1] > _MAX_FINAL_VELOCITY_SHARE_WITHOUT_DRIFT * speed.max():
+            if speed[-1] > _MAX_FINAL_TO_PEAK_VELOCITY_WITHOUT_DRIFT * speed.max():
                 share = f"{100 * speed[-1] / speed.max():.0f} %"
                 why = f"stream: the velocity towards {name} ends at {share} of its peak, like raw data with an offset"
                 warnings.warn(f"{why}: remove the offset first (stream.detrend, filter)", stacklevel=3)

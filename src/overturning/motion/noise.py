@@ -21,7 +21,7 @@ MIN_SPECTRUM_FREQUENCY_HZ: Final = 0.01
 MAX_FREQUENCY_CYCLES_PER_SAMPLE: Final = 0.4
 """Highest frequency, in cycles per sample: a little below the Nyquist frequency."""
 
-BANDS_PER_DECADE: Final = 20
+FREQUENCY_BANDS_PER_DECADE: Final = 20
 """Frequency bands per decade."""
 
 
@@ -30,18 +30,20 @@ class SignalNoiseSpectra:
     """Signal and noise spectra of the components of a record, and the onset time of the motion."""
 
     onset_s: float  # s after the first sample; the noise is before it
-    frequency: FloatArray  # Hz, shape (m,); the noise window holds at least three cycles of the lowest
+    band_frequency_hz: FloatArray  # Hz, shape (m,); the noise window holds at least three cycles of the lowest
     # Fourier amplitudes in bands over the root of the window's length, m/s^1.5, shape (components, m)
-    signal_spectrum: FloatArray
-    noise_spectrum: FloatArray
-    offset_spectrum: (
+    signal_amplitude_per_root_duration: FloatArray
+    noise_amplitude_per_root_duration: FloatArray
+    offset_step_amplitude_per_root_duration: (
         FloatArray  # amplitude of a step between the levels before and after the signal (tilt of the sensor)
     )
 
     @property
     def signal_to_noise_and_offset_ratio(self) -> FloatArray:
         """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
-        return self.signal_spectrum / np.hypot(self.noise_spectrum, self.offset_spectrum)
+        return self.signal_amplitude_per_root_duration / np.hypot(
+            self.noise_amplitude_per_root_duration, self.offset_step_amplitude_per_root_duration
+        )
 
 
 def motion_onset_index(samples: FloatArray) -> int:
@@ -96,7 +98,9 @@ def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval
         max(MIN_CYCLES_IN_NOISE_WINDOW / (first * sampling_interval), MIN_SPECTRUM_FREQUENCY_HZ),
         MAX_FREQUENCY_CYCLES_PER_SAMPLE / sampling_interval,
     )
-    frequency = np.geomspace(lowest, highest, max(2, round(BANDS_PER_DECADE * np.log10(highest / lowest)) + 1))
+    frequency = np.geomspace(
+        lowest, highest, max(2, round(FREQUENCY_BANDS_PER_DECADE * np.log10(highest / lowest)) + 1)
+    )
     signal, noise = (
         np.stack(
             [_fourier_amplitude_per_root_duration(samples[part], sampling_interval, frequency) for samples in moving]

@@ -20,30 +20,30 @@ from overturning.errors import ArgumentError
 
 ResponseQuantity = Literal["displacement", "velocity"]
 
-POINTS_PER_PERIOD = 64
+INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD = 64
 """Points per period of an oscillator; the peak of a sine of that period is then at most 0.12 % too low."""
 
-MAX_INTERPOLATION_STEP = 0.0025
+MAX_INTERPOLATION_STEP_S = 0.0025
 """Longest step between two points of the interpolated motion, s.
 
 Linear interpolation at this step keeps 98.7 % of the amplitude at 25 Hz, the Nyquist frequency of samples of 20 ms.
 Linear interpolation between samples of 20 ms would keep 41 % and make the spectrum intensity up to 5.2 % too low.
 """
 
-MAX_POINTS_PER_SAMPLE = 16
+MAX_INTERPOLATED_POINTS_PER_SAMPLE = 16
 """Largest number of points of the interpolated motion per sample."""
 
 
-LONGEST_PERIOD = 1000.0
+MAX_OSCILLATOR_PERIOD_S = 1000.0
 """Longest period of an oscillator, s; with a longer one, the time after the motion has too many samples."""
 
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:
     """Return periods, s, as a one-dimensional array; raise an ArgumentError unless all are positive and in bounds."""
     periods = np.atleast_1d(convert_argument_to_float_array("period_s", period_s))
-    if periods.ndim != 1 or periods.size == 0 or not ((periods > 0) & (periods <= LONGEST_PERIOD)).all():
+    if periods.ndim != 1 or periods.size == 0 or not ((periods > 0) & (periods <= MAX_OSCILLATOR_PERIOD_S)).all():
         raise ArgumentError(
-            f"period_s: give one or more positive numbers of seconds, at most {LONGEST_PERIOD:g}, in one row"
+            f"period_s: give one or more positive numbers of seconds, at most {MAX_OSCILLATOR_PERIOD_S:g}, in one row"
         )
     return periods
 
@@ -91,7 +91,7 @@ class OscillatorResponseCalculator:
         components: FloatArray,
         sampling_interval: float,
         longest_period_s: float,
-        points_per_period: int = POINTS_PER_PERIOD,
+        points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
     ) -> None:
         self._points = points_per_period
         rest = math.ceil(max(min(longest_period_s, 10.0), 0.5 * longest_period_s) / sampling_interval)
@@ -116,8 +116,10 @@ class OscillatorResponseCalculator:
 
     def points_per_sample_for_period(self, period_s: float) -> int:
         """Return the points per sample (1, 2, 4, 8 or 16) to which to refine the motion for an oscillator period."""
-        wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / MAX_INTERPOLATION_STEP)
-        return min(MAX_POINTS_PER_SAMPLE, 2 ** max(0, math.ceil(math.log2(wanted))))
+        wanted = self._interval * max(
+            self._points / max(period_s, 3.0 * self._interval), 1.0 / MAX_INTERPOLATION_STEP_S
+        )
+        return min(MAX_INTERPOLATED_POINTS_PER_SAMPLE, 2 ** max(0, math.ceil(math.log2(wanted))))
 
     def peak_responses(
         self,

@@ -12,10 +12,10 @@ from overturning.kernel_cache import cache_compiled_kernel
 _AZIMUTHS_PER_GROUP: Final = 18
 """Number of azimuths that one test of a sample covers."""
 
-_BOUND_REDUCTION_FOR_ROUNDING: Final = 1.0 - 1e-9
+_BOUND_FACTOR_FOR_ROUNDING: Final = 1.0 - 1e-9
 """Factor of a bound that covers rounding; keeping too many samples does not change the result."""
 
-_IDENTITY_FILTER: Final = np.array([1.0, 0.0, 0.0])
+_IDENTITY_FILTER_COEFFICIENTS: Final = np.array([1.0, 0.0, 0.0])
 
 
 def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
@@ -25,7 +25,7 @@ def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines
     (m,) and the unit of the motion. If a sample is not finite, all results are NaN.
     """
     return largest_filtered_motion_along_azimuths(
-        horizontal_motion, _IDENTITY_FILTER, _IDENTITY_FILTER, azimuth_cosines
+        horizontal_motion, _IDENTITY_FILTER_COEFFICIENTS, _IDENTITY_FILTER_COEFFICIENTS, azimuth_cosines
     )
 
 
@@ -41,11 +41,13 @@ def largest_filtered_motion_along_azimuths(
     north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in horizontal_motion)
     cosines = np.ascontiguousarray(azimuth_cosines, dtype=np.float64)
     largest, coefficients = np.zeros(len(cosines)), np.stack([numerator, denominator])
-    _update_largest_filtered_motion(north, east, coefficients, cosines, _azimuth_group_table(cosines), largest)
+    _update_largest_filtered_motion(
+        north, east, coefficients, cosines, _middle_cosines_and_max_sine_by_azimuth_group(cosines), largest
+    )
     return largest
 
 
-def _azimuth_group_table(azimuth_cosines: FloatArray) -> FloatArray:
+def _middle_cosines_and_max_sine_by_azimuth_group(azimuth_cosines: FloatArray) -> FloatArray:
     """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
@@ -63,9 +65,9 @@ def _azimuth_group_table(azimuth_cosines: FloatArray) -> FloatArray:
 def _update_largest_filtered_motion(
     north: FloatArray,
     east: FloatArray,
-    coefficients: FloatArray,
-    cosines: FloatArray,
-    groups: FloatArray,
+    filter_coefficients: FloatArray,
+    azimuth_cosines: FloatArray,
+    azimuth_groups_in_place: FloatArray,
     largest_out: FloatArray,
 ) -> None:
     """Filter a motion and update, in place, its largest value so far along each of the given azimuths.
@@ -73,31 +75,32 @@ def _update_largest_filtered_motion(
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
     any azimuth, and neither can a sample without motion. For other samples, each group of azimuths is tested: for the
     sample p and an azimuth u at the angle δ from the middle azimuth m of the group,
-    |p · u| ≤ |p · m| + |p × m| |sin δ|. The fourth column of `groups` becomes the bound that a sample must reach.
-    If a sample is not finite, all results are NaN. The function has plain loops only, which compile in less time.
+    |p · u| ≤ |p · m| + |p × m| |sin δ|. The fourth column of `azimuth_groups_in_place` becomes the bound that a sample
+    must reach. If a sample is not finite, all results are NaN. The function has plain loops only, which compile in less
+    time.
     """
-    count = cosines.shape[0]
-    b0, b1, b2 = coefficients[0, 0], coefficients[0, 1], coefficients[0, 2]
-    a1, a2 = coefficients[1, 1], coefficients[1, 2]
+    count = azimuth_cosines.shape[0]
+    b0, b1, b2 = filter_coefficients[0, 0], filter_coefficients[0, 1], filter_coefficients[0, 2]
+    a1, a2 = filter_coefficients[1, 1], filter_coefficients[1, 2]
     north_1 = north_2 = east_1 = east_2 = least = 0.0
     for sample in range(north.shape[0]):
         x, y = north[sample], east[sample]
         n, e = north_1 + b0 * x, east_1 + b0 * y
         north_1, east_1 = (north_2 + x * b1) - n * a1, (east_2 + y * b1) - e * a1
         north_2, east_2 = x * b2 - n * a2, y * b2 - e * a2
-        if n == e == 0.0 or n * n + e * e < least * least * _BOUND_REDUCTION_FOR_ROUNDING:
+        if n == e == 0.0 or n * n + e * e < least * least * _BOUND_FACTOR_FOR_ROUNDING:
             continue
         least = math.inf
-        for group in range(groups.shape[0]):
-            along = abs(groups[group, 0] * n + groups[group, 1] * e)
-            across = abs(groups[group, 0] * e - groups[group, 1] * n)
-            if along + across * groups[group, 2] >= groups[group, 3]:
+        for group in range(azimuth_groups_in_place.shape[0]):
+            along = abs(azimuth_groups_in_place[group, 0] * n + azimuth_groups_in_place[group, 1] * e)
+            across = abs(azimuth_groups_in_place[group, 0] * e - azimuth_groups_in_place[group, 1] * n)
+            if along + across * azimuth_groups_in_place[group, 2] >= azimuth_groups_in_place[group, 3]:
                 lowest = math.inf
                 for k in range(group * _AZIMUTHS_PER_GROUP, min((group + 1) * _AZIMUTHS_PER_GROUP, count)):
-                    largest_out[k] = max(largest_out[k], abs(cosines[k, 0] * n + cosines[k, 1] * e))
+                    largest_out[k] = max(largest_out[k], abs(azimuth_cosines[k, 0] * n + azimuth_cosines[k, 1] * e))
                     lowest = min(lowest, largest_out[k])
-                groups[group, 3] = lowest * _BOUND_REDUCTION_FOR_ROUNDING
-            least = min(least, groups[group, 3])
+                azimuth_groups_in_place[group, 3] = lowest * _BOUND_FACTOR_FOR_ROUNDING
+            least = min(least, azimuth_groups_in_place[group, 3])
     # A sample that is not finite stays in the state of the filter, and no comparison above sees it.
     if not abs(north_1) + abs(east_1) < math.inf:
         for k in range(count):

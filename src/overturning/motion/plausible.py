@@ -7,42 +7,42 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
-from overturning.units import ACCELERATION_UNITS, CM, STANDARD_GRAVITY
+from overturning.units import ACCELERATION_UNITS_IN_M_S2, CM, STANDARD_GRAVITY
 
-MAX_PLAUSIBLE_PGA: Final = 5.0 * STANDARD_GRAVITY
+MAX_PLAUSIBLE_PGA_M_S2: Final = 5.0 * STANDARD_GRAVITY
 """Largest plausible peak acceleration, m/s²; the largest recorded is 4.1 g (vector sum, Iwate-Miyagi 2008, IWTH25)."""
 
-MAX_PLAUSIBLE_PGV: Final = 1000.0 * CM
+MAX_PLAUSIBLE_PGV_M_S: Final = 1000.0 * CM
 """Largest plausible peak velocity, m/s; the largest recorded is about 3 m/s (Chi-Chi 1999, TCU068)."""
 
-MIN_PLAUSIBLE_PGA: Final = 1e-4 * STANDARD_GRAVITY
+MIN_PLAUSIBLE_PGA_M_S2: Final = 1e-4 * STANDARD_GRAVITY
 """Smallest plausible peak acceleration of a motion that is not rest, m/s²: about 0.1 Gal, too weak to be felt."""
 
-USUAL_SAMPLING_INTERVAL_RANGE: Final = (0.0005, 0.05)
+USUAL_SAMPLING_INTERVAL_RANGE_S: Final = (0.0005, 0.05)
 """Shortest and longest usual sampling interval of accelerographs, s."""
 
-MIN_DURATION_WITHOUT_WARNING: Final = 2.0
+MIN_RECORD_DURATION_WITHOUT_WARNING_S: Final = 2.0
 """Shortest duration of a record that raises no doubt about its sampling interval, s."""
 
-MIN_PGV_PGA_RATIO_WITHOUT_WARNING: Final = 0.005
+MIN_PGV_PGA_RATIO_WITHOUT_WARNING_S: Final = 0.005
 """Smallest PGV/PGA that raises no doubt about the sampling interval, s: the ratio of a sine of 32 Hz."""
 
-DEAD_AXIS_PEAK_RATIO: Final = 0.01
+MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS: Final = 0.01
 """Ratio of the peaks of two axes of one sensor below which the weaker axis is assumed dead."""
 
-EQUAL_AXES_TOLERANCE: Final = 1e-3
+MAX_DIFFERENCE_TO_PEAK_RATIO_OF_EQUAL_AXES: Final = 1e-3
 """Largest difference of two horizontal axes, as a share of their peak, at which they count as one axis read twice."""
 
-MIN_SAMPLES_OF_PAUSE: Final = 100
+MIN_EQUAL_SAMPLES_IN_PAUSE: Final = 100
 """Smallest number of consecutive equal samples that indicates a pause of an axis: 0.5 to 1 s for most sensors."""
 
 MIN_PEAK_SHARE_OF_MOVING_AXIS: Final = 0.2
 """Smallest share of its peak that an axis must reach for another axis that stands still then to count as dead."""
 
-MIN_CLIPPED_SAMPLES: Final = 3
+MIN_CONSECUTIVE_CLIPPED_SAMPLES: Final = 3
 """Smallest number of consecutive equal samples at the extreme of an axis that indicates clipping."""
 
-_LIKELY_PGA_RANGE: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
+_LIKELY_PGA_RANGE_M_S2: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 
 
 def implausible_amplitude_reason(
@@ -57,7 +57,7 @@ def implausible_amplitude_reason(
     sampling_interval : float
         Time between samples, s.
     unit : str
-        Declared unit of the numbers, a key of `units.ACCELERATION_UNITS`; empty if the file states its unit.
+        Declared unit of the numbers, a key of `units.ACCELERATION_UNITS_IN_M_S2`; empty if the file states its unit.
     check_velocity : bool
         Check the velocity too; False if an offset has not been removed yet.
 
@@ -69,18 +69,18 @@ def implausible_amplitude_reason(
     velocity = 0.0
     if check_velocity:
         velocity = max(float(np.abs(integrate(samples, sampling_interval)).max()) for samples in components)
-    if peak > MAX_PLAUSIBLE_PGA:
+    if peak > MAX_PLAUSIBLE_PGA_M_S2:
         what, bound = f"peak acceleration {peak / STANDARD_GRAVITY:.3g} g", "at most 5 g"
-    elif 0.0 < peak < MIN_PLAUSIBLE_PGA:
+    elif 0.0 < peak < MIN_PLAUSIBLE_PGA_M_S2:
         what, bound = f"peak acceleration {peak / STANDARD_GRAVITY:.3g} g", "at least 0.0001 g"
-    elif velocity > MAX_PLAUSIBLE_PGV:
+    elif velocity > MAX_PLAUSIBLE_PGV_M_S:
         what, bound = f"peak velocity {velocity / CM:.4g} cm/s", "at most 1000 cm/s"
     else:
         return ""
-    low, high = USUAL_SAMPLING_INTERVAL_RANGE
+    low, high = USUAL_SAMPLING_INTERVAL_RANGE_S
     unusual = (
         ""
-        if low <= sampling_interval <= high or velocity <= MAX_PLAUSIBLE_PGV
+        if low <= sampling_interval <= high or velocity <= MAX_PLAUSIBLE_PGV_M_S
         else f"{_sampling_interval_and_usual_range_text(sampling_interval)}: "
     )
     return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, unit)}"
@@ -88,7 +88,7 @@ def implausible_amplitude_reason(
 
 def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
     """Return a text with an unusual sampling interval, s, and the range of usual ones."""
-    low, high = USUAL_SAMPLING_INTERVAL_RANGE
+    low, high = USUAL_SAMPLING_INTERVAL_RANGE_S
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
 
@@ -97,21 +97,22 @@ def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], samplin
 
     A constant offset is removed before the integration to velocity.
     """
-    low, high = USUAL_SAMPLING_INTERVAL_RANGE
+    low, high = USUAL_SAMPLING_INTERVAL_RANGE_S
     doubts = [] if 0.999 * low <= sampling_interval <= 1.001 * high else [f"{low:g} to {high:g} s are usual"]
     count = components[0].size
-    if count * sampling_interval < MIN_DURATION_WITHOUT_WARNING:
+    if count * sampling_interval < MIN_RECORD_DURATION_WITHOUT_WARNING_S:
         doubts.append(
-            f"{count} samples then last {count * sampling_interval:.3g} s, less than {MIN_DURATION_WITHOUT_WARNING:g} s"
+            f"{count} samples then last {count * sampling_interval:.3g} s, less than "
+            f"{MIN_RECORD_DURATION_WITHOUT_WARNING_S:g} s"
         )
     ratios = []
     for samples in components:
         moving = samples - samples.mean()
         if (pga := float(np.abs(moving).max())) > 0:
             ratios.append(float(np.abs(integrate(moving, sampling_interval)).max()) / pga)
-    if ratios and max(ratios) < MIN_PGV_PGA_RATIO_WITHOUT_WARNING:
+    if ratios and max(ratios) < MIN_PGV_PGA_RATIO_WITHOUT_WARNING_S:
         doubts.append(
-            f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * MIN_PGV_PGA_RATIO_WITHOUT_WARNING:g} ms"
+            f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * MIN_PGV_PGA_RATIO_WITHOUT_WARNING_S:g} ms"
         )
     return tuple(doubts)
 
@@ -132,12 +133,12 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
     peaks = [float(np.abs(samples).max()) for samples in moving]
     weak, strong = sorted((0, 1), key=lambda axis: peaks[axis])
     least = "less than 1/100 of that of"
-    if peaks[weak] < DEAD_AXIS_PEAK_RATIO * peaks[strong]:
+    if peaks[weak] < MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS * peaks[strong]:
         return (
             f"{axis_names[weak]} is dead: its peak is {peaks[weak] / CM:.3g} Gal, {least} "
             f"{axis_names[strong].removeprefix('axis ')}, {peaks[strong] / CM:.4g} Gal"
         )
-    if len(peaks) > 2 and peaks[strong] < DEAD_AXIS_PEAK_RATIO * peaks[2]:
+    if len(peaks) > 2 and peaks[strong] < MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS * peaks[2]:
         return (
             f"{axis_names[weak]} and {axis_names[strong]} are dead: at most {peaks[strong] / CM:.3g} Gal, {least} "
             f"vertical {axis_names[2]}, {peaks[2] / CM:.4g} Gal"
@@ -172,21 +173,23 @@ def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_sampl
         return False
     first_samples, second_samples = first_samples - first_samples.mean(), second_samples - second_samples.mean()
     unlike = min(float(np.abs(first_samples - sign * second_samples).max()) for sign in (1.0, -1.0))
-    return bool(first_samples.any()) and unlike <= EQUAL_AXES_TOLERANCE * float(np.abs(first_samples).max())
+    return bool(first_samples.any()) and unlike <= MAX_DIFFERENCE_TO_PEAK_RATIO_OF_EQUAL_AXES * float(
+        np.abs(first_samples).max()
+    )
 
 
-def longest_pause_while_other_axis_moves(
+def longest_pause_indices_while_other_axis_moves(
     samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]
 ) -> tuple[int, int] | None:
     """Return first and last index of a component's longest run of equal samples while another moves; else None.
 
-    None if there is no run of `MIN_SAMPLES_OF_PAUSE` equal samples, if no other axis then reaches
+    None if there is no run of `MIN_EQUAL_SAMPLES_IN_PAUSE` equal samples, if no other axis then reaches
     `MIN_PEAK_SHARE_OF_MOVING_AXIS` of its peak, or if the axis is too coarse to show such a share of its own peak.
     """
     ends = np.concatenate([[-1], np.flatnonzero(np.diff(samples)), [samples.size - 1]])
     longest = int(np.diff(ends).argmax())
     first, last = int(ends[longest]) + 1, int(ends[longest + 1])
-    if last + 1 - first < MIN_SAMPLES_OF_PAUSE:
+    if last + 1 - first < MIN_EQUAL_SAMPLES_IN_PAUSE:
         return None
     peak = float(np.abs(samples - np.median(samples)).max())
     if not peak:
@@ -209,9 +212,9 @@ def _estimate_sample_resolution(samples: FloatArray, peak: float) -> float:
 def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
     """Return the number of clipped samples of a component and the largest clipped level (m/s²); (0, 0) if none.
 
-    Counted are runs of at least `MIN_CLIPPED_SAMPLES` equal samples at the largest or the smallest value. The rounded
-    top of a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped by at most
-    ((3L − 1) / (L − 1))² ≤ 16 times the resolution, a clipped motion by more.
+    Counted are runs of at least `MIN_CONSECUTIVE_CLIPPED_SAMPLES` equal samples at the largest or the smallest value.
+    The rounded top of a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped
+    by at most ((3L − 1) / (L − 1))² ≤ 16 times the resolution, a clipped motion by more.
     """
     level = float(np.median(samples))
     away = samples - level
@@ -224,11 +227,11 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
         if extreme < 0.5 * farthest:
             continue
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
-        if at.size < MIN_CLIPPED_SAMPLES:
+        if at.size < MIN_CONSECUTIVE_CLIPPED_SAMPLES:
             continue
         min_drop = 20.0 * _estimate_sample_resolution(samples, farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
-            if run.size >= MIN_CLIPPED_SAMPLES and _is_clipped_sample_range(
+            if run.size >= MIN_CONSECUTIVE_CLIPPED_SAMPLES and _is_clipped_sample_range(
                 sign * away, int(run[0]), int(run[-1]), min_drop
             ):
                 count += run.size
@@ -247,13 +250,13 @@ def _likely_units_note(peak: float, declared_unit: str) -> str:
     """Return a note on the units in which the numbers of a motion would give a usual peak acceleration."""
     if not declared_unit:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
-    scale = ACCELERATION_UNITS[declared_unit]
+    scale = ACCELERATION_UNITS_IN_M_S2[declared_unit]
     names = {"gal": "Gal", "g": "g", "m/s2": "m/s²", "mg": "mg", "mm/s2": "mm/s²"}
     likely = [
-        f"{shown} ({peak / scale * ACCELERATION_UNITS[name] / STANDARD_GRAVITY:.2g} g)"
+        f"{shown} ({peak / scale * ACCELERATION_UNITS_IN_M_S2[name] / STANDARD_GRAVITY:.2g} g)"
         for name, shown in names.items()
-        if ACCELERATION_UNITS[name] != scale
-        and _LIKELY_PGA_RANGE[0] <= peak / scale * ACCELERATION_UNITS[name] <= _LIKELY_PGA_RANGE[1]
+        if ACCELERATION_UNITS_IN_M_S2[name] != scale
+        and _LIKELY_PGA_RANGE_M_S2[0] <= peak / scale * ACCELERATION_UNITS_IN_M_S2[name] <= _LIKELY_PGA_RANGE_M_S2[1]
     ]
     name = names.get(declared_unit, declared_unit)
     return f"numbers declared in {name} look like {' or '.join(likely)}" if likely else f"{name} is not their unit"

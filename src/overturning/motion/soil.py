@@ -22,7 +22,7 @@ from overturning.validation import StrictModel
 MIN_VIBRATION_TAIL_S: Final = 5.0
 """Shortest tail: time after the record in which the soil vibrates, s; doubled until the vibration has decayed."""
 
-MAX_RELATIVE_ACCELERATION_AFTER_TAIL: Final = 0.01
+MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL: Final = 0.01
 """Largest acceleration at the surface after the tail, as a share of the peak."""
 
 MIN_ZERO_PADDING_S: Final = 30.0
@@ -31,10 +31,10 @@ MIN_ZERO_PADDING_S: Final = 30.0
 MAX_ZERO_PADDING_S: Final = 600.0
 """Longest zero padding, s; a site that vibrates longer has almost no damping and is refused."""
 
-MAX_RELATIVE_WRAP_AROUND: Final = 2e-3
+MAX_WRAP_AROUND_TO_PEAK_RATIO: Final = 2e-3
 """Largest vibration at the end of the zero padding, as a share of the peak at the surface."""
 
-EQUIVALENT_LINEAR_TOLERANCE: Final = 0.01
+EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE: Final = 0.01
 """Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
 
 
@@ -67,15 +67,15 @@ class SoilLayer(StrictModel):
 class SoilResponseOfOneComponent:
     """Acceleration of a horizontal component at the ground surface, and convergence of the soil response analysis."""
 
-    # acceleration, m/s², shape (n + tail,); at most `MAX_RELATIVE_ACCELERATION_AFTER_TAIL` of the peak is left after
-    # it
+    # acceleration, m/s², shape (n + tail,); after it, at most `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak
     surface_acceleration: FloatArray
-    converged: bool  # True if the last iteration changed modulus and damping by less than `EQUIVALENT_LINEAR_TOLERANCE`
-    last_iteration_change: (
+    # True if the last iteration changed modulus and damping by less than `EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE`
+    is_converged: bool
+    relative_change_in_last_iteration: (
         float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
     )
-    largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
-    strain_and_exceeded_curve_max_strain: tuple[float, float] | None = (
+    max_shear_strain_of_any_layer: float  # largest shear strain of any layer; NaN for a linear analysis
+    effective_strain_and_exceeded_curve_end: tuple[float, float] | None = (
         None  # effective strain, and the smaller end of the curve; None within
     )
 
@@ -108,7 +108,7 @@ def propagate_through_soil(
     layers: Sequence[SoilLayer],
     rock: RockHalfSpace,
     *,
-    outcrop: bool = True,
+    motion_is_on_outcrop: bool = True,
 ) -> SoilResponseOfOneComponent:
     """Compute one horizontal component of motion at the surface of soil layers from that of the rock below.
 
@@ -122,7 +122,7 @@ def propagate_through_soil(
         Layers from the surface down. The analysis is equivalent-linear if at least one has a curve.
     rock : RockHalfSpace
         Half-space below the layers.
-    outcrop : bool
+    motion_is_on_outcrop : bool
         True if the motion is that of outcropping rock; False if it is that of the rock below the layers ("within", as
         in a borehole).
 
@@ -134,47 +134,55 @@ def propagate_through_soil(
     """
     package = import_pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
-    shortest_tail = round(MIN_VIBRATION_TAIL_S / sampling_interval)
+    min_tail_sample_count = round(MIN_VIBRATION_TAIL_S / sampling_interval)
     zeros = max(acceleration.size, round(MIN_ZERO_PADDING_S / sampling_interval))
     longest = max(zeros, round(MAX_ZERO_PADDING_S / sampling_interval))
     while True:
-        length = 1 << (acceleration.size + shortest_tail + zeros - 1).bit_length()
-        found = _propagate_with_zero_padding(package, acceleration, sampling_interval, layers, rock, outcrop, length)
-        remaining = _residual_vibration_share(found.surface_acceleration, shortest_tail)
-        if remaining <= MAX_RELATIVE_WRAP_AROUND:
-            count = _sample_count_until_vibration_decays(found.surface_acceleration, acceleration.size, shortest_tail)
+        padded_sample_count = 1 << (acceleration.size + min_tail_sample_count + zeros - 1).bit_length()
+        found = _propagate_with_zero_padding(
+            package, acceleration, sampling_interval, layers, rock, motion_is_on_outcrop, padded_sample_count
+        )
+        remaining = _residual_vibration_share(found.surface_acceleration, min_tail_sample_count)
+        if remaining <= MAX_WRAP_AROUND_TO_PEAK_RATIO:
+            count = _sample_count_until_vibration_decays(
+                found.surface_acceleration, acceleration.size, min_tail_sample_count
+            )
             return replace(found, surface_acceleration=found.surface_acceleration[:count])
         if zeros >= longest:
             raise ArgumentError(
                 f"site: {100 * remaining:.2g} % of the peak acceleration of the surface is left "
-                f"{length * sampling_interval:.0f} s after the start of the record; give the layers and the rock more "
-                "damping (0.01 or more)"
+                f"{padded_sample_count * sampling_interval:.0f} s after the start of the record; give the layers and "
+                "the rock more damping (0.01 or more)"
             )
         zeros = min(2 * zeros, longest)
 
 
-def _residual_vibration_share(surface: FloatArray, tail_count: int) -> float:
+def _residual_vibration_share(surface: FloatArray, tail_sample_count: int) -> float:
     """Return the largest acceleration near the end of the zero padding, divided by the peak acceleration.
 
-    The last `tail_count` samples are left out: an abrupt start of a record oscillates there at the highest frequency.
+    The last `tail_sample_count` samples are left out: an abrupt start of a record oscillates there at the highest
+    frequency.
     """
     peak = float(np.abs(surface).max())
-    return float(np.abs(surface[-2 * tail_count : -tail_count]).max()) / peak if peak else 0.0
+    return float(np.abs(surface[-2 * tail_sample_count : -tail_sample_count]).max()) / peak if peak else 0.0
 
 
-def _sample_count_until_vibration_decays(surface: FloatArray, record_count: int, shortest_tail: int) -> int:
+def _sample_count_until_vibration_decays(
+    surface: FloatArray, record_sample_count: int, min_tail_sample_count: int
+) -> int:
     """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.
 
-    The kept part of the padding doubles from `shortest_tail` samples until at most
-    `MAX_RELATIVE_ACCELERATION_AFTER_TAIL` of the peak is left. The last `shortest_tail` samples are left out, as in
-    `_residual_vibration_share`.
+    The kept part of the padding doubles from `min_tail_sample_count` samples until at most
+    `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak is left. The last `min_tail_sample_count` samples are left
+    out, as in `_residual_vibration_share`.
     """
-    size, tail = np.abs(surface), shortest_tail
+    size, tail = np.abs(surface), min_tail_sample_count
     while (
-        size[record_count + tail : -shortest_tail].max(initial=0.0) > MAX_RELATIVE_ACCELERATION_AFTER_TAIL * size.max()
+        size[record_sample_count + tail : -min_tail_sample_count].max(initial=0.0)
+        > MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL * size.max()
     ):
         tail *= 2
-    return min(record_count + tail, surface.size)
+    return min(record_sample_count + tail, surface.size)
 
 
 def _propagate_with_zero_padding(
@@ -183,24 +191,24 @@ def _propagate_with_zero_padding(
     sampling_interval: float,
     layers: Sequence[SoilLayer],
     rock: RockHalfSpace,
-    outcrop: bool,
-    length: int,
+    motion_is_on_outcrop: bool,
+    padded_sample_count: int,
 ) -> SoilResponseOfOneComponent:
-    """Compute the motion at the ground surface with one Fourier transform of `length` samples, padded with zeros."""
+    """Compute the motion at the ground surface with one Fourier transform, padded with zeros to a number of samples."""
     motion = package.motion.TimeSeriesMotion(
-        "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
+        "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=padded_sample_count
     )
     below = package.site.Layer(_pystrata_soil_type(package, rock), 0, rock.velocity_m_s)
     soil = [package.site.Layer(_pystrata_soil_type(package, one), one.thickness_m, one.velocity_m_s) for one in layers]
     profile = package.site.Profile([*soil, below])
     nonlinear = any(one.curve for one in layers)
     linear, equivalent = package.propagation.LinearElasticCalculator, package.propagation.EquivalentLinearCalculator
-    calculator = equivalent(tolerance=EQUIVALENT_LINEAR_TOLERANCE) if nonlinear else linear()
-    incoming = profile.location("outcrop" if outcrop else "within", index=-1)
+    calculator = equivalent(tolerance=EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE) if nonlinear else linear()
+    incoming = profile.location("outcrop" if motion_is_on_outcrop else "within", index=-1)
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow gives values that are not finite, checked below
         calculator(motion, profile, incoming)
         transfer = calculator.calc_accel_tf(incoming, profile.location("outcrop", index=0))
-    surface = np.asarray(motion.calc_time_series(transfer)[:length] * STANDARD_GRAVITY, dtype=np.float64)
+    surface = np.asarray(motion.calc_time_series(transfer)[:padded_sample_count] * STANDARD_GRAVITY, dtype=np.float64)
     if not np.isfinite(surface).all():
         raise ArgumentError(
             "site: the response of the soil layers is not finite: waves of the highest frequency are damped out "
@@ -210,14 +218,14 @@ def _propagate_with_zero_padding(
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
     return SoilResponseOfOneComponent(
         surface,
-        change < EQUIVALENT_LINEAR_TOLERANCE,
+        change < EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE,
         change,
         strain,
-        _strain_and_exceeded_curve_max_strain(profile[:-1], layers),
+        _effective_strain_and_exceeded_curve_end(profile[:-1], layers),
     )
 
 
-def _strain_and_exceeded_curve_max_strain(
+def _effective_strain_and_exceeded_curve_end(
     profile_layers: Sequence[Any], layers: Sequence[SoilLayer]
 ) -> tuple[float, float] | None:
     """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.
@@ -237,13 +245,13 @@ def _strain_and_exceeded_curve_max_strain(
 
 def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfSpace) -> Any:
     """Return a soil layer, or the rock below, as an object of pystrata's class `SoilType`."""
-    weight = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
+    unit_weight_kn_m3 = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3
     if isinstance(soil_layer, RockHalfSpace) or soil_layer.curve is None:
-        return pystrata_package.site.SoilType("", weight, None, soil_layer.damping)
-    return _soil_type_with_published_curve(pystrata_package, weight, soil_layer.curve)
+        return pystrata_package.site.SoilType("", unit_weight_kn_m3, None, soil_layer.damping)
+    return _soil_type_with_published_curve(pystrata_package, unit_weight_kn_m3, soil_layer.curve)
 
 
-def _soil_type_with_published_curve(pystrata_package: Any, weight: float, curve: str) -> Any:
+def _soil_type_with_published_curve(pystrata_package: Any, unit_weight_kn_m3: float, curve: str) -> Any:
     """Return a pystrata `SoilType` with a published curve; an ArgumentError if pystrata lacks (a part of) the curve.
 
     Some publications give only a modulus reduction, or only a damping.
@@ -253,7 +261,7 @@ def _soil_type_with_published_curve(pystrata_package: Any, weight: float, curve:
         first = ", ".join(sorted(known)[:6])
         raise ArgumentError(f"site: curve {curve!r}; known are {first} … ({len(known)} in all)")
     try:
-        return pystrata_package.site.SoilType.from_published("", weight, curve)
+        return pystrata_package.site.SoilType.from_published("", unit_weight_kn_m3, curve)
     except KeyError as missing:
         part = "modulus reduction" if missing.args == ("mod_reduc",) else "damping"
         raise ArgumentError(

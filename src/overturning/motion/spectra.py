@@ -10,16 +10,16 @@ from overturning.motion.direction import north_east_cosines_of_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.motion.oscillator import (
-    POINTS_PER_PERIOD,
+    INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
     OscillatorResponseCalculator,
     ResponseQuantity,
     checked_periods,
 )
 
-SPECTRUM_INTENSITY_PERIODS = np.linspace(0.1, 2.5, 121)
+SPECTRUM_INTENSITY_PERIODS_S = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""
 
-ROTD_AZIMUTHS = np.arange(180.0)
+ROTD_AZIMUTHS_DEG = np.arange(180.0)
 """Azimuths of RotD, degrees: half a circle, because the peaks of φ and φ + 180° are the same."""
 
 
@@ -29,7 +29,7 @@ def response_spectra_by_azimuth(
     azimuth_deg: ArrayLike,
     *,
     damping: float = 0.05,
-    points_per_period: int = POINTS_PER_PERIOD,
+    points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> dict[str, FloatArray]:
     """Return the response spectra of a motion along m azimuths (degrees), for p periods (s) and a damping ratio.
 
@@ -54,7 +54,7 @@ def pseudo_acceleration_spectra(
     azimuth_deg: ArrayLike,
     *,
     damping: float = 0.05,
-    points_per_period: int = POINTS_PER_PERIOD,
+    points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> FloatArray:
     """Return pseudo-acceleration spectra along m azimuths (degrees), for p periods (s), m/s², shape (p, m).
 
@@ -78,7 +78,7 @@ def _peak_oscillator_responses(
     azimuth_cosines: FloatArray,
     damping: float,
     response_quantities: Sequence[ResponseQuantity],
-    points_per_period: int = POINTS_PER_PERIOD,
+    points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> FloatArray:
     """Return the peak responses of oscillators: q quantities, p periods (s) and m azimuths, shape (q, p, m)."""
     oscillators = OscillatorResponseCalculator(
@@ -105,7 +105,7 @@ def rotd_percentile_measures(
     """
     from overturning.motion.peaks import largest_motion_along_azimuths
 
-    periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(ROTD_AZIMUTHS)
+    periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(ROTD_AZIMUTHS_DEG)
     (displacement,) = _peak_oscillator_responses(motion, periods, cosines, 0.05, ("displacement",))
     psa = _pseudo_acceleration_from_displacement(displacement, periods)
     velocity = integrate(motion.horizontal_components, motion.sampling_interval)
@@ -124,9 +124,9 @@ def housner_spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, 
     """
     # 24 points per period (error at most 0.9 %, on average 0.3 % for one period) suffice for a mean over 121 periods.
     (peaks,) = _peak_oscillator_responses(
-        motion, SPECTRUM_INTENSITY_PERIODS, north_east_cosines_of_azimuths(azimuth_deg), damping, ("velocity",), 24
+        motion, SPECTRUM_INTENSITY_PERIODS_S, north_east_cosines_of_azimuths(azimuth_deg), damping, ("velocity",), 24
     )
     return np.asarray(
-        np.trapezoid(peaks, SPECTRUM_INTENSITY_PERIODS, axis=0)
-        / (SPECTRUM_INTENSITY_PERIODS[-1] - SPECTRUM_INTENSITY_PERIODS[0])
+        np.trapezoid(peaks, SPECTRUM_INTENSITY_PERIODS_S, axis=0)
+        / (SPECTRUM_INTENSITY_PERIODS_S[-1] - SPECTRUM_INTENSITY_PERIODS_S[0])
     )

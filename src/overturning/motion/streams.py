@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 
-def accelerations_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float, str | None]:
+def accelerations_interval_and_start_of_stream(
+    stream: Any, unit: str | None, sensor: str
+) -> tuple[dict[str, Any], float, str | None]:
     """Return the accelerations of an obspy Stream, m/s², by component, the sampling interval, s, and the start time.
 
     The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`
     for the arguments and errors.
     """
-    if unit is not None and (not isinstance(unit, str) or unit not in ACCELERATION_UNITS):
-        raise ArgumentError(f"unit: {unit!r}; known are {', '.join(ACCELERATION_UNITS)}")
+    if unit is not None and (not isinstance(unit, str) or unit not in ACCELERATION_UNITS_IN_M_S2):
+        raise ArgumentError(f"unit: {unit!r}; known are {', '.join(ACCELERATION_UNITS_IN_M_S2)}")
     traces: dict[str, Any] = {}
     for trace in stream:
         code = str(trace.stats.channel).upper()
@@ -36,7 +38,7 @@ def accelerations_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple
             f"stream: no component towards {missing[0]}; give one trace each for N and E, and optionally Z"
         )
     _check_same_sensor_and_window(traces)
-    scale = 1.0 if unit is None else ACCELERATION_UNITS[unit]
+    scale = 1.0 if unit is None else ACCELERATION_UNITS_IN_M_S2[unit]
     values: dict[str, Any] = {
         name: np.ma.getdata(trace.data) * _calibration_factor(trace) * scale for name, trace in traces.items()
     }
@@ -91,7 +93,7 @@ def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | 
     integrals = 0  # number of integrations from acceleration
     for output, step in done:
         integrals = (
-            _INTEGRATIONS_BY_RESPONSE_OUTPUT.get(output, 1)
+            _INTEGRATION_COUNT_BY_RESPONSE_OUTPUT.get(output, 1)
             if output
             else integrals + (1 if step == "integrate" else -1)
         )
@@ -103,7 +105,7 @@ def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | 
     return f"{why}; remove the response with output='ACC', or say unit='m/s2' if these are accelerations" if why else ""
 
 
-_INTEGRATIONS_BY_RESPONSE_OUTPUT = {"ACC": 0, "VEL": 1, "DISP": 2}
+_INTEGRATION_COUNT_BY_RESPONSE_OUTPUT = {"ACC": 0, "VEL": 1, "DISP": 2}
 """Number of integrations from acceleration to each output of obspy's `remove_response`."""
 
 _CHANNEL_CODE_PATTERN = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")

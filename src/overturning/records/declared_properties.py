@@ -6,14 +6,14 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from overturning.records.source import SourceFile
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 from overturning.validation import make_constructor_raise_argument_errors
 
 AccelerationUnit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
 SensorPosition = Literal["surface", "borehole"]
 VerticalSense = Literal["up", "down", "none"]
 
-assert set(ACCELERATION_UNITS) == set(get_args(AccelerationUnit))
+assert set(ACCELERATION_UNITS_IN_M_S2) == set(get_args(AccelerationUnit))
 
 
 _BoundedAngleDeg = Annotated[float, Field(ge=-540, le=540)]

@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 
 from overturning.motion.plausible import (
-    DEAD_AXIS_PEAK_RATIO,
+    MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS,
     are_axes_equal_up_to_offset_and_sign,
     clipped_sample_count_and_level,
     dead_horizontal_axis_reason,
-    longest_pause_while_other_axis_moves,
+    longest_pause_indices_while_other_axis_moves,
     reasons_to_doubt_sampling_interval,
 )
 from overturning.records.component import RecordComponent
@@ -67,7 +67,7 @@ def sample_quality_notes(
                 f"its rail, {100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.acceleration for other in components if other is not component]
-        if pause := longest_pause_while_other_axis_moves(component.acceleration, others):
+        if pause := longest_pause_indices_while_other_axis_moves(component.acceleration, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
                 f"{component.file_name}: axis {component.axis_name!r} {STANDSTILL_NOTE_PHRASE} from {begin:.4g} to "
@@ -97,7 +97,7 @@ def report_dead_horizontal_axis(
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
     """Return a note if the vertical component of a record is far weaker than its horizontal ones; else []."""
     peaks = [_peak_after_mean_removal(component) for component in components]
-    if len(peaks) < 3 or peaks[2] >= DEAD_AXIS_PEAK_RATIO * max(peaks[:2]):
+    if len(peaks) < 3 or peaks[2] >= MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS * max(peaks[:2]):
         return []
     dead = components[2]
     return [

@@ -47,15 +47,17 @@ class SoilSite(StrictModel):
         surface: dict[str, FloatArray] = {} if record.up is None else {"up": record.up}
         outcrop, notes = self.motion == "outcrop", []
         for axis, samples in (("north", record.north), ("east", record.east)):
-            passed = propagate_through_soil(samples, record.sampling_interval, self.layers, self.rock, outcrop=outcrop)
+            passed = propagate_through_soil(
+                samples, record.sampling_interval, self.layers, self.rock, motion_is_on_outcrop=outcrop
+            )
             state = (
                 "converged"
-                if passed.converged
-                else f"not converged (last change {100 * passed.last_iteration_change:.1f} %)"
+                if passed.is_converged
+                else f"not converged (last change {100 * passed.relative_change_in_last_iteration:.1f} %)"
             )
-            note = f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %"
-            if passed.strain_and_exceeded_curve_max_strain is not None:
-                strain, end = (100 * one for one in passed.strain_and_exceeded_curve_max_strain)
+            note = f"{axis} {state}, strain {100 * passed.max_shear_strain_of_any_layer:.2g} %"
+            if passed.effective_strain_and_exceeded_curve_end is not None:
+                strain, end = (100 * one for one in passed.effective_strain_and_exceeded_curve_end)
                 note += f", effective strain {strain:.2g} % {STRAIN_BEYOND_CURVE_PHRASE} (which ends at {end:.2g} %)"
             notes.append(note)
             surface[axis] = passed.surface_acceleration

@@ -72,7 +72,7 @@ def fault_normal_alignments_by_record_group(
     sums = apply_to_record_batches(
         partial(_sum_fall_vectors_by_block_selection, block_rules),
         cube,
-        default_model_for_results_cube(cube).variables_for_fall_probability,
+        default_model_for_results_cube(cube).variable_names_read_for_fall_probability,
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
         ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.stored import StoredFloat
+from overturning.stored import StoredFloatOrNan
 
 MAX_RESULTANT_LENGTH_FROM_ROUNDING = 1e-9
 """Resultant length below which a mean direction is only rounding error: the vectors cancel."""
@@ -122,8 +122,8 @@ class StatisticalTestResult:
 
     name: str
     n: int
-    statistic: StoredFloat = math.nan
-    p_value: StoredFloat = math.nan
+    statistic: StoredFloatOrNan = math.nan
+    p_value: StoredFloatOrNan = math.nan
 
 
 @lru_cache(maxsize=4)

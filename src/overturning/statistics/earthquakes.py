@@ -56,7 +56,9 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     model = default_model_for_results_cube(cube)
     over = [name for name in model.case_dims_without_direction if name not in kept_dims]
     made = apply_to_record_batches(
-        partial(sum_fall_vectors, summed_dims=over, informative_only=True), cube, model.variables_for_fall_probability
+        partial(sum_fall_vectors, summed_dims=over, informative_only=True),
+        cube,
+        model.variable_names_read_for_fall_probability,
     )
     return made.transpose("record", *kept_dims)
 
@@ -71,7 +73,7 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     """
     model = default_model_for_results_cube(cube)
     of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, informative_only=True)
-    sums = apply_to_record_batches(of_batch, cube, model.variables_for_fall_probability)
+    sums = apply_to_record_batches(of_batch, cube, model.variable_names_read_for_fall_probability)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
     means = mean_directions_and_axes_from_vector_sums(sums).where(
         ~imposed & (not azimuths_in_results_bias_mean_fall_axis(cube))

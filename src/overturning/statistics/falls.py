@@ -15,9 +15,9 @@ import xarray as xr
 
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
-    FALL_PROBABILITY_VARIABLES,
     MAX_RESULTANT_OF_UNIFORM_PLANES,
-    WEIGHT_EQUALITY_TOLERANCE,
+    PLANE_WEIGHT_EQUALITY_TOLERANCE,
+    VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY,
     azimuth_period_of_cube_deg,
     fall_probabilities_towards_and_away,
     plane_weights_by_azimuth_spacing,
@@ -48,11 +48,11 @@ def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
         return cube
     sources = nearest_simulated_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
     if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
-        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.has_near_simulated_direction])
-    turned = cube.isel(azimuth=sources.direction_index).assign_coords(
+        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.is_in_gap_of_at_most_180_deg])
+    turned = cube.isel(azimuth=sources.simulated_direction_index).assign_coords(
         azimuth=("azimuth", everywhere, cube["azimuth"].attrs)
     )
-    behind = xr.Variable("azimuth", sources.mirrored)  # variables have no coordinates, which need not be compared
+    behind = xr.Variable("azimuth", sources.is_mirrored)  # variables have no coordinates, which need not be compared
     changed = {}
     for variable in (*PLANAR_OUTCOME_VARIABLES, *PLANE_ENSEMBLE_VARIABLES):
         if variable.name in cube and (variable.is_odd_under_mirroring or variable.mirror_counterpart_name):
@@ -87,11 +87,8 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, use_ensemble: bool = False
     DataArray
         Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
-    used = [
-        name
-        for name in (FALL_PROBABILITY_VARIABLES if use_ensemble else FALL_PROBABILITY_VARIABLES[:1])
-        if name in cube
-    ]
+    count = len(VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY) if use_ensemble else 1
+    used = [name for name in VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY[:count] if name in cube]
     p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=use_ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
@@ -124,7 +121,7 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     planes = default_model_for_results_cube(cube).distinct_direction_indices(cube)
     weight = plane_weights_by_azimuth_spacing(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
     once = falls.isel(azimuth=planes)
-    if np.ptp(weight) <= WEIGHT_EQUALITY_TOLERANCE:
+    if np.ptp(weight) <= PLANE_WEIGHT_EQUALITY_TOLERANCE:
         return once.mean(dims).compute()
     weights = xr.DataArray(weight, dims="azimuth")
     known = weights.where(once.notnull(), 0.0).sum(dims)
@@ -195,8 +192,8 @@ class BlockSelectionRule:
         share = share_of_directions.variable  # a sum of weights, with rounding errors
         near = (
             (share > 0)
-            & (share <= self.max_share_of_directions_with_overturning + WEIGHT_EQUALITY_TOLERANCE)
-            & (share < 1.0 - WEIGHT_EQUALITY_TOLERANCE)
+            & (share <= self.max_share_of_directions_with_overturning + PLANE_WEIGHT_EQUALITY_TOLERANCE)
+            & (share < 1.0 - PLANE_WEIGHT_EQUALITY_TOLERANCE)
         )
         if self.uses_all_blocks_if_none_selected:
             near = near | ~near.any([name for name in near.dims if name != "record"])
@@ -307,7 +304,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
     if "known" not in fall_sums:
         return xr.zeros_like(length, dtype=bool)
     added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
-    uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + WEIGHT_EQUALITY_TOLERANCE
+    uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + PLANE_WEIGHT_EQUALITY_TOLERANCE
     return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
 
 

@@ -210,7 +210,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     rules = [rule for rule in ILLUSTRATIVE_CASE_RULES if all(name in cube for name in rule.needed_cube_variables)]
     names = [
         "overturned",
-        *model.variables_for_fall_probability,
+        *model.variable_names_read_for_fall_probability,
         *{name for rule in rules for name in rule.needed_cube_variables},
     ]
     names += [ANY_ELEMENT_FALLS_VARIABLE] * (ANY_ELEMENT_FALLS_VARIABLE in cube)

@@ -350,7 +350,7 @@ def overturning_regression_data(
     """
     model, parts = default_model_for_results_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
-    for places, some in iterate_record_result_batches(cube, model.variables_for_fall_probability):
+    for places, some in iterate_record_result_batches(cube, model.variable_names_read_for_fall_probability):
         planes = model.fall_probability_and_direction_by_case(some, use_ensemble=use_ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:

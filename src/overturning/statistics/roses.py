@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_gap_mask_and_step, azimuth_period_of_cube_deg, case_weight_at_each_azimuth
 from overturning.model.space import case_weight_in_direction_statistics
-from overturning.model.symmetry import FULL_TURN
+from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_results_by_record, record_masks_by_group
 from overturning.statistics.circular import ROSE_SECTOR_COUNT, fall_shares_by_sector
@@ -85,8 +85,8 @@ def _width_of_spread_of_2d_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> 
 
     The width is 0 for a single plane, and if all sectors have equally many planes.
     """
-    step = azimuth_gap_mask_and_step(plane_azimuths_deg, FULL_TURN)[1]
-    in_a_sector = FULL_TURN / ROSE_SECTOR_COUNT / step
+    step = azimuth_gap_mask_and_step(plane_azimuths_deg, FULL_TURN_DEG)[1]
+    in_a_sector = FULL_TURN_DEG / ROSE_SECTOR_COUNT / step
     return 0.0 if plane_azimuths_deg.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 

@@ -193,7 +193,7 @@ class _CaseReruns:
         count, outcomes = len(rerun_outcomes), []
         own = self.sample.study_outcomes[:count]
         away = fall_azimuths_differ(own, rerun_outcomes)
-        for column, name in enumerate(self.grid.element_names or ("",)):
+        for column, name in enumerate(self.grid.free_element_names_if_several or ("",)):
             before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
             sure = ~self.sample.ensemble_members_disagree_on_fall[:count, column]
             one_way = ~self.sample.ensemble_members_disagree_on_fall_or_side[:count, column]

@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError, ResultError, refuse_unknown_keywor
 from overturning.files import checksum_at_end_matches, convert_argument_to_path
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION
-from overturning.model.symmetry import FULL_TURN
+from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.study.load import load_study, study_from_content
 from overturning.study.scenes import variant_model, variant_scene, variant_settings
 from overturning.study.schema import Study
@@ -203,7 +203,7 @@ def normalise_cube_dimensions_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     cube = cube.expand_dims(alone).transpose("record", *CF_ATTRIBUTES_BY_DIMENSION, ..., missing_dims="ignore")
     if "azimuth" in cube.dims:
         azimuth = cube["azimuth"].variable
-        within = np.round(azimuth.to_numpy() % FULL_TURN, 9) % FULL_TURN
+        within = np.round(azimuth.to_numpy() % FULL_TURN_DEG, 9) % FULL_TURN_DEG
         cube = cube.assign_coords(azimuth=azimuth.copy(data=within.astype(azimuth.dtype)))
     for name in {"record", *CF_ATTRIBUTES_BY_DIMENSION} & set(cube.dims):
         values = cube[name].to_numpy()

@@ -307,13 +307,13 @@ class EnsembleRunner:
         have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
         overturned, members = nominal_outcomes["overturned"], self.members
-        computed = nominal_outcomes[self.model.copy_flag_variable_name] == 0
+        computed = nominal_outcomes[self.model.symmetry_copy_flag_variable_name] == 0
         azimuths = nominal_outcomes.get("fall_azimuth")
         chosen = computed & mask_of_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
         arrays: ArraysByVariableName = {}
         for variable in self.ensemble_result_variables:
-            shape = overturned.shape if variable.per_element else grid.shape
-            arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
+            shape = overturned.shape if variable.has_element_dimension else grid.shape
+            arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype_in_file)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(MEMBERS_PER_BATCH, members.member_count))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
@@ -388,7 +388,7 @@ class EnsembleRunner:
 
     def _copy_to_symmetric_cells(self, grid: CaseGrid, arrays: ArraysByVariableName, copied_mask: NDArray[Any]) -> None:
         """Copy ensemble results of simulated cases to the cases that equal them by symmetry, within `arrays`."""
-        source = self.model.simulated_direction_for_each_direction(grid).direction_index
+        source = self.model.simulated_direction_for_each_direction(grid).simulated_direction_index
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()

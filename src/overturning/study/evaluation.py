@@ -5,7 +5,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field, field_validator
 
-from overturning.model.element import Name
+from overturning.model.element import LowercaseHyphenName
 from overturning.quantities import Degree, Metre
 from overturning.records.site import SoilSite
 from overturning.validation import StrictModel
@@ -92,7 +92,7 @@ class PrimaryStatistic(StrictModel):
         "a velocity pulse if the others are their control. `share`: of the cases that overturn. "
         "`fall_rate`: of the population. `published`: share of published outcomes that are reproduced",
     )
-    against: Name | None = Field(
+    against: LowercaseHyphenName | None = Field(
         default=None, description="variant whose share or fall rate is subtracted from that of the study"
     )
 

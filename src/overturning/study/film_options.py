@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import OverturningError
-from overturning.model.contact import DEFAULT_DAMPING_RATIO
+from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
@@ -80,7 +80,7 @@ def _unsupported_reasons_and_model_options(study: Study, variant: str) -> tuple[
     contact = variant_contact_settings(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
-    options = [] if ratio in (None, DEFAULT_DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
+    options = [] if ratio in (None, DEFAULT_CONTACT_DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
     if study.body is not None:
         if study.body.scan is not None:
             missing.append("the results do not contain the file of the scan, which overturning one --mesh FILE needs")

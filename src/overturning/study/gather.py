@@ -128,7 +128,7 @@ def _copy_outcomes_of_record_into_cube(
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)
         for variable in variables:
-            cells = np.full(grid.cube_shape_of_variable(variable), variable.fill_value_in_file, variable.dtype)
+            cells = np.full(grid.cube_shape_of_variable(variable), variable.fill_value_in_file, variable.dtype_in_file)
             for part in parts:
                 part.copy_variable_into(variable.name, cells)
             cube[variable.name][record_index] = cells
@@ -208,7 +208,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         # No time of day, so that equal runs give equal files.
         "history": f"gathered by overturning {_package_version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
-        "comment": variant_model(study, variant).overturned_comment,
+        "comment": variant_model(study, variant).overturned_variable_comment,
         "study": json.dumps(study_settings_without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),

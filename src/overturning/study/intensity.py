@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray, keep_xarray_from_importing_dask
 from overturning.files import atomic_write
 from overturning.motion.fourier import fourier_amplitude_spectrum, konno_ohmachi_smoothed_amplitude
-from overturning.motion.heading import peak_acceleration_and_velocity_azimuths, strongest_pulse_axis_and_period
+from overturning.motion.heading import azimuths_of_peak_acceleration_and_velocity, strongest_pulse_axis_deg_and_period_s
 from overturning.motion.intensity import (
     PEAK_UNITS_AND_LONG_NAMES,
     intensity_dataset_by_azimuth,
@@ -85,7 +85,7 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
         "jma_intensity_horizontal", "1", "JMA instrumental intensity of the horizontal components alone"
     )
     for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
-        towards = [peak_acceleration_and_velocity_azimuths(motion)[name] for motion in motions]
+        towards = [azimuths_of_peak_acceleration_and_velocity(motion)[name] for motion in motions]
         add_variable(
             f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points"
         )
@@ -93,7 +93,7 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
     add_variable(
         "pga_vertical", "record", vertical, "m s-2", "peak vertical acceleration; missing without a vertical component"
     )
-    axes, of_pulse = zip(*map(strongest_pulse_axis_and_period, motions), strict=True)
+    axes, of_pulse = zip(*map(strongest_pulse_axis_deg_and_period_s, motions), strict=True)
     add_variable("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
     add_variable("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
     add_variable("percentile", "percentile", ROTD_PERCENTILES, "percent", "percentile over azimuths")

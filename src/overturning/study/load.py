@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from overturning.errors import REASON_SEPARATOR, ConfigError, closest_name_hint
-from overturning.files import path_in_working_folder_or_package, path_without_absolute_folder, read_yaml_mapping
+from overturning.files import file_name_if_absolute_else_path, path_in_working_folder_or_package, read_yaml_mapping
 from overturning.study.schema import Study
 from overturning.validation import describe_invalid_keys
 
@@ -90,7 +90,7 @@ def study_settings_without_absolute_paths(study: Study) -> dict[str, Any]:
     """Return a study's settings as a dictionary in which absolute paths are shortened to the file name."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        data["records"][key] = path_without_absolute_folder(data["records"][key])
+        data["records"][key] = file_name_if_absolute_else_path(data["records"][key])
     for survey in data["surveys"]:
-        survey["stones"] = path_without_absolute_folder(survey["stones"])
+        survey["stones"] = file_name_if_absolute_else_path(survey["stones"])
     return data

@@ -54,18 +54,26 @@ def create_grid_dimensions_and_coordinates(file: Any, grid: CaseGrid) -> None:
     for name, values in grid.values_by_dimension.items():
         file.createDimension(name, values.size)
         create_coordinate_variable(file, name, name, values.dtype, values, **CF_ATTRIBUTES_BY_DIMENSION[name])
-    if grid.amplitude_factors:
-        file.createDimension("amplitude", len(grid.amplitude_factors))
+    if grid.motion_amplitude_factors_if_several:
+        file.createDimension("amplitude", len(grid.motion_amplitude_factors_if_several))
         create_coordinate_variable(
-            file, "amplitude", "amplitude", "f8", grid.amplitude_factors, long_name="factor on the motion", units="1"
+            file,
+            "amplitude",
+            "amplitude",
+            "f8",
+            grid.motion_amplitude_factors_if_several,
+            long_name="factor on the motion",
+            units="1",
         )
-    if count := len(grid.element_names):
+    if count := len(grid.free_element_names_if_several):
         file.createDimension("element", count)
         about = "of the free element of the scene"
         create_coordinate_variable(
             file, "element", "element", "i4", range(count), long_name=f"number {about}", units="1"
         )
-        create_coordinate_variable(file, "element", "element_name", str, grid.element_names, long_name=f"name {about}")
+        create_coordinate_variable(
+            file, "element", "element_name", str, grid.free_element_names_if_several, long_name=f"name {about}"
+        )
 
 
 MAX_VALUES_PER_HDF5_CHUNK: Final = 1 << 20
@@ -80,10 +88,13 @@ def hdf5_chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
 def create_outcome_variable(file: Any, variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str) -> Any:
     """Create an outcome variable over a grid in an open netCDF4 file, with all values missing."""
     dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(variable))
-    own = hdf5_chunk_shape(grid.cube_shape_of_variable(variable)[1 if grid.amplitude_factors else 0 :])
+    own = hdf5_chunk_shape(
+        grid.cube_shape_of_variable(variable)[1 if grid.motion_amplitude_factors_if_several else 0 :]
+    )
     created = file.createVariable(
-        variable.name, variable.dtype, dimensions, fill_value=variable.fill_value_in_file,
-        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,
+        variable.name, variable.dtype_in_file, dimensions, fill_value=variable.fill_value_in_file,
+        zlib=True, complevel=1, shuffle=variable.dtype_in_file != "i1",
+        chunksizes=(1,) * (len(dimensions) - len(own)) + own,
     )  # fmt: skip
     created.setncatts(variable.cf_attributes)
     created.set_auto_maskandscale(False)

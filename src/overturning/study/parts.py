@@ -73,7 +73,7 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
     directions = grid[name]
     group = np.arange(directions.size)
     for index, others in enumerate(
-        variant_model(study, variant).simulated_direction_for_each_direction(grid).direction_index
+        variant_model(study, variant).simulated_direction_for_each_direction(grid).simulated_direction_index
     ):
         for other in others:
             group[group == group[index]] = group[other]
@@ -134,11 +134,15 @@ def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVaria
 
 def _first_mismatch_with_grid(file: Any, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> str:
     """Return the first difference between a file of outcomes and the study's grid; "" if there is none."""
-    factors = {"amplitude": np.array(grid.amplitude_factors)} if grid.amplitude_factors else {}
+    factors = (
+        {"amplitude": np.array(grid.motion_amplitude_factors_if_several)}
+        if grid.motion_amplitude_factors_if_several
+        else {}
+    )
     needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]
     if absent := [name for name in needed if name not in file.variables]:
         return f"has no {absent[0]}"
-    if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.element_names:
+    if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.free_element_names_if_several:
         return "its elements are not those of the scene"
     for name, values in {**grid.values_by_dimension, **factors}.items():
         # Compare exactly: a part of this study has exactly the same numbers.

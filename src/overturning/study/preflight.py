@@ -95,7 +95,7 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     cases = (
         study.cases_per_record
         * _PROCESSOR_SECONDS_PER_SINGLE_BLOCK_CASE
-        * variant_model(study).relative_computing_time_of_case
+        * variant_model(study).case_computing_time_over_that_of_2d_block
         * runs
     )
     seconds = {

@@ -81,7 +81,7 @@ def recompute_and_compare_random_cases(
             raise ResultError(f"{cube_path}: a part of its study's cube; recheck the cube that the run made")
     folder = motion_folder or motion_folder_of_cube(cube_path, study, variant)
     # Each motion as recorded, and at all amplitudes of the study if there are several.
-    scales = grid.amplitude_factors or (1.0,)
+    scales = grid.motion_amplitude_factors_if_several or (1.0,)
     shape = (len(names), len(scales), *grid.shape)
 
     @cache
@@ -98,14 +98,14 @@ def recompute_and_compare_random_cases(
             generator.choice(result.cube_cell_count, size=min(cell_count, result.cube_cell_count), replace=False)
         )
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
-            cell = (index, *((scale,) if grid.amplitude_factors else ()), *place)
+            cell = (index, *((scale,) if grid.motion_amplitude_factors_if_several else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
             motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
             again = _recompute_case_of_grid(motion, grid, place, study, variant, with_ensemble)
             result.recomputed_cell_count_with_ensemble += with_ensemble
             result.recomputed_cell_count += 1
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.dimension_names, place, strict=True))
-            where += f", amplitude {scales[scale]:g}" if grid.amplitude_factors else ""
+            where += f", amplitude {scales[scale]:g}" if grid.motion_amplitude_factors_if_several else ""
             for variable in (variable for variable in variables if variable.name in again):
                 kept, new = file[variable.name][cell], variable.encode(again[variable.name])
                 if new.tobytes() != kept.tobytes():
@@ -119,7 +119,9 @@ def _recompute_case_of_grid(
 ) -> dict[str, Any]:
     """Simulate one case of the grid again, or the case of which it is a symmetric copy; return values by variable."""
     sources = (
-        variant_model(study, variant).simulated_direction_for_each_direction(grid).direction_index[cell_position[0]]
+        variant_model(study, variant)
+        .simulated_direction_for_each_direction(grid)
+        .simulated_direction_index[cell_position[0]]
     )
     source = int(sources[cell_position[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))

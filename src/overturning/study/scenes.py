@@ -12,7 +12,7 @@ from overturning.dem.numerics import NumericalOptions, ProgressCallback
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
-from overturning.model.contact import DEFAULT_DAMPING_RATIO, Contact, ContactSettings, VertexContact
+from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO, Contact, ContactSettings, VertexContact
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model
@@ -87,7 +87,7 @@ def variant_model(study: Study, variant: str = NOMINAL_VARIANT) -> Model:
     if study.body is None:
         return PlanarModel(variant_scene(study, variant))
     contact = variant_contact_settings(study, variant)
-    ratio = DEFAULT_DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
+    ratio = DEFAULT_CONTACT_DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
@@ -112,7 +112,9 @@ def cube_covers_study_grid(cube: "xr.Dataset", study: Study) -> bool:
     """True if a results cube has every direction, block size, friction and amplitude of its study or variant."""
     grid = variant_grid(study, cube.attrs["variant"])
     whole = grid.values_by_dimension | (
-        {"amplitude": np.array(grid.amplitude_factors)} if grid.amplitude_factors else {}
+        {"amplitude": np.array(grid.motion_amplitude_factors_if_several)}
+        if grid.motion_amplitude_factors_if_several
+        else {}
     )
     return all(cube.sizes.get(name) == row.size and np.allclose(cube[name], row) for name, row in whole.items())
 

@@ -17,11 +17,11 @@ from pydantic import (
 )
 
 from overturning.errors import REASON_SEPARATOR
-from overturning.model.cases import HIGHEST_STONE_M, LOWEST_STONE_M, checked_stone_height
+from overturning.model.cases import MAX_STONE_HEIGHT_M, MIN_STONE_HEIGHT_M, checked_stone_height
 from overturning.model.contact import ContactSettings
 from overturning.model.geometry import default_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
-from overturning.quantities import Density, Metre
+from overturning.quantities import DensityInKgPerM3, Metre
 from overturning.records.site import SoilSite
 from overturning.records.steps import ProcessingSteps
 from overturning.settings import EnsembleSettings, StonePopulation
@@ -51,7 +51,9 @@ from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
 SlendernessBOverH = Annotated[float, Field(gt=0, le=10)]
-StoneHeightMetres = Annotated[Metre, AfterValidator(checked_stone_height), Field(ge=LOWEST_STONE_M, le=HIGHEST_STONE_M)]
+StoneHeightMetres = Annotated[
+    Metre, AfterValidator(checked_stone_height), Field(ge=MIN_STONE_HEIGHT_M, le=MAX_STONE_HEIGHT_M)
+]
 FrictionCoefficient = Annotated[float, Field(ge=0, le=100)]
 AmplitudeFactor = Annotated[float, Field(gt=0, le=100)]
 
@@ -120,7 +122,7 @@ class Study(StrictModel):
         description="factors on each whole record (with a `site`, on the motion at the surface), including 1: a list, "
         "or start, stop, step. Several factors are a dimension of the cube; the ensemble is run for factor 1 only",
     )
-    density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
+    density: DensityInKgPerM3 = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
     contact: ContactSettings = Field(
         default=ContactSettings(), description="springs, dashpots and slider at each corner"
     )

@@ -234,12 +234,12 @@ class BodySettings(StrictModel):
         shape: Any = read.shape
         filled["vertices"] = np.asarray(shape.vertices).tolist()
         if isinstance(shape, ScannedStone):
-            filled["relief"] = shape.relief
+            filled["relief"] = shape.base_relief_m
             filled["scan"] = {
-                "volume": round(read.volume, 9),
-                "tilt": round(read.pose.tilt_deg, 3),
+                "volume": round(read.volume_m3, 9),
+                "tilt": round(read.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg, 3),
                 "centre_of_mass": np.asarray(shape.centre_of_mass).tolist(),
-                "inertia": np.asarray(shape.inertia).tolist(),
+                "inertia": np.asarray(shape.inertia_moments_and_products_per_mass).tolist(),
             }
         return filled
 

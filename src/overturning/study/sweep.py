@@ -106,7 +106,7 @@ def create_ensemble_member_case_runner(
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
-        body = model if relief is None else model.with_relief(relief)
+        body = model if relief is None else model.with_base_relief(relief)
         return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
     return simulate_members_at_scene_size
@@ -137,7 +137,7 @@ def simulate_and_write_cases_of_record(
         write_sweep_part(output_path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerical_options_of_study(study)
-    factors = grid.amplitude_factors or (1.0,)
+    factors = grid.motion_amplitude_factors_if_several or (1.0,)
     work = [
         *(ASSUMED_NOMINAL_RUN_SHARE_OF_PROGRESS for _ in factors),
         *([1.0 - ASSUMED_NOMINAL_RUN_SHARE_OF_PROGRESS] if study.ensemble.members else []),
@@ -158,7 +158,7 @@ def simulate_and_write_cases_of_record(
         spread, more = ensemble.run_ensemble_of_selected_cases(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
-    if grid.amplitude_factors:
+    if grid.motion_amplitude_factors_if_several:
         outcome = _join_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
     write_sweep_part(
         output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)

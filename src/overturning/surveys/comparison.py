@@ -20,7 +20,13 @@ from overturning.statistics.circular import (
     mean_angle_deg_and_mean_resultant_length,
     watson_u2_test_of_sectors,
 )
-from overturning.stored import StoredCounts, StoredFloat, StoredFloatOrInfinity, StoredFloats, read_json_result
+from overturning.stored import (
+    StoredFloatArray,
+    StoredFloatOrInfinity,
+    StoredFloatOrNan,
+    StoredIntegerArray,
+    read_json_result,
+)
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEY_COUNT,
     FallenStoneWithDirectionProbabilities,
@@ -118,22 +124,22 @@ class SurveyPredictionComparison:
     stood: int
     fallen_count_at_sites_with_standing_stones: int
     stone_count_at_sites_with_standing_stones: int
-    observed_mean_direction_deg: StoredFloat
-    observed_resultant_length: StoredFloat
-    predicted_mean_direction_deg: StoredFloat
-    predicted_resultant_length: StoredFloat
-    computed_fall_share: StoredFloat
-    lowest_computed_fall_share: StoredFloat
-    highest_computed_fall_share: StoredFloat
-    observed_count_by_octant: StoredFloats
-    predicted_count_by_octant: StoredFloats
+    observed_mean_direction_deg: StoredFloatOrNan
+    observed_resultant_length: StoredFloatOrNan
+    predicted_mean_direction_deg: StoredFloatOrNan
+    predicted_resultant_length: StoredFloatOrNan
+    computed_fall_share: StoredFloatOrNan
+    lowest_computed_fall_share: StoredFloatOrNan
+    highest_computed_fall_share: StoredFloatOrNan
+    observed_count_by_octant: StoredFloatArray
+    predicted_count_by_octant: StoredFloatArray
     log_likelihood_ratio: StoredFloatOrInfinity
-    likelihood_ratio_p: StoredFloat
+    likelihood_ratio_p: StoredFloatOrNan
     octant_chi_square_test: StatisticalTestResult
     octant_watson_u2_test: StatisticalTestResult
     exact_azimuth_watson_u2_test: StatisticalTestResult
     octant_uniformity_test: StatisticalTestResult
-    confusion_matrix: StoredCounts | None
+    confusion_matrix: StoredIntegerArray | None
     falls_without_face_or_b_over_h: int
     falls_without_face_azimuth: int
     falls_without_b_over_h: int
@@ -253,12 +259,8 @@ def _predicted_fall_share_and_range(
 
     Heights and frictions are those of the cube; smallest and largest are NaN if the share is the same for all.
     """
-    falls = np.array(
-        [
-            predictions.site_prediction_for_stone(stone).fall_probability_by_height_and_friction(stone)
-            for stone in stones
-        ]
-    )
+    own = [(predictions.site_prediction_for_stone(stone), stone) for stone in stones]
+    falls = np.array([prediction.fall_probability_by_height_and_friction(stone) for prediction, stone in own])
     weight = np.isfinite(falls) * np.array([stone.stone_count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():

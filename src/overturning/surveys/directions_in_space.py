@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.stored import StoredFloat, StoredFloatOrInfinity, StoredFloats
+from overturning.stored import StoredFloatArray, StoredFloatOrInfinity, StoredFloatOrNan
 from overturning.surveys.fall_directions import (
     RANDOM_SURVEY_COUNT,
     FallenStoneWithDirectionProbabilities,
@@ -56,14 +56,14 @@ class FallDirectionComparisonIn3D:
     fallen_in_known_direction: int
     falls_without_any_computed_fall: int
     falls_without_computed_outcome: int
-    observed_mean_direction_deg: StoredFloat
-    observed_resultant_length: StoredFloat
-    predicted_mean_direction_deg: StoredFloat
-    predicted_resultant_length: StoredFloat
-    observed_count_by_octant: StoredFloats
-    predicted_count_by_octant: StoredFloats
+    observed_mean_direction_deg: StoredFloatOrNan
+    observed_resultant_length: StoredFloatOrNan
+    predicted_mean_direction_deg: StoredFloatOrNan
+    predicted_resultant_length: StoredFloatOrNan
+    observed_count_by_octant: StoredFloatArray
+    predicted_count_by_octant: StoredFloatArray
     log_likelihood_ratio: StoredFloatOrInfinity
-    likelihood_ratio_p: StoredFloat
+    likelihood_ratio_p: StoredFloatOrNan
     assumed_random_fall_direction_share: float
 
 

@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_median_interval, exact_share_interval
-from overturning.stored import StoredFloat
+from overturning.stored import StoredFloatOrNan
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D, compare_fall_directions
 from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.row import SurveyRow
@@ -61,12 +61,12 @@ class ObservedAndComputedStatistic:
 
     name: ComparedStatisticName
     observed_stone_count: int
-    observed: StoredFloat
-    observed_low: StoredFloat
-    observed_high: StoredFloat
-    computed: StoredFloat
-    computed_low: StoredFloat
-    computed_high: StoredFloat
+    observed: StoredFloatOrNan
+    observed_low: StoredFloatOrNan
+    observed_high: StoredFloatOrNan
+    computed: StoredFloatOrNan
+    computed_low: StoredFloatOrNan
+    computed_high: StoredFloatOrNan
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,7 @@ def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return default_model_for_results_cube(record_cube).square_stone_outcomes(
+    return default_model_for_results_cube(record_cube).look_up_square_stone_outcomes(
         record_cube, stones.face_azimuth_deg, cells
     )
 
@@ -223,7 +223,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     stones = sample_stones(population)
     classes, reads = (
         stones.stone_class_masks(),
-        default_model_for_results_cube(cube).variables_for_square_stone_outcomes,
+        default_model_for_results_cube(cube).variable_names_read_for_square_stones,
     )
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS}
     for record in range(cube.sizes["record"]):
@@ -268,7 +268,7 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     """
     stones, reads, rates = (
         sample_stones(population),
-        default_model_for_results_cube(cube).variables_for_square_stone_outcomes,
+        default_model_for_results_cube(cube).variable_names_read_for_square_stones,
         [],
     )
     for record in range(cube.sizes["record"]):

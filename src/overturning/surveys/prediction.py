@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import fall_probability_over_each_edge
 from overturning.model.planes import fall_probabilities_towards_and_away
-from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
+from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.sectors import FallSectors
@@ -93,7 +93,7 @@ class SiteFallPrediction(FallSectors):
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
         elif LARGEST_FACTOR_BEYOND_GRID * b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
-        cell = nearest_simulated_directions(self.plane, azimuth_deg, FULL_TURN).direction_index
+        cell = nearest_simulated_directions(self.plane, azimuth_deg, FULL_TURN_DEG).simulated_direction_index
         return p, self.times[cell, round(place)].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:

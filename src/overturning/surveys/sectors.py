@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.planes import plane_weights_by_azimuth_spacing
-from overturning.model.symmetry import FULL_TURN, nearest_simulated_directions
+from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 
 _PARTS_PER_SECTOR: Final = 64
@@ -35,13 +35,17 @@ class FallSectors:
 
     def __init__(self, azimuth: FloatArray) -> None:
         self.azimuth: FloatArray = azimuth
-        self.share: FloatArray = plane_weights_by_azimuth_spacing(azimuth, FULL_TURN, divide_gaps=True)
+        self.share: FloatArray = plane_weights_by_azimuth_spacing(
+            azimuth, FULL_TURN_DEG, divide_gaps_between_neighbours=True
+        )
         start = (azimuth[0] + azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
     def nearest_sector_index(self, azimuth_deg: float) -> int:
         """Return the index of the sector whose azimuth is nearest to `azimuth_deg`."""
-        return int(nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN).direction_index[0])
+        return int(
+            nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN_DEG).simulated_direction_index[0]
+        )
 
     def octant_probabilities_from_sectors(self, sector_probabilities: FloatArray) -> FloatArray:
         """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.

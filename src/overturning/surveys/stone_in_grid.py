@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.symmetry import FULL_TURN
+from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 
@@ -67,7 +67,7 @@ def nearest_grid_indices_of_stone(
     }
     if "orientation" in grid and math.isfinite(stone_values["face_azimuth_deg"]):
         orientation = grid["orientation"].astype(np.float64)
-        period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN
+        period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN_DEG
         apart = (orientation - stone_values["face_azimuth_deg"] + period / 2) % period - period / 2
         found["orientation"] = np.array([int(np.abs(apart).argmin())])
     return found

@@ -26,7 +26,7 @@ def planar_trajectory_of_block(
     ground, block = placed
     time = trajectory_rows["time"]
     poses = np.zeros((len(trajectory_rows), 2, 6))
-    poses[:, 0, :2] = ground.x, ground.z
+    poses[:, 0, :2] = ground.centre_of_mass_x, ground.centre_of_mass_z
     poses[:, 1] = np.stack(
         [trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "angular_velocity")], axis=1
     )
@@ -38,7 +38,7 @@ def planar_trajectory_of_block(
         time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2
     )
     # The origin of the kernel is the middle of the upper side of the ground.
-    origin = np.array([ground.x, float(ground.vertices_in_scene[:, 1].max())])
+    origin = np.array([ground.centre_of_mass_x, float(ground.vertices_in_scene[:, 1].max())])
     poses[:, 1, :2] += origin
     names = (block.element.name, ground.element.name)
     return PlanarTrajectory(

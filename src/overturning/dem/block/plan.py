@@ -203,7 +203,9 @@ def plan_block_simulation(
     friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.case_count, law.friction)
     amplitude, tilt = np.asarray(cases.amplitude), np.asarray(cases.initial_tilt)
     width = ratio * height
-    normal, tangential, dashpot = law.springs_and_dashpots.stiffness_and_damping_per_mass(width, height, density)
+    normal, tangential, dashpot = law.contact_without_friction.normal_shear_stiffness_and_damping_per_mass(
+        width, height, density
+    )
     dashpot = dashpot * np.asarray(cases.damping_factor)
     row, ground = azimuth_rows_and_base_accelerations(motion, cases)
     check_static_penetration_exceeds_rounding(normal, height, 0.0)

@@ -27,7 +27,7 @@ from overturning.dem.kernel.lanes import (
     NO_ALIAS_COMPILE_OPTIONS,
     round_to_vector_multiple,
 )
-from overturning.model.solid import MAX_LOAD_SHARING_BASE_VERTICES
+from overturning.model.solid import MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
 
 MIN_BASE_VERTEX_DEPTH_TO_CENTRE_HEIGHT_RATIO: Final = 1.0 - 1e-6
 """Smallest depth of a base vertex below the centre, as a share of the height of the centre above the base."""
@@ -252,7 +252,7 @@ def update_base_contacts(
                 ),
             )
         return
-    few = base_vertex_count <= MAX_LOAD_SHARING_BASE_VERTICES
+    few = base_vertex_count <= MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
     for j in range(round_to_vector_multiple(lane_count)):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)

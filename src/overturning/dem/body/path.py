@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.path import dataset_variable_tuple
 from overturning.model.results import CaseResults
-from overturning.model.variables import BODY_VARIABLES
+from overturning.model.variables import BODY_OUTCOME_VARIABLES
 
 
 def rotate_to_east_north_up(components: FloatArray, direction_cosines: tuple[float, float]) -> FloatArray:
@@ -90,7 +90,7 @@ class BodyTrajectory:
             ),
             "edges": (("edge", "end"), self.edge_corner_indices),
         }
-        for item in BODY_VARIABLES:
+        for item in BODY_OUTCOME_VARIABLES:
             if item.name != "repeated":
                 variables[item.name] = ((), item.decode(getattr(results, item.name)[0]), item.cf_attributes)
         coordinates = {

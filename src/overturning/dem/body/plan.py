@@ -126,14 +126,19 @@ class BodySimulationPlan(SimulationPlan3D):
             body_constants_by_size=self.body_constants_by_size,
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
-            fall_limits_by_lean_sector=np.stack([body.fall_limits_by_lean_sector for body in self.solids_by_size]),
+            fall_limits_by_lean_sector=np.stack(
+                [body.lean_sector_start_vector_and_fall_dot_limit for body in self.solids_by_size]
+            ),
         )
 
     def case_outcome_variables(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
-        faces = [self.solids_by_size[index].resting_face_normals for index in self.case_table["body"][case_numbers]]
+        faces = [
+            self.solids_by_size[index].resting_face_normals_after_fall
+            for index in self.case_table["body"][case_numbers]
+        ]
         orientation, cosines = (
             np.asarray(self.cases.azimuth_deg)[case_numbers],
             self.orientation_cosines_north_east[case_numbers],
@@ -182,7 +187,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
     made = [_cached_solid_of_shape(shape, *size) for size in sizes.tolist()]
-    laws = np.array([contact.stiffness_and_damping_per_mass(body) for body in made])
+    laws = np.array([contact.normal_shear_stiffness_and_damping_per_mass(body) for body in made])
     modes = np.array([largest_squared_frequency_on_unit_springs(body) for body in made])
     foot, reach = (
         np.array([body.centre_height for body in made]),
@@ -228,7 +233,12 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     if start is None:
         table["start"] = np.array([initial_conditions_at_rest(pose) for pose in poses])[which]
     else:
-        table["start"] = (*start.centre_position, *start.quaternion, *start.velocity, *start.angular_velocity)
+        table["start"] = (
+            *start.centre_position,
+            *start.rest_to_initial_quaternion_wxyz,
+            *start.centre_velocity,
+            *start.angular_velocity,
+        )
     bodies, points = body_and_vertex_tables(made)
     return BodySimulationPlan(
         model=model,
@@ -264,8 +274,8 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
     if not model.shape.aspect_is_parameter and (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
     start = model.start
-    if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:
-        raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
+    if start is not None and not abs(np.sum(np.square(start.rest_to_initial_quaternion_wxyz)) - 1.0) < 1e-6:
+        raise ArgumentError(f"start: quaternion {start.rest_to_initial_quaternion_wxyz}; its length must be 1")
 
 
 def _max_base_acceleration_g_at_rest_by_case(
@@ -365,5 +375,5 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
 
 def _largest_penetration_at_rest(body: RigidSolid, rest_pose: FloatArray) -> float:
     """Return the largest penetration (m) of a base vertex into the ground, in the pose of a body at rest."""
-    x, y = body.contact_points[: body.base_vertex_count, :2].T
+    x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
     return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))

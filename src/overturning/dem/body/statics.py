@@ -22,7 +22,7 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness_per_mass: fl
     The penetration is a linear function of position; vertices that it would lift carry no load.
     `normal_stiffness_per_mass` is the stiffness of a vertex per mass, 1/s².
     """
-    x, y = body.contact_points[: body.base_vertex_count, :2].T
+    x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
     on = np.ones(body.base_vertex_count, np.bool_)
     for _ in range(body.base_vertex_count):
         rows = np.stack([np.ones(body.base_vertex_count), x, y])[:, on]
@@ -77,7 +77,7 @@ def unloading_acceleration_g_and_min_to_mean_load(body: RigidSolid) -> tuple[flo
     The acceleration is horizontal, in the most unfavourable direction; the ratio is that of the upright body at rest.
     Both values are 0 if a vertex carries no load at rest.
     """
-    x, y = body.contact_points[: body.base_vertex_count, :2].T
+    x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
     rows = np.stack([np.ones(body.base_vertex_count), x, y])
     matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
     planes = solve_positive_definite_system(matrix, np.eye(3))
@@ -101,7 +101,7 @@ def _mass_scaled_stiffness_of_unit_springs(body: RigidSolid, vertex_indices: NDA
     c22 = math.sqrt(inertia[2, 2] - c20 * c20 - c21 * c21)
     root = np.array([[c00, 0.0, 0.0], [c10, c11, 0.0], [c20, c21, c22]])
     matrix = np.zeros((6, 6))
-    for x, y, z in body.contact_points[vertex_indices]:
+    for x, y, z in body.contact_points_from_centre_of_mass[vertex_indices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
         each = np.concatenate([np.eye(3), _multiply_by_inverse_transposed_cholesky_factor(turn, root)], axis=1)

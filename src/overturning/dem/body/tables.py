@@ -178,12 +178,12 @@ def body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], 
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """
-    count = len(solids[0].contact_points)
+    count = len(solids[0].contact_points_from_centre_of_mass)
     points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY_TABLE_DTYPE)
     points[:, :, 5] = EDGE_DISTANCE_PLACEHOLDER_M
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for index, body in enumerate(solids):
-        points[index, :count, :3] = body.contact_points
+        points[index, :count, :3] = body.contact_points_from_centre_of_mass
         if body.rim_radius == 0.0:
             points[index, : body.base_vertex_count, 3:5], points[index, : body.base_vertex_count, 5] = (
                 body.base_edge_normals, body.base_edge_distances_from_centre,
@@ -195,8 +195,10 @@ def body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], 
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
         # A body that lies on springs on another face, as at a fall tilt that depends on the direction or upside down,
         # may have a slightly smaller tilt.
-        fallen = body.least_resting_tilt_in_any_direction_rad
-        lies_on_springs = len(body.fall_limits_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
+        fallen = body.least_tilt_to_rest_on_another_face_rad
+        lies_on_springs = (
+            len(body.lean_sector_start_vector_and_fall_dot_limit) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
+        )
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {
             "centre_height": foot,
@@ -205,7 +207,7 @@ def body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], 
             "critical_lean_squared_sine": reach**2 / (reach**2 + foot**2),
             "fall_tilt_cosine": np.round(np.cos(fallen), 12),
             "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
-            "extreme_vertex_tolerance_to_height_range": body.relative_height_tolerance_of_lowest_vertices,
+            "extreme_vertex_tolerance_to_height_range": body.lowest_vertex_tolerance_to_base_height_range,
         }
         for name, value in values.items():
             table[index][name] = value

@@ -14,7 +14,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import PreparedScene, smallest_free_element_side
 from overturning.model.geometry import (
-    MIN_RELATIVE_GROUND_WIDTH,
+    MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO,
     PlacedElement,
     convex_pieces_of_each_pair,
     possible_contact_points_of_elements,
@@ -134,7 +134,7 @@ class SceneArrays(NamedTuple):
     piece_vertex_counts: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
     piece_face_tables: FloatArray
-    """Faces of each piece, see `Polygon.face_table`, shape (variants, pieces, vertices, 12)."""
+    """Rows of `Polygon.face_geometry_and_contact_flag_table` by piece, shape (variants, pieces, vertices, 12)."""
     element_fall_limits: NDArray[np.void]
     """Fall limits, support and energy barrier of each element, shape (variants, elements)."""
     termination_limits: NDArray[np.void]
@@ -160,7 +160,7 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
     shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
     for v, prepared in enumerate(prepared_scenes):
         for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
-            shapes[v, index, : sizes[index]] = part.face_table
+            shapes[v, index, : sizes[index]] = part.face_geometry_and_contact_flag_table
     return SceneArrays(
         initial_state_column_by_scene_variant=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
@@ -191,8 +191,18 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
     placed, still = prepared_scene.elements, k.PlanarMotionOrForce(0.0, 0.0, 0.0)
     item, (dx, dz, turn) = placed[index], prepared_scene.static_displacements[index]
     # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
-    pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
-    free = (0.0, 0.0, 0.0, 0.0) if item.is_driven_or_held else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
+    pose = k.Pose(
+        item.centre_of_mass_x + dx,
+        item.centre_of_mass_z + dz,
+        turn,
+        1.0 - 0.5 * turn * turn,
+        turn * (1.0 - turn * turn / 6.0),
+    )
+    free = (
+        (0.0, 0.0, 0.0, 0.0)
+        if item.is_driven_or_held
+        else (1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass, item.mass, 1.0)
+    )
     support, (x, z) = placed[prepared_scene.support_element_indices[index]], prepared_scene.base_centres[index]
     return k.ElementState(
         pose=pose,
@@ -219,7 +229,13 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
         motion_since_contact_tests_paused=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
         slip_and_fall=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
         rest_position=k.ElementRestPose(
-            x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.fall_threshold_drop
+            x - item.centre_of_mass_x,
+            z - item.centre_of_mass_z,
+            x - support.centre_of_mass_x,
+            z - support.centre_of_mass_z,
+            item.centre_of_mass_x,
+            item.centre_of_mass_z,
+            item.centre_of_mass_z - item.fall_threshold_drop,
         ),
     )
 
@@ -299,9 +315,10 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
         and stone.element.kind == "free"
         and max(fall_rotations_to_both_sides(stone)) < 0.5 * np.pi
         and abs(float(stone.vertices_in_scene[:, 1].min() - ground.vertices_in_scene[:, 1].max()))
-        <= 1e-9 * stone.smaller_extent
+        <= 1e-9 * stone.smaller_of_width_and_height
         and ground.shape.width
-        > MIN_RELATIVE_GROUND_WIDTH * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
+        > MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO * max(stone.shape.width, stone.shape.height)
+        + 2.0 * abs(stone.centre_of_mass_x - ground.centre_of_mass_x)
     )
 
 
@@ -309,10 +326,10 @@ def _contact_vertex_belongs_to_first_element(
     first_element: PlacedElement, second_element: PlacedElement, point_number: int
 ) -> bool:
     """True if the vertex at contact point `point_number` (0 or 1) of two elements is a vertex of the first element."""
-    point = possible_contact_points_of_elements(first_element, second_element)[point_number].point
+    point = possible_contact_points_of_elements(first_element, second_element)[point_number].vertex_position
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
-        < 1e-9 * first_element.smaller_extent
+        < 1e-9 * first_element.smaller_of_width_and_height
     )
 
 
@@ -323,7 +340,7 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     in the scene file.
     """
     brings_down = element.element.fallen_rotation_deg in (None, 90.0)
-    back, on = element.fall_threshold_rotations_rad
+    back, on = element.fall_rotations_to_minus_and_plus_x_rad
     return (
         (
             round(MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE * back, 12),
@@ -357,7 +374,7 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
     free = [prepared_scene.elements[n] for n in prepared_scene.free_element_indices]
-    whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_extent for item in free])
+    whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_of_width_and_height for item in free])
     barrier = prepared_scene.overturning_energies[prepared_scene.free_element_indices]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
     rest_energy = (
@@ -365,7 +382,7 @@ def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> 
         * lightest.mass
         * prepared_scene.scene.gravity
         * 0.5
-        * lightest.smaller_extent
+        * lightest.smaller_of_width_and_height
     )
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(

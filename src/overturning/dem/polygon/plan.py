@@ -151,7 +151,7 @@ class PolygonSimulationPlan(SimulationPlan):
         rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
         rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
         for index, item in enumerate(prepared.elements):
-            pose = np.array([item.x, item.z, 0.0]) + prepared.static_displacements[index]
+            pose = np.array([item.centre_of_mass_x, item.centre_of_mass_z, 0.0]) + prepared.static_displacements[index]
             rest[:, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * index : 5 + TRAJECTORY_COLUMNS_PER_ELEMENT * index] = pose
         return rest
 

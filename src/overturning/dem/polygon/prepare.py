@@ -24,9 +24,9 @@ from overturning.model.geometry import (
     PlacedElement,
     PossibleContactPoint,
     convex_piece_pairs_with_movable_element,
-    first_placement_error,
+    first_overlap_or_support_error_message,
     place_elements,
-    wide_ground_name,
+    wide_ground_element_name,
 )
 from overturning.model.scene import Scene
 
@@ -64,7 +64,7 @@ class PreparedScene:
     @property
     def piece_vertex_counts(self) -> list[int]:
         """Number of vertices of each convex piece, in the order of the elements."""
-        return [len(part.vertices) for item in self.elements for part in item.shape.convex_parts]
+        return [len(part.vertices_from_centroid) for item in self.elements for part in item.shape.convex_parts]
 
     @property
     def tipping_angles(self) -> FloatArray:
@@ -105,7 +105,8 @@ class PreparedScene:
     @property
     def shortest_rocking_time_constant(self) -> float:
         """Time constant 1/p of the element that rocks fastest, s: p = √(3g/4R), R its largest vertex distance."""
-        square = min(float((self.elements[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free_element_indices)
+        outlines = [item.shape.vertices_from_centroid for item in self.elements if not item.is_driven_or_held]
+        square = min(float((outline**2).sum(axis=1).max()) for outline in outlines)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
@@ -123,10 +124,11 @@ class PreparedScene:
     @cached_property
     def slip_distance_to_ground_edge(self) -> FloatArray:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
-        ground = wide_ground_name(self.scene)
+        ground = wide_ground_element_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.elements]
         supports, centres = self.support_element_indices, self.base_centres
-        return np.array([far[on] - abs(x - self.elements[on].x) for on, (x, _) in zip(supports, centres, strict=True)])
+        places = [item.centre_of_mass_x for item in self.elements]
+        return np.array([far[on] - abs(x - places[on]) for on, (x, _) in zip(supports, centres, strict=True)])
 
     def support_index_and_held_stack_bottom_index(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
@@ -142,12 +144,12 @@ class PreparedScene:
     def sliding_onset_acceleration_g(self, friction: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g at which the first element starts to slide, for each `friction`.
 
-        0 if an element slides at rest. The value is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope
-        t.
+        0 if an element slides at rest. It is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
         """
         least = np.full(friction.shape, np.inf)
         for end in self.contact_points_loaded_at_rest:
-            mu, (x, z) = self.pair_contact_laws.friction_coefficient[end.pair_index], np.abs(end.contact_point.normal)
+            mu = self.pair_contact_laws.friction_coefficient[end.pair_index]
+            x, z = np.abs(end.contact_point.normal_from_second_to_first)
             held = friction if mu < 0 else np.full(friction.shape, mu)
             least = np.minimum(least, np.maximum(held * z - x, 0.0) / np.maximum(z + held * x, 1e-300))
         return least
@@ -180,7 +182,8 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
         *largest_spring_and_dashpot_eigenvalues(placed, pairs, joints, laws),
         lowest_omega_squared_on_springs(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
-        [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not first_placement_error(placed),
+        [set(stands.get(k, {})) for k in range(len(placed))],
+        b_over_h is None or not first_overlap_or_support_error_message(placed),
     )  # fmt: skip
 
 
@@ -219,7 +222,7 @@ Elements = list[PlacedElement]
 
 def smallest_free_element_side(elements: Elements) -> float:
     """Return the smallest side of any free element, m."""
-    return min(item.smaller_extent for item in elements if not item.is_driven_or_held)
+    return min(item.smaller_of_width_and_height for item in elements if not item.is_driven_or_held)
 
 
 SupportPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
@@ -239,8 +242,8 @@ def _find_supports(
     result: SupportPointsByElementAndCarrier = {}
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
-        upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
-        if not elements[upper].is_driven_or_held and abs(end.normal[1]) > 1e-3:
+        upper, lower = (i, j) if end.normal_from_second_to_first[1] > 0 else (j, i)
+        if not elements[upper].is_driven_or_held and abs(end.normal_from_second_to_first[1]) > 1e-3:
             result.setdefault(upper, {}).setdefault(lower, []).append(end)
     return result
 
@@ -256,7 +259,7 @@ def _mask_of_freely_standing_elements(
     normals: list[list[tuple[float, float]]] = [[] for _ in elements]
     for index, _, end, _, _ in loaded_points:
         for k in pairs[index][:2]:
-            normals[k].append(end.normal)
+            normals[k].append(end.normal_from_second_to_first)
     result = np.zeros(len(elements), np.bool_)
     for k, found in enumerate(normals):
         directions = np.array(found).reshape(-1, 2)
@@ -275,23 +278,22 @@ def _tipping_angles_energies_and_supports(
     """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
-    support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
+    support, base = np.arange(count), np.array([[item.centre_of_mass_x, item.centre_of_mass_z] for item in elements])
     for k, item in enumerate(elements):
         if item.is_driven_or_held:
             continue
-        ends = [(lower, end.point) for lower, all_ends in supports.get(k, {}).items() for end in all_ends]
+        ends = [(lower, end.vertex_position) for lower, all_ends in supports.get(k, {}).items() for end in all_ends]
         rests = bool(ends)
         if not ends:  # no support at rest: take the lowest vertices instead
             low = item.vertices_in_scene[:, 1].min()
-            ends = [
-                (k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < low + 0.01 * item.smaller_extent
-            ]
+            near = low + 0.01 * item.smaller_of_width_and_height
+            ends = [(k, (float(x), float(z))) for x, z in item.vertices_in_scene if z < near]
         support[k] = ends[0][0]
         base[k] = np.mean([point for _, point in ends], axis=0)
         reach, lift = [], []
         for side in (-1.0, 1.0):
             _, point = max(ends, key=lambda entry: side * entry[1][0])
-            arm, rise = side * (point[0] - item.x), item.z - point[1]
+            arm, rise = side * (point[0] - item.centre_of_mass_x), item.centre_of_mass_z - point[1]
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
@@ -300,8 +302,9 @@ def _tipping_angles_energies_and_supports(
             critical[k], least = min(reach), min(lift)
         else:
             least = 0.0
-            critical[k] = min(item.fall_threshold_rotations_rad) if rests else max(min(reach), MIN_TIPPING_ANGLE_RAD)
-        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_extent)
+            fall = item.fall_rotations_to_minus_and_plus_x_rad
+            critical[k] = min(fall) if rests else max(min(reach), MIN_TIPPING_ANGLE_RAD)
+        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_of_width_and_height)
     return tips, critical, barrier, support, base
 
 
@@ -328,7 +331,7 @@ def _rocking_onset_accelerations_g(
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
     threshold, parts = np.inf, dict[tuple[int, int], float]()
     for k in free:
-        points = [end.point for ends in supports[k].values() for end in ends]
+        points = [end.vertex_position for ends in supports[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
             whole = _indices_of_elements_overturning_together(elements, supports, k, max(free), edge, side, -np.inf)
@@ -361,8 +364,8 @@ def _uplift_acceleration_g_of_group(
     `rotation_side` is −1 or +1.
     """
     mass = sum(elements[n].mass for n in part_indices)
-    x = sum(elements[n].mass * elements[n].x for n in part_indices) / mass
-    z = sum(elements[n].mass * elements[n].z for n in part_indices) / mass
+    x = sum(elements[n].mass * elements[n].centre_of_mass_x for n in part_indices) / mass
+    z = sum(elements[n].mass * elements[n].centre_of_mass_z for n in part_indices) / mass
     return float(rotation_side * (edge_point[0] - x) / (z - edge_point[1]))
 
 
@@ -383,11 +386,8 @@ def _indices_of_elements_overturning_together(
     def restoring_moment_and_element_indices(element_index: int) -> tuple[float, list[int]]:
         """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
         item, whole = elements[element_index], acceleration_over_g == -np.inf
-        held = (
-            0.0
-            if whole
-            else item.mass * (rotation_side * (edge_point[0] - item.x) - acceleration_over_g * (item.z - edge_point[1]))
-        )
+        arm, height = rotation_side * (edge_point[0] - item.centre_of_mass_x), item.centre_of_mass_z - edge_point[1]
+        held = 0.0 if whole else item.mass * (arm - acceleration_over_g * height)
         part = [element_index]
         for moment, more in map(
             restoring_moment_and_element_indices,

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
-from overturning.model.contact import DEFAULT_DAMPING_RATIO
+from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO
 from overturning.model.geometry import (
     ConvexPiecePair,
     PlacedElement,
@@ -83,7 +83,8 @@ def _contact_points_with_displacement_derivatives(
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
         ContactPointDisplacementDerivatives(
-            touch, *_contact_point_displacement_derivatives(elements, pairs[touch.pair_index], touch.contact_point)
+            touch,
+            *_contact_point_displacement_derivatives(elements, pairs[touch.piece_pair_index], touch.contact_point),
         )
         for touch in ends
     ]
@@ -105,7 +106,7 @@ def supporting_contact_points(
     if len(flush) == len(point_derivatives) and (loaded_points or not point_derivatives):
         return loaded_points
     upper = [
-        pairs[pair].first_element_index if end.normal[1] > 0 else pairs[pair].second_element_index
+        pairs[pair].first_element_index if end.normal_from_second_to_first[1] > 0 else pairs[pair].second_element_index
         for (pair, _, end), _, _ in flush
     ]
     leaning = {
@@ -121,7 +122,9 @@ def supporting_contact_points(
     # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
     for items, tangential in ((elements, ones), (elements, 0.0 * ones), (held, ones)):
         free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
-        ends = [joint.contact_point for joint in flush if free.intersection(pairs[joint.contact_point.pair_index][:2])]
+        ends = [
+            joint.contact_point for joint in flush if free.intersection(pairs[joint.contact_point.piece_pair_index][:2])
+        ]
         found = (
             static_equilibrium(
                 scene, items, _contact_points_with_displacement_derivatives(items, pairs, ends), ones, tangential
@@ -142,10 +145,13 @@ def _contact_point_displacement_derivatives(
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.first_element_index, 1.0), (pair.second_element_index, -1.0)):
         if k in number:
-            rx, rz = touching_point.point[0] - elements[k].x, touching_point.point[1] - elements[k].z
+            rx, rz = (
+                touching_point.vertex_position[0] - elements[k].centre_of_mass_x,
+                touching_point.vertex_position[1] - elements[k].centre_of_mass_z,
+            )
             for row, (ux, uz), direction in (
-                (approach, touching_point.normal, -1.0),
-                (slip, touching_point.tangent, 1.0),
+                (approach, touching_point.normal_from_second_to_first, -1.0),
+                (slip, touching_point.slip_direction_of_first_element, 1.0),
             ):
                 row[number[k]] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
     return approach, slip
@@ -160,8 +166,8 @@ def _contact_stiffness_matrix(
     """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
     matrix = np.zeros((displacement_count, displacement_count))
     for touch, approach, slip in point_derivatives:
-        matrix += normal_stiffness[touch.pair_index] * np.outer(approach, approach) + tangential_stiffness[
-            touch.pair_index
+        matrix += normal_stiffness[touch.piece_pair_index] * np.outer(approach, approach) + tangential_stiffness[
+            touch.piece_pair_index
         ] * np.outer(slip, slip)
     return matrix
 
@@ -227,10 +233,10 @@ def compute_pair_contact_laws(
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair_index]] += end.normal_spring_compression
     for one, other in combinations((joint.contact_point for joint in point_derivatives), 2):
-        if together[one.pair_index] == together[other.pair_index]:
-            (x, z), (u, w) = one.contact_point.point, other.contact_point.point
+        if together[one.piece_pair_index] == together[other.piece_pair_index]:
+            (x, z), (u, w) = one.contact_point.vertex_position, other.contact_point.vertex_position
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
-            width[together[one.pair_index]] = max(width[together[one.pair_index]], apart)
+            width[together[one.piece_pair_index]] = max(width[together[one.piece_pair_index]], apart)
     carried, width = carried[together], width[together]
     normal, tangential, dashpot, friction, weights = (np.zeros(len(pairs)) for _ in range(5))
     for index, pair in enumerate(pairs):
@@ -244,7 +250,11 @@ def compute_pair_contact_laws(
         if weight < 0.01 * lightest.mass * scene.gravity:
             weight = lightest.mass * scene.gravity
         weights[index] = weight
-        stretch = width[index] if width[index] > 0.01 * lightest.smaller_extent else lightest.smaller_extent
+        stretch = (
+            width[index]
+            if width[index] > 0.01 * lightest.smaller_of_width_and_height
+            else lightest.smaller_of_width_and_height
+        )
         if law.stiffness == "auto":
             normal[index] = weight / (2.0 * law.static_penetration * stretch)
         else:
@@ -253,7 +263,7 @@ def compute_pair_contact_laws(
         if law.damping is not None:
             dashpot[index] = law.damping * depth
         else:
-            ratio = DEFAULT_DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
+            ratio = DEFAULT_CONTACT_DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
     return PairContactLaws(normal, tangential, dashpot, friction, carried, weights)
@@ -280,8 +290,8 @@ def largest_spring_and_dashpot_eigenvalues(
         for index, pair in enumerate(pairs):
             compliance = 0.0
             for item in (elements[k] for k in pair[:2] if not elements[k].is_driven_or_held):
-                radius = float((item.shape.vertices**2).sum(axis=1).max())
-                compliance += 1.0 / item.mass + radius / item.inertia
+                radius = float((item.shape.vertices_from_centroid**2).sum(axis=1).max())
+                compliance += 1.0 / item.mass + radius / item.inertia_about_centre_of_mass
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
         values.append(float(highest))
     return values[0], values[1]
@@ -303,4 +313,6 @@ def lowest_omega_squared_on_springs(
 def _inverse_root_masses_and_inertias(elements: list[PlacedElement]) -> FloatArray:
     """Return 1/√m, 1/√m and 1/√I (kg, kg m²) of each free element in one array, shape (3 · free elements,)."""
     free = [item for item in elements if not item.is_driven_or_held]
-    return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))
+    return np.sqrt(
+        np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass) for item in free])
+    )

@@ -26,7 +26,7 @@ from overturning.dem.stack.access import (
     slice_stone_rows,
 )
 from overturning.model.results import CaseResults
-from overturning.model.stack import STACK_VARIABLES
+from overturning.model.stack import STACK_OUTCOME_VARIABLES
 from overturning.model.stack_stones import StackStone
 from overturning.units import STANDARD_GRAVITY
 
@@ -99,11 +99,11 @@ class StackTrajectory:
             ),
             "edges": (("element", "edge", "end"), edges),
         }  # fmt: skip
-        for item in STACK_VARIABLES:
+        for item in STACK_OUTCOME_VARIABLES:
             if item.name != "repeated":
                 values = getattr(results, item.name)[0]
-                dimensions = ("element",) if item.per_element else ()
-                values = np.reshape(values, (len(self.stones_at_rest),)) if item.per_element else values
+                dimensions = ("element",) if item.has_element_dimension else ()
+                values = np.reshape(values, (len(self.stones_at_rest),)) if item.has_element_dimension else values
                 variables[item.name] = (dimensions, item.decode(values), item.cf_attributes)
         coordinates = {
             "time": dataset_variable_tuple("time", self.rows[:, 0], "s", "time after the record's start"),

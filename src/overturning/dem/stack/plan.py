@@ -238,7 +238,10 @@ def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
     return min(
         patch.mass_above
         * STANDARD_GRAVITY
-        * (math.sqrt(distance**2 + patch.centre_height_above_patch**2) - patch.centre_height_above_patch)
+        * (
+            math.sqrt(distance**2 + patch.height_of_centre_of_all_mass_above**2)
+            - patch.height_of_centre_of_all_mass_above
+        )
         for distance, patch in zip(
             joints.stones_above_mass_centre_to_side_distance, joints.contact_patches, strict=True
         )
@@ -247,10 +250,14 @@ def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
 
 def _face_corner_table(stacks: list[list[StackStone]]) -> FloatArray:
     """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6)."""
-    outlines = np.zeros((len(stacks), len(stacks[0]), 2, max(len(stone.base_corners) for stone in stacks[0]), 6))
+    outlines = np.zeros(
+        (len(stacks), len(stacks[0]), 2, max(len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]), 6)
+    )
     for index, stones in enumerate(stacks):
         for number, stone in enumerate(stones):
-            for side, face in enumerate((stone.base_corners, stone.upper_face_corners)):
+            for side, face in enumerate(
+                (stone.base_corners_xy_from_centre_of_mass, stone.upper_face_corners_xy_from_centre_of_mass)
+            ):
                 outlines[index, number, side, : len(face)] = kernel_rows_of_face_corners(face)
     return outlines
 
@@ -348,7 +355,7 @@ def plan_stack_simulation(
         friction_by_case_and_joint=friction,
         joints_by_stack=np.stack([table.joint_table for table in joints]),
         face_corners_by_stack=_face_corner_table(stacks),
-        corner_counts_by_stone=np.array([len(stone.base_corners) for stone in stacks[0]]),
+        corner_counts_by_stone=np.array([len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]]),
         orientation_cosines_north_east=cosines,
         motion_rows=row,
         base_accelerations=along,

@@ -49,14 +49,14 @@ class JointConstantsOfStack:
     @property
     def stones_above_mass_centre_height_above_joint(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
-        return np.array([patch.centre_height_above_patch for patch in self.contact_patches])
+        return np.array([patch.height_of_centre_of_all_mass_above for patch in self.contact_patches])
 
 
 def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -> JointConstantsOfStack:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
     rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
     above = np.array([patch.mass_above for patch in patches])
-    width = np.array([np.ptp(patch.corners, axis=0).min() for patch in patches])
+    width = np.array([np.ptp(patch.corners_xy_in_stack_axes, axis=0).min() for patch in patches])
     penetration = contact.static_penetration * np.minimum(width, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M)
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
@@ -71,9 +71,9 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     rows["tangential_stiffness"] = ratio * stiffness
     rows["tangential_compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0)
     rows["flat_landing_duration_s"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
-    rows["upper_base_corner_count"] = [len(stone.base_corners) for stone in stones]
+    rows["upper_base_corner_count"] = [len(stone.base_corners_xy_from_centre_of_mass) for stone in stones]
     rows["min_rim_distance_for_deferred_contact"] = np.where(
-        [len(stone.base_corners) > 4 for stone in stones],
+        [len(stone.base_corners_xy_from_centre_of_mass) > 4 for stone in stones],
         MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH * width,
         MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
     )
@@ -111,7 +111,7 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
         centre = level + stone.centre_height_above_base
         half = 0.5 * shift[3:]
         start = row["start"]
-        start["x"], start["y"], start["z"] = stone.x + shift[0], shift[1], centre + shift[2]
+        start["x"], start["y"], start["z"] = stone.centre_of_mass_x_at_rest + shift[0], shift[1], centre + shift[2]
         start["qw"], start["qx"], start["qy"], start["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half**2))
         row["centre_height_at_rest"], row["max_centre_drop_without_fall"] = (
             start["z"],
@@ -130,9 +130,11 @@ def tipping_side_distance_and_mass_centre_height(stone: StackStone, patch: Conta
     the contact.
     """
     base = stone.nearest_base_side_distance
-    side = float(polygon_side_distances_from_point(patch.corners, stone.x).min())
+    side = float(
+        polygon_side_distances_from_point(patch.corners_xy_in_stack_axes, stone.centre_of_mass_x_at_rest).min()
+    )
     if side <= 0.0:
-        return float(patch.side_distances_from_mass_centre_above.min()), patch.centre_height_above_patch
+        return float(patch.side_distances_from_mass_centre_above.min()), patch.height_of_centre_of_all_mass_above
     # Where the whole base rests on the face below, its sides are those of the patch but for rounding.
     return (side if side < base * (1.0 - 1e-9) else base), stone.centre_height_above_base
 
@@ -178,7 +180,7 @@ def _relative_displacement_matrix_at_corner(stones: list[StackStone], joint: int
         if index >= 0:
             stone = stones[index]
             x, y, z = (
-                corner[0] - stone.x,
+                corner[0] - stone.centre_of_mass_x_at_rest,
                 corner[1],
                 (-stone.centre_height_above_base if index == joint else stone.upper_face_height_above_centre),
             )
@@ -202,7 +204,9 @@ def scaled_stiffness_matrix_of_stack_at_rest(
     """
     matrix = np.zeros((scale_factors.size, scale_factors.size))
     for k, patch in enumerate(joints.contact_patches):
-        for number, (corner, weight) in enumerate(zip(patch.corners, patch.corner_stiffness_shares, strict=True)):
+        for number, (corner, weight) in enumerate(
+            zip(patch.corners_xy_in_stack_axes, patch.corner_stiffness_shares, strict=True)
+        ):
             normal, tangential = (
                 weight * joints.joint_table["normal_stiffness"][k],
                 weight * joints.joint_table["tangential_stiffness"][k],
@@ -243,7 +247,7 @@ def static_displacements_and_rotations(stones: list[StackStone], joints: JointCo
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
     scale, loaded = (
         scale_factors_for_unit_mass_matrix(stones),
-        [np.ones(len(patch.corners), np.bool_) for patch in joints.contact_patches],
+        [np.ones(len(patch.corners_xy_in_stack_axes), np.bool_) for patch in joints.contact_patches],
     )
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joints.mean_penetration_at_rest)
@@ -269,7 +273,12 @@ def _penetrations_at_patch_corners(
     `shift` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
     """
     return [
-        np.array([-(_relative_displacement_matrix_at_corner(stones, k, corner) @ shift)[2] for corner in patch.corners])
+        np.array(
+            [
+                -(_relative_displacement_matrix_at_corner(stones, k, corner) @ shift)[2]
+                for corner in patch.corners_xy_in_stack_axes
+            ]
+        )
         for k, patch in enumerate(joints.contact_patches)
     ]
 
@@ -280,7 +289,9 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConsta
     for k, (row, patch, depth) in enumerate(zip(joints.joint_table, joints.contact_patches, depths, strict=True)):
         force = patch.corner_stiffness_shares * row["normal_stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
-        corners = patch.corners - np.array([stones[k - 1].x if k > 0 else 0.0, 0.0])
+        corners = patch.corners_xy_in_stack_axes - np.array(
+            [stones[k - 1].centre_of_mass_x_at_rest if k > 0 else 0.0, 0.0]
+        )
         centre = share @ corners
         row["normal_force"], (row["pressure_centre_x"], row["pressure_centre_y"]) = force.sum(), centre
         row["mean_force_distance_from_pressure_centre"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))

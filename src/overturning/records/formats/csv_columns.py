@@ -20,7 +20,7 @@ from overturning.records.formats.headings import (
 )
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 
 def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
@@ -61,7 +61,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             source_file,
             word,
             parse_axis_direction(word),
-            rows[:, index] * ACCELERATION_UNITS[unit],
+            rows[:, index] * ACCELERATION_UNITS_IN_M_S2[unit],
             interval,
             is_already_corrected=declared_properties.processed,
             user_declared_unit=unit,
@@ -133,7 +133,7 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
         if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS_BY_TIME_UNIT):
             columns.append((axis.lower(), unit))
-        elif unit.lower() in ACCELERATION_UNITS and parse_axis_direction(axis) != UNKNOWN_DIRECTION:
+        elif unit.lower() in ACCELERATION_UNITS_IN_M_S2 and parse_axis_direction(axis) != UNKNOWN_DIRECTION:
             columns.append((axis, unit.lower()))
         elif not columns and re.search(r"[,;]", word):
             raise RecordError(
@@ -142,7 +142,7 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
         else:
             raise RecordError(
                 f"{file_name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, "
-                f"270, up and a unit of {', '.join(ACCELERATION_UNITS)}"
+                f"270, up and a unit of {', '.join(ACCELERATION_UNITS_IN_M_S2)}"
             )
     return columns
 

@@ -11,7 +11,7 @@ from overturning.records.component import (
     parse_axis_direction,
 )
 from overturning.records.formats.lines import FLOAT_PATTERN
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 SECONDS_BY_TIME_UNIT: Final = {"s": 1.0, "ms": 1e-3}
 NUMBER_NAN_OR_INFINITY_PATTERN: Final = re.compile(rf"{FLOAT_PATTERN}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
@@ -126,8 +126,8 @@ def unit_mismatch_notes_and_refusal(
         if what and "acc" not in plain:
             others.append(f"the line {text[:60]!r} says {what}, {' and '.join(sorted(units))} is declared")
             continue
-        named = next((word for word in stated if word in ACCELERATION_UNITS), "")
-        if named and any(ACCELERATION_UNITS[named] != ACCELERATION_UNITS[unit] for unit in units):
+        named = next((word for word in stated if word in ACCELERATION_UNITS_IN_M_S2), "")
+        if named and any(ACCELERATION_UNITS_IN_M_S2[named] != ACCELERATION_UNITS_IN_M_S2[unit] for unit in units):
             taken = f"columns are taken in {' and '.join(sorted(units))}, as declared"
             notes.append(f"{file_name}: the line {text[:60]!r} names {named}; {taken}")
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
@@ -153,7 +153,7 @@ def heading_mismatch_notes_and_refusal(
     for cells in headings:
         for text, (word, unit) in zip(cells, declared_columns, strict=True):
             axis, _, rest = text.strip("\"'# ").replace("[", "(").partition("(")
-            known: Mapping[str, float] = SECONDS_BY_TIME_UNIT if word == "time" else ACCELERATION_UNITS
+            known: Mapping[str, float] = SECONDS_BY_TIME_UNIT if word == "time" else ACCELERATION_UNITS_IN_M_S2
             # A second line of headings may hold units only.
             named = _normalise_heading(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
             other_axis = word != "time" and axis_direction_in_column_heading(text.strip("\"'# ")) not in (

@@ -23,7 +23,7 @@ from overturning.records.formats.stationxml import (
     read_stationxml_inventory,
 )
 from overturning.records.source import SourceFile
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 MAX_TAPER_DURATION_S: Final = 5.0
 """Longest taper at each end before a response is removed, s."""
@@ -128,7 +128,7 @@ def _component_of_trace(
         sensor_position=classify_as_surface_or_borehole(epoch.obspy_channel.depth),
         sensor_location=trace.stats.location or BLANK_LOCATION_CODE,
         user_declared_unit=declared_properties.unit
-        if declared_properties.unit and ACCELERATION_UNITS.get(declared_properties.unit) == scale
+        if declared_properties.unit and ACCELERATION_UNITS_IN_M_S2.get(declared_properties.unit) == scale
         else "",
         extra_metadata={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_metadata,
         notes=tuple(notes),

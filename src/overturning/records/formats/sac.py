@@ -20,7 +20,7 @@ from overturning.records.formats.header import epicentre_metadata
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2
 from overturning.records.formats.stationxml import inventory_has_channel_of_trace, read_stationxml_inventory
 from overturning.records.source import SourceFile
-from overturning.units import ACCELERATION_UNITS
+from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 UNDEFINED_HEADER_VALUE: Final = -12345.0
 
@@ -59,7 +59,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     if declared_properties.unit is None:
         raise RecordError(
             f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
-            f"{', '.join(ACCELERATION_UNITS)}) or give StationXML"
+            f"{', '.join(ACCELERATION_UNITS_IN_M_S2)}) or give StationXML"
         )
     return [_component_of_trace(stream[0], source_file, declared_properties.unit, declared_properties)]
 
@@ -68,7 +68,7 @@ def _component_of_trace(
     trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert a SAC trace of a given unit to a record component, m/s²; a RecordError if it is no acceleration."""
-    header, scale = trace.stats.sac, ACCELERATION_UNITS[unit]
+    header, scale = trace.stats.sac, ACCELERATION_UNITS_IN_M_S2[unit]
 
     def header_number(header_key: str) -> float | None:
         """Return a number of the SAC header; None if it is undefined."""

@@ -200,6 +200,7 @@ def _compare_study_with_variant(
     scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant)]
     site = variant_settings(results.study, variant).site
     same_direction = found.same_direction_share_if_both_fall
+    b_over_h = results.default_element_cube["b_over_h"].to_numpy()
     return VariantContrast(
         variant=variant,
         is_primary_comparison=variant == results.study.primary.against,
@@ -224,9 +225,7 @@ def _compare_study_with_variant(
         share_within_45_deg_of_each_other_if_both_fall=estimate_from_mean(
             same_direction, "share of the falls in both that go within 45° of each other"
         ),
-        share_over_45_deg_apart_if_both_fall=1.0 - same_direction.mean
-        if same_direction.earthquake_count
-        else float("nan"),
+        share_over_45_deg_apart_if_both_fall=1.0 - same_direction.mean,
         share_earlier_in_study_if_both_fall=estimate_from_mean(
             found.this_earlier_share_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
@@ -237,9 +236,7 @@ def _compare_study_with_variant(
             found.this_first_or_alone_share_if_any_falls,
             "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
-        by_b_over_h=_overturned_shares_at_each_b_over_h(
-            results.default_element_cube["b_over_h"].to_numpy(), paired, events
-        ),
+        by_b_over_h=_overturned_shares_at_each_b_over_h(b_over_h, paired, events),
         population_fall_rate_in_study=mean_rates[0] if mean_rates else None,
         population_fall_rate_in_variant=mean_rates[1] if mean_rates else None,
         primary_statistic_study_minus_variant=(

@@ -151,8 +151,9 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
         view_without_reference_counts(scene_arrays.element_fall_limits),
         view_without_reference_counts(scene_arrays.termination_limits),
     )
+    initial = view_without_reference_counts(scene_arrays.initial_state_column_by_scene_variant)
     return SceneArrays(
-        initial_state_column_by_scene_variant=view_without_reference_counts(scene_arrays.initial_state_column_by_scene_variant),
+        initial_state_column_by_scene_variant=initial,
         pair_element_and_piece_indices=layout, lowest_and_last_index_of_rocking_groups=parts, piece_vertex_counts=sizes,
         piece_face_tables=shapes, element_fall_limits=elements, termination_limits=limits, gravity=scene_arrays.gravity,
     )  # fmt: skip

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import simulate_rigid_rocking
-from overturning.dem.block.state import MAX_FRICTION
+from overturning.dem.block.state import MAX_SIMULATED_FRICTION_COEFFICIENT
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.model.body import Body
@@ -384,15 +384,15 @@ def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownBy
     return {"damping-ratio": markdown_table(("ξ", *kernels), lines) + f"\n\n{wrap_text(about)}"}
 
 
-FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
-"""Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
+FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS: Final = (MAX_SIMULATED_FRICTION_COEFFICIENT, 300.0, 1e3, 1e4, 1e6)
+"""Frictions from `MAX_SIMULATED_FRICTION_COEFFICIENT`, the largest that blocks are computed with."""
 
 
 def measure_effect_of_high_friction(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
-    """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
+    """Measure the effect of friction above `MAX_SIMULATED_FRICTION_COEFFICIENT` on results and number of steps."""
     shapes = half_circle_azimuths(study_part.azimuth_count), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(read_motions_of_default_study().values())[:: study_part.every_nth_record], [], None
-    with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
+    with patch("overturning.dem.block.plan.MAX_SIMULATED_FRICTION_COEFFICIENT", np.inf):
         for friction in FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS:
             groups = [CaseGroup(motion, case_grid(*shapes, friction)) for motion in motions]
             found = run_case_groups(groups, threads=2).results

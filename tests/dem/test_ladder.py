@@ -13,10 +13,10 @@ from overturning.dem.block.state import (
     MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
     BlockConstants,
-    BlockVelocityCorrection,
+    BlockPredictedAtStepEnd,
+    BlockStepEndVelocityCorrection,
+    CornerPredictedAtStepEnd,
     CornerState,
-    PredictedBlock,
-    PredictedCorner,
 )
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import MAX_ENERGY_ERROR, RERUN_REFINEMENT
@@ -155,7 +155,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
 
 def sticking_corner_with_changed_penetration(before: float, after: float) -> SolvedCornerContact:
     """Return a sticking corner whose penetration changes from `before` to `after` (m) in a step."""
-    there = PredictedCorner(
+    there = CornerPredictedAtStepEnd(
         x_from_centre=1.0,
         depth_below_centre=1.0,
         penetration=after,
@@ -164,8 +164,10 @@ def sticking_corner_with_changed_penetration(before: float, after: float) -> Sol
         velocity_z=0.0,
     )
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
-    nothing = BlockVelocityCorrection(0.0, 0.0, 0.0, 0.0, 0.0)
-    step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half_step=0.5, left=there, right=there)
+    nothing = BlockStepEndVelocityCorrection(0.0, 0.0, 0.0, 0.0, 0.0)
+    step = BlockPredictedAtStepEnd(
+        **dict.fromkeys(BlockPredictedAtStepEnd._fields[:-3], 0.0), half_step_duration=0.5, left=there, right=there
+    )
     return compute_corner_forces.py_func(
         block,
         step,
@@ -187,7 +189,8 @@ def step_is_rejected(
     case_step_control, block = (
         step_control_of_case(BLOCK_STEP_CONTROL),
         BlockConstants(
-            **dict.fromkeys(BlockConstants._fields, 1.0) | {"max_travel_in_gentle_step": max_travel_in_gentle_step_m}
+            **dict.fromkeys(BlockConstants._fields, 1.0)
+            | {"max_corner_travel_without_halving_step": max_travel_in_gentle_step_m}
         ),
     )
     length = length_in_finest_steps * case_step_control.shortest_step
@@ -222,7 +225,7 @@ def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> No
 def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() -> None:
     """One corner touches after 4e-7 m; the other stays closed, stays in the air, or lifts off by 2e-6 m (rejected)."""
     touches = sticking_corner_with_changed_penetration(-1e-7, 3e-7)
-    assert touches.vertical_travel_if_changed == pytest.approx(4e-7)
+    assert touches.vertical_travel_if_contact_changed_else_zero == pytest.approx(4e-7)
     for other in (
         sticking_corner_with_changed_penetration(5e-7, 6e-7),
         sticking_corner_with_changed_penetration(-6e-7, -5e-7),

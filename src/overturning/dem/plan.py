@@ -66,7 +66,7 @@ class SimulationPlan(ABC):
     """Dtype of a row of the path; if structured, it has a column `time`."""
     time_column: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
-    base_acceleration_columns: ClassVar[Any] = ("ground",)
+    base_acceleration_columns: ClassVar[Any] = ("ground_acceleration",)
     """Indices of the base motion in a row of the path."""
     dataset_values_per_trajectory_row: ClassVar[int] = 1
     """Number of values per time in the dataset of a path; limits the number of rows."""

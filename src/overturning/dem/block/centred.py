@@ -10,19 +10,19 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_mu_and_moment_share
+from overturning.dem.block.landing import block_lands_flat, flat_landing_slides_mu_and_moment_factor
 from overturning.dem.block.state import (
     AssumedCornerContact,
     AssumedFrictionCoefficientIfSliding,
     BlockConstants,
+    BlockExtrapolatedToStepEnd,
     BlockInertialAccelerations,
+    BlockPredictedAtStepEnd,
     BlockState,
-    BlockVelocityCorrection,
+    BlockStepEndVelocityCorrection,
     CornerEquationTerms,
+    CornerPredictedAtStepEnd,
     CornerState,
-    ExtrapolatedBlock,
-    PredictedBlock,
-    PredictedCorner,
     TrialCornerFriction,
     corner_x_and_depth_from_centre,
 )
@@ -32,9 +32,9 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_STEP_RATIO_USING_PREDICTED_FORCES: Final = BLOCK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = BLOCK_STEP_CONTROL.max_step_using_predicted_forces
 
-MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING: Final = 0.25
+MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -43,22 +43,22 @@ MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING: Final = 0.25
 
 @njit(**INLINE_OPTIONS)
 def predict_corner_at_step_end(
-    side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: ExtrapolatedBlock
-) -> PredictedCorner:
+    side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: BlockExtrapolatedToStepEnd
+) -> CornerPredictedAtStepEnd:
     """Predict position, velocity and spring stretch of a corner of a block at the end of a step (centred scheme).
 
     The spring of a corner that was not in contact starts unstretched.
     """
     arm, drop = corner_x_and_depth_from_centre(side, block, extrapolated_block.cos, extrapolated_block.sin)
-    stretch = previous_corner.tangential_stretch + ((extrapolated_block.x + arm) - previous_corner.x_position)
+    stretch = previous_corner.tangential_stretch + ((extrapolated_block.centre_x + arm) - previous_corner.x_position)
     stretch = stretch if previous_corner.penetration > 0.0 else 0.0
-    return PredictedCorner(
+    return CornerPredictedAtStepEnd(
         arm,
         drop,
-        drop - extrapolated_block.z,
+        drop - extrapolated_block.centre_z,
         stretch,
-        extrapolated_block.vx - drop * extrapolated_block.angular_velocity,
-        extrapolated_block.vz - arm * extrapolated_block.angular_velocity,
+        extrapolated_block.centre_vx - drop * extrapolated_block.angular_velocity,
+        extrapolated_block.centre_vz - arm * extrapolated_block.angular_velocity,
     )
 
 
@@ -69,19 +69,19 @@ def predict_block_at_step_end(
     step_ticks: float,
     inertial_accelerations: BlockInertialAccelerations,
     ticks_per_sample: float,
-) -> PredictedBlock:
+) -> BlockPredictedAtStepEnd:
     """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
-    dt, tick = block.tick_length * step_ticks, state.ticks_since_sample_start + step_ticks
+    dt, tick = block.seconds_per_tick * step_ticks, state.ticks_since_sample_start + step_ticks
     half = 0.5 * dt
-    kx, kz, kw = half * state.ax, half * state.az, half * state.angular_acceleration
-    vx, vz, vw = state.vx + kx, state.vz + kz, state.angular_velocity + kw
+    kx, kz, kw = half * state.centre_ax, half * state.centre_az, half * state.angular_acceleration
+    vx, vz, vw = state.centre_vx + kx, state.centre_vz + kz, state.angular_velocity + kw
     ex, ez, ew = vx + kx, vz + kz, vw + kw
     turn = dt * vw
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
-    x, z = state.x + dt * vx, state.z + dt * vz
+    x, z = state.centre_x + dt * vx, state.centre_z + dt * vz
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
-    at = ExtrapolatedBlock(x, z, c, sn, ex, ez, ew)
+    at = BlockExtrapolatedToStepEnd(x, z, c, sn, ex, ez, ew)
     left, right = (
         predict_corner_at_step_end(-1.0, block, state.left, at),
         predict_corner_at_step_end(1.0, block, state.right, at),
@@ -90,21 +90,21 @@ def predict_block_at_step_end(
         base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, tick, past),
         base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
     )
-    return PredictedBlock(
-        x=x,
-        z=z,
+    return BlockPredictedAtStepEnd(
+        centre_x=x,
+        centre_z=z,
         angle=state.angle + turn,
         cos=c,
         sin=sn,
-        vx=vx,
-        vz=vz,
-        angular_velocity=vw,
-        end_vx=ex,
-        end_vz=ez,
-        end_angular_velocity=ew,
+        mid_step_centre_vx=vx,
+        mid_step_centre_vz=vz,
+        mid_step_angular_velocity=vw,
+        step_end_centre_vx=ex,
+        step_end_centre_vz=ez,
+        step_end_angular_velocity=ew,
         inertial_acceleration_x=push,
         upward_base_acceleration=lift,
-        half_step=half,
+        half_step_duration=half,
         left=left,
         right=right,
     )
@@ -116,28 +116,32 @@ def predict_block_at_step_end(
 @njit(**INLINE_OPTIONS)
 def predict_normal_force_and_contact(
     block: BlockConstants,
-    predicted_corner: PredictedCorner,
+    predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
-    forces_decide_contact: bool,
+    forces_decide_contact_and_slip: bool,
     is_flat_landing: bool,
 ) -> tuple[float, bool]:
     """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
-    In a step that resolves the contact vibration (`forces_decide_contact`), the predicted force decides about contact.
-    In a longer step this force would be too large; a corner that was in contact after the last step stays in contact.
+    In a step that resolves the contact vibration (`forces_decide_contact_and_slip`), the predicted force decides about
+    contact. In a longer step this force would be too large; a corner that was in contact after the last step stays in
+    contact.
     """
     n = (
         block.normal_stiffness_per_mass * predicted_corner.penetration
         - block.dashpot_constant_per_mass * predicted_corner.velocity_z
     )
     return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.penetration > 0.0)) | (
-        (not forces_decide_contact) & (previous_corner.normal_force != 0.0)
+        (not forces_decide_contact_and_slip) & (previous_corner.normal_force_per_mass != 0.0)
     )
 
 
 @njit(**INLINE_OPTIONS)
 def predict_trial_friction_of_corner(
-    block: BlockConstants, predicted_corner: PredictedCorner, normal_force: float, assumed_contact: AssumedCornerContact
+    block: BlockConstants,
+    predicted_corner: CornerPredictedAtStepEnd,
+    normal_force_per_mass: float,
+    assumed_contact: AssumedCornerContact,
 ) -> TrialCornerFriction:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
@@ -146,23 +150,23 @@ def predict_trial_friction_of_corner(
 
     A normal force on a sliding corner must push it out; where friction would rotate the block further in instead
     (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
-    together (`flat_landing_sliding_mu_and_moment_share`).
+    together (`flat_landing_slides_mu_and_moment_factor`).
     """
-    slid, fine = assumed_contact.signed_friction, assumed_contact.forces_decide_contact
+    slid, fine = assumed_contact.signed_mu_or_zero_if_sticking, assumed_contact.forces_decide_contact_and_slip
     spring = block.tangential_stiffness_per_mass * predicted_corner.tangential_stretch
     f = spring + block.dashpot_constant_per_mass * predicted_corner.velocity_x
-    excess = abs(f) - block.friction * normal_force if fine else abs(slid)
+    excess = abs(f) - block.friction * normal_force_per_mass if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (
-        (assumed_contact.slides_in_flat_landing, assumed_contact.flat_landing_signed_friction)
+        (assumed_contact.slides_in_flat_landing, assumed_contact.flat_landing_signed_mu)
         if assumed_contact.lands_flat
         else (excess > 0.0, slid)
     )
-    freedom = 1.0 + block.inverse_inertia * predicted_corner.x_from_centre * (
+    freedom = 1.0 + block.mass_over_moment_of_inertia * predicted_corner.x_from_centre * (
         predicted_corner.x_from_centre
-        - slid * (assumed_contact.friction_moment_share * predicted_corner.depth_below_centre)
+        - slid * (assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre)
     )
-    return TrialCornerFriction(f, slides, slid, freedom > MIN_NORMAL_TO_FREE_MOBILITY_FOR_SLIDING)
+    return TrialCornerFriction(f, slides, slid, freedom > MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY)
 
 
 @njit(**INLINE_OPTIONS)
@@ -174,16 +178,18 @@ def signed_friction_coefficient_and_sliding(
     A corner sticks if sliding friction would turn it into the base (Painlevé's paradox), unless the other corner
     sticks: then the block can only rotate about the other corner, which lifts this one.
     """
-    free = corner_friction.is_pushed_out_while_sliding | (other_in_contact & (not other_corner_friction.slides))
-    return (corner_friction.signed_friction if free else 0.0), corner_friction.slides & free
+    free = corner_friction.normal_force_pushes_out_sliding_corner | (
+        other_in_contact & (not other_corner_friction.slides)
+    )
+    return (corner_friction.signed_mu_if_sliding if free else 0.0), corner_friction.slides & free
 
 
 @njit(**INLINE_OPTIONS)
-def normal_force_at_zero_velocity_and_factor(
+def zero_velocity_normal_force_and_velocity_factor(
     block: BlockConstants,
-    predicted_corner: PredictedCorner,
-    half_step_time: float,
-    normal_force: float,
+    predicted_corner: CornerPredictedAtStepEnd,
+    half_step_duration: float,
+    normal_force_per_mass: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
     """Return a corner's normal force at zero velocity, and its decrease per upward velocity, for a step's equations.
@@ -191,38 +197,40 @@ def normal_force_at_zero_velocity_and_factor(
     The force at the end of the step is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner,
     times half the step.
     """
-    normal = block.dashpot_constant_per_mass + half_step_time * block.normal_stiffness_per_mass
-    return (normal_force + normal * predicted_corner.velocity_z if is_in_contact else 0.0), (
-        half_step_time * normal if is_in_contact else 0.0
+    normal = block.dashpot_constant_per_mass + half_step_duration * block.normal_stiffness_per_mass
+    return (normal_force_per_mass + normal * predicted_corner.velocity_z if is_in_contact else 0.0), (
+        half_step_duration * normal if is_in_contact else 0.0
     )
 
 
 @njit(**INLINE_OPTIONS)
 def corner_equation_terms(
     block: BlockConstants,
-    predicted_corner: PredictedCorner,
-    half_step_time: float,
-    normal_force: float,
+    predicted_corner: CornerPredictedAtStepEnd,
+    half_step_duration: float,
+    normal_force_per_mass: float,
     is_in_contact: bool,
-    tangential_force: float,
+    tangential_force_per_mass: float,
     is_sliding: bool,
-    signed_friction: float,
+    signed_mu_or_zero_if_sticking: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
-    normal_force, press = normal_force_at_zero_velocity_and_factor(
-        block, predicted_corner, half_step_time, normal_force, is_in_contact
+    normal_force_per_mass, press = zero_velocity_normal_force_and_velocity_factor(
+        block, predicted_corner, half_step_duration, normal_force_per_mass, is_in_contact
     )
-    tangential = block.dashpot_constant_per_mass + half_step_time * block.tangential_stiffness_per_mass
+    tangential = block.dashpot_constant_per_mass + half_step_duration * block.tangential_stiffness_per_mass
     sticks = is_in_contact & (not is_sliding)
-    tangential_force = (
-        tangential_force - tangential * predicted_corner.velocity_x if sticks else signed_friction * normal_force
+    tangential_force_per_mass = (
+        tangential_force_per_mass - tangential * predicted_corner.velocity_x
+        if sticks
+        else signed_mu_or_zero_if_sticking * normal_force_per_mass
     )
     return CornerEquationTerms(
-        normal_force,
-        tangential_force,
+        normal_force_per_mass,
+        tangential_force_per_mass,
         press,
-        half_step_time * tangential if sticks else 0.0,
-        signed_friction * press if is_sliding else 0.0,
+        half_step_duration * tangential if sticks else 0.0,
+        signed_mu_or_zero_if_sticking * press if is_sliding else 0.0,
     )
 
 
@@ -231,63 +239,60 @@ def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: AssumedFrictionCoefficientIfSliding,
-    forces_decide_contact: bool,
-    predicted_block: PredictedBlock,
-) -> BlockVelocityCorrection:
+    forces_decide_contact_and_slip: bool,
+    predicted_block: BlockPredictedAtStepEnd,
+) -> BlockStepEndVelocityCorrection:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part.
     Sliding corners, whose friction could reduce it too much, are made to stick instead.
     """
-    half, inertia = predicted_block.half_step, block.inverse_inertia
+    half, inertia = predicted_block.half_step_duration, block.mass_over_moment_of_inertia
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
-    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
-    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
+    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
+    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact_and_slip, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift, tilting = flat_landing_sliding_mu_and_moment_share(
-        block, held, predicted_block.end_vx, predicted_block.end_vz
+    drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
+        block, held, predicted_block.step_end_centre_vx, predicted_block.step_end_centre_vz
     )
     drop_l, drop_r = left.depth_below_centre, right.depth_below_centre
     lever_l, lever_r = tilting * drop_l, tilting * drop_r
+    mu_l, mu_r = assumed_slip
+    fine_l, fine_r = (
+        forces_decide_contact_and_slip | (state.left.normal_force_per_mass == 0.0),
+        forces_decide_contact_and_slip | (state.right.normal_force_per_mass == 0.0),
+    )
     guess_l = predict_trial_friction_of_corner(
-        block,
-        left,
-        nl,
-        AssumedCornerContact(
-            assumed_slip.left, forces_decide_contact | (state.left.normal_force == 0.0), held, drifts, drift, tilting
-        ),
+        block, left, nl, AssumedCornerContact(mu_l, fine_l, held, drifts, drift, tilting)
     )
     guess_r = predict_trial_friction_of_corner(
-        block,
-        right,
-        nr,
-        AssumedCornerContact(
-            assumed_slip.right, forces_decide_contact | (state.right.normal_force == 0.0), held, drifts, drift, tilting
-        ),
+        block, right, nr, AssumedCornerContact(mu_r, fine_r, held, drifts, drift, tilting)
     )
     slid_l, slides_l = signed_friction_coefficient_and_sliding(guess_l, guess_r, on_r)
     slid_r, slides_r = signed_friction_coefficient_and_sliding(guess_r, guess_l, on_l)
-    p = corner_equation_terms(block, left, half, nl, on_l, guess_l.tangential_force, slides_l, slid_l)
-    q = corner_equation_terms(block, right, half, nr, on_r, guess_r.tangential_force, slides_r, slid_r)
-    fl, fr, nl, nr = p.tangential_force, q.tangential_force, p.normal_force, q.normal_force
-    hx = predicted_block.vx + half * (predicted_block.inertial_acceleration_x - (fl + fr))
-    hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
-    hw = predicted_block.angular_velocity + half * (
+    nl, fl, press_l, stick_l, slide_l = corner_equation_terms(
+        block, left, half, nl, on_l, guess_l.tangential_force_per_mass, slides_l, slid_l
+    )
+    nr, fr, press_r, stick_r, slide_r = corner_equation_terms(
+        block, right, half, nr, on_r, guess_r.tangential_force_per_mass, slides_r, slid_r
+    )
+    hx = predicted_block.mid_step_centre_vx + half * (predicted_block.inertial_acceleration_x - (fl + fr))
+    hz = predicted_block.mid_step_centre_vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
+    hw = predicted_block.mid_step_angular_velocity + half * (
         inertia * ((lever_l * fl - arm_l * nl) + (lever_r * fr - arm_r * nr))
     )
-    wl, wr = p.normal_force_velocity_factor * arm_l, q.normal_force_velocity_factor * arm_r
-    slide_l, slide_r = p.sliding_force_per_normal_velocity, q.sliding_force_per_normal_velocity
+    wl, wr = press_l * arm_l, press_r * arm_r
     el, er = slide_l * lever_l - wl, slide_r * lever_r - wr
-    gl, gr = p.sticking_force_velocity_factor * lever_l, q.sticking_force_velocity_factor * lever_r
-    sway = p.sticking_force_velocity_factor * drop_l + q.sticking_force_velocity_factor * drop_r
+    gl, gr = stick_l * lever_l, stick_r * lever_r
+    sway = stick_l * drop_l + stick_r * drop_r
     a11, a12, a13 = (
-        1.0 + (p.sticking_force_velocity_factor + q.sticking_force_velocity_factor),
+        1.0 + (stick_l + stick_r),
         -(slide_l + slide_r),
         (slide_r * arm_r + slide_l * arm_l) - sway,
     )
-    a22, a23 = 1.0 + (p.normal_force_velocity_factor + q.normal_force_velocity_factor), -(wl + wr)
+    a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
     a31, a32 = inertia * (gl + gr), inertia * (el + er)
     a33 = 1.0 + inertia * ((gl * drop_l - el * arm_l) + (gr * drop_r - er * arm_r))
     both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
@@ -297,9 +302,9 @@ def solve_velocity_corrections(
     inverse = inverse * last
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
-    return BlockVelocityCorrection(
-        ex - predicted_block.end_vx, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, slid_l,
-        slid_r,
+    return BlockStepEndVelocityCorrection(
+        ex - predicted_block.step_end_centre_vx, ez - predicted_block.step_end_centre_vz,
+        ew - predicted_block.step_end_angular_velocity, slid_l, slid_r,
     )  # fmt: skip
 
 
@@ -308,21 +313,21 @@ def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: AssumedFrictionCoefficientIfSliding,  # noqa: ARG001, as `solve_velocity_corrections`
-    forces_decide_contact: bool,
-    predicted_block: PredictedBlock,
-) -> BlockVelocityCorrection:
+    forces_decide_contact_and_slip: bool,
+    predicted_block: BlockPredictedAtStepEnd,
+) -> BlockStepEndVelocityCorrection:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
-    half, inertia = predicted_block.half_step, block.inverse_inertia
+    half, inertia = predicted_block.half_step_duration, block.mass_over_moment_of_inertia
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
-    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact, held)
-    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact, held)
-    nl, press_l = normal_force_at_zero_velocity_and_factor(block, left, half, nl, on_l)
-    nr, press_r = normal_force_at_zero_velocity_and_factor(block, right, half, nr, on_r)
-    ex = predicted_block.vx + half * predicted_block.inertial_acceleration_x
-    hz = predicted_block.vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
-    hw = predicted_block.angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))
+    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
+    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact_and_slip, held)
+    nl, press_l = zero_velocity_normal_force_and_velocity_factor(block, left, half, nl, on_l)
+    nr, press_r = zero_velocity_normal_force_and_velocity_factor(block, right, half, nr, on_r)
+    ex = predicted_block.mid_step_centre_vx + half * predicted_block.inertial_acceleration_x
+    hz = predicted_block.mid_step_centre_vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
+    hw = predicted_block.mid_step_angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))
     wl, wr = press_l * arm_l, press_r * arm_r
     a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
     a32, a33 = inertia * a23, 1.0 + inertia * (wl * arm_l + wr * arm_r)
@@ -330,6 +335,10 @@ def solve_velocity_corrections_without_friction(
     inverse = 1.0 / (a22 * last)
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
-    return BlockVelocityCorrection(
-        ex - predicted_block.end_vx, ez - predicted_block.end_vz, ew - predicted_block.end_angular_velocity, 0.0, 0.0
+    return BlockStepEndVelocityCorrection(
+        ex - predicted_block.step_end_centre_vx,
+        ez - predicted_block.step_end_centre_vz,
+        ew - predicted_block.step_end_angular_velocity,
+        0.0,
+        0.0,
     )

@@ -13,11 +13,11 @@ from overturning.dem.block.state import (
     BlockConstants,
     BlockEnergyAccount,
     BlockPeakValues,
+    BlockPredictedAtStepEnd,
     BlockState,
-    BlockVelocityCorrection,
+    BlockStepEndVelocityCorrection,
+    CornerPredictedAtStepEnd,
     CornerState,
-    PredictedBlock,
-    PredictedCorner,
     SolvedCornerContact,
     SolvedCornerContactPair,
     displacement_of_block_base,
@@ -31,11 +31,11 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 @njit(**INLINE_OPTIONS)
 def compute_corner_forces(
     block: BlockConstants,
-    predicted_block: PredictedBlock,
-    predicted_corner: PredictedCorner,
+    predicted_block: BlockPredictedAtStepEnd,
+    predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
     assumed_contact: AssumedCornerContact,
-    velocity_change: BlockVelocityCorrection,
+    velocity_change: BlockStepEndVelocityCorrection,
     with_friction: bool,
 ) -> SolvedCornerContact:
     """Return a corner's contact force at the end of a step, limited by friction, and the corner's new state.
@@ -45,15 +45,15 @@ def compute_corner_forces(
     in the air is marked as sliding, which has no effect.
     """
     du, dw = (
-        velocity_change.vx - predicted_corner.depth_below_centre * velocity_change.angular_velocity,
-        velocity_change.vz - predicted_corner.x_from_centre * velocity_change.angular_velocity,
+        velocity_change.centre_vx - predicted_corner.depth_below_centre * velocity_change.angular_velocity,
+        velocity_change.centre_vz - predicted_corner.x_from_centre * velocity_change.angular_velocity,
     )
     ux, uz = predicted_corner.velocity_x + du, predicted_corner.velocity_z + dw
-    half = predicted_block.half_step
+    half = predicted_block.half_step_duration
     depth, stretch, place = (
         predicted_corner.penetration - half * dw,
         predicted_corner.tangential_stretch + half * du,
-        (predicted_block.x + predicted_corner.x_from_centre) + half * du,
+        (predicted_block.centre_x + predicted_corner.x_from_centre) + half * du,
     )
     inside, was = depth > 0.0, previous_corner.penetration > 0.0
     changed = predicted_corner.penetration if predicted_corner.penetration > depth else depth
@@ -70,21 +70,21 @@ def compute_corner_forces(
     # A corner that lands flat may stick or slide beyond the friction limit, but without contact it has no friction.
     lands = assumed_contact.lands_flat & inside
     sign, slips = (
-        (assumed_contact.flat_landing_signed_friction, assumed_contact.slides_in_flat_landing)
-        if lands
-        else (sign, slips)
+        (assumed_contact.flat_landing_signed_mu, assumed_contact.slides_in_flat_landing) if lands else (sign, slips)
     )
     found, assumed = (
         sign if slips else 0.0,
-        0.0 if assumed_contact.forces_decide_contact else assumed_contact.signed_friction,
+        0.0 if assumed_contact.forces_decide_contact_and_slip else assumed_contact.signed_mu_or_zero_if_sticking,
     )
     f = sign * n if slips else f
     remaining = (
-        clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.tangential_compliance) if slips else stretch
+        clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.mass_over_tangential_stiffness)
+        if slips
+        else stretch
     )
-    lever = assumed_contact.friction_moment_share * predicted_corner.depth_below_centre
+    lever = assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre
     turning = (predicted_corner.depth_below_centre - lever) * (
-        predicted_block.end_angular_velocity + velocity_change.angular_velocity
+        predicted_block.step_end_angular_velocity + velocity_change.angular_velocity
     )
     # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
     damping, sliding = (spring - n) * uz, (f - block.tangential_stiffness_per_mass * remaining) * ux + f * turning
@@ -98,16 +98,16 @@ def compute_corner_forces(
     )
     return SolvedCornerContact(
         new_corner=CornerState(remaining, place, depth, n),
-        tangential_force=f,
-        moment=moment if with_friction else -(predicted_corner.x_from_centre * n),
-        dissipated_power=damping + sliding if with_friction else damping,
-        released_tangential_stretch_squared=let_go if with_friction else 0.0,
-        released_normal_stretch_squared=cut,
+        tangential_force_per_mass=f,
+        moment_per_mass=moment if with_friction else -(predicted_corner.x_from_centre * n),
+        dissipated_power_per_mass=damping + sliding if with_friction else damping,
+        released_tangential_energy_over_half_stiffness=let_go if with_friction else 0.0,
+        released_normal_energy_over_half_stiffness=cut,
         has_closed_in_step=fresh,
-        penetration_change_if_closed=sinking if fresh else 1.0,
-        contact_changed=changed,
-        vertical_travel_if_changed=abs(sinking) if changed > 0.0 else 0.0,
-        signed_friction=found,
+        penetration_change_if_closed_else_one=sinking if fresh else 1.0,
+        positive_if_contact_changed=changed,
+        vertical_travel_if_contact_changed_else_zero=abs(sinking) if changed > 0.0 else 0.0,
+        signed_mu_or_zero_if_sticking=found,
         has_wrong_slip_assumption=(found != assumed) & loaded,
         has_slip_reversal=(assumed * ux < 0.0) & loaded,
         has_friction_reversal=(found * previous_corner.tangential_stretch < 0.0) & loaded,
@@ -119,22 +119,22 @@ def contact_changes_in_block_step(
     block: BlockConstants,
     case_step_control: CaseStepControl,
     step_ticks: float,
-    forces_decide_contact: bool,
+    forces_decide_contact_and_slip: bool,
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
     """Return which corner contacts opened, closed or slid in an attempted step; these decide if it is accepted."""
     left, right = solved_corners.left, solved_corners.right
-    changed = (left.contact_changed if left.contact_changed > right.contact_changed else right.contact_changed) > 0.0
-    far = (
-        left.vertical_travel_if_changed
-        if left.vertical_travel_if_changed > right.vertical_travel_if_changed
-        else right.vertical_travel_if_changed
-    )
-    gentle = (far <= block.max_travel_in_gentle_step) & (
+    change_l, change_r = left.positive_if_contact_changed, right.positive_if_contact_changed
+    travel_l, travel_r = (
+        left.vertical_travel_if_contact_changed_else_zero, right.vertical_travel_if_contact_changed_else_zero,
+    )  # fmt: skip
+    changed = (change_l if change_l > change_r else change_r) > 0.0
+    far = travel_l if travel_l > travel_r else travel_r
+    gentle = (far <= block.max_corner_travel_without_halving_step) & (
         step_ticks <= MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step
     )
-    stands = (left.new_corner.normal_force > 0.0) & (right.new_corner.normal_force > 0.0)
+    stands = (left.new_corner.normal_force_per_mass > 0.0) & (right.new_corner.normal_force_per_mass > 0.0)
     if not with_friction:
         return StepContactChanges(
             contact_changed=changed,
@@ -147,11 +147,11 @@ def contact_changes_in_block_step(
             all_contacts_are_closed=stands,
         )
     wrong, back = (
-        (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption) & (not forces_decide_contact),
-        (left.has_friction_reversal | right.has_friction_reversal) & (not forces_decide_contact),
+        (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption) & (not forces_decide_contact_and_slip),
+        (left.has_friction_reversal | right.has_friction_reversal) & (not forces_decide_contact_and_slip),
     )
-    loaded = left.new_corner.normal_force + right.new_corner.normal_force > 0.0
-    slides = (left.signed_friction != 0.0) & (right.signed_friction != 0.0) & loaded
+    loaded = left.new_corner.normal_force_per_mass + right.new_corner.normal_force_per_mass > 0.0
+    slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
     return StepContactChanges(
         contact_changed=changed,
         requires_shorter_step=False,
@@ -167,7 +167,7 @@ def contact_changes_in_block_step(
 @njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
     assumed_slip: AssumedFrictionCoefficientIfSliding,
-    forces_decide_contact: bool,
+    forces_decide_contact_and_slip: bool,
     solved_corners: SolvedCornerContactPair,
     is_retry: bool,
     keeps_assumed_slip: bool,
@@ -177,8 +177,8 @@ def assumed_signed_friction_for_next_attempt(
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
     """
     of_left, of_right = (
-        (0.0 if forces_decide_contact else assumed_slip.left),
-        (0.0 if forces_decide_contact else assumed_slip.right),
+        (0.0 if forces_decide_contact_and_slip else assumed_slip.left_signed_mu_or_zero_if_sticking),
+        (0.0 if forces_decide_contact_and_slip else assumed_slip.right_signed_mu_or_zero_if_sticking),
     )
     left, right = solved_corners.left, solved_corners.right
     keeps_left, keeps_right = (
@@ -186,13 +186,14 @@ def assumed_signed_friction_for_next_attempt(
         keeps_assumed_slip | (is_retry & (not right.has_wrong_slip_assumption)),
     )
     return AssumedFrictionCoefficientIfSliding(
-        of_left if keeps_left else left.signed_friction, of_right if keeps_right else right.signed_friction
+        of_left if keeps_left else left.signed_mu_or_zero_if_sticking,
+        of_right if keeps_right else right.signed_mu_or_zero_if_sticking,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def time_in_contact_minus_half_step(
-    half_step_time: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
+    half_step_duration: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
     """Return the time (s) from a corner's first contact to the end of the step, less half the step.
 
@@ -201,8 +202,9 @@ def time_in_contact_minus_half_step(
     A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
     division serves both corners.
     """
-    inverse = 2.0 * half_step_time / (corner.penetration_change_if_closed * other_corner.penetration_change_if_closed)
-    time = corner.new_corner.penetration * (inverse * other_corner.penetration_change_if_closed) - half_step_time
+    own, other = corner.penetration_change_if_closed_else_one, other_corner.penetration_change_if_closed_else_one
+    inverse = 2.0 * half_step_duration / (own * other)
+    time = corner.new_corner.penetration * (inverse * other) - half_step_duration
     return time if corner.has_closed_in_step else 0.0
 
 
@@ -210,8 +212,8 @@ def time_in_contact_minus_half_step(
 def complete_block_step(
     block: BlockConstants,
     previous_step: BlockAfterStep,
-    predicted_block: PredictedBlock,
-    velocity_change: BlockVelocityCorrection,
+    predicted_block: BlockPredictedAtStepEnd,
+    velocity_change: BlockStepEndVelocityCorrection,
     solved_corners: SolvedCornerContactPair,
     step_ticks: float,
     with_vertical: bool,
@@ -220,69 +222,70 @@ def complete_block_step(
     """Compute a block's state, peak values and energy account at the end of a step, valid if the step is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = (
-        predicted_block.half_step,
-        predicted_block.half_step * velocity_change.angular_velocity,
+        predicted_block.half_step_duration,
+        predicted_block.half_step_duration * velocity_change.angular_velocity,
         s.ticks_since_sample_start + step_ticks,
     )
     x, z, angle = (
-        predicted_block.x + half * velocity_change.vx,
-        predicted_block.z + half * velocity_change.vz,
+        predicted_block.centre_x + half * velocity_change.centre_vx,
+        predicted_block.centre_z + half * velocity_change.centre_vz,
         predicted_block.angle + turn,
     )
     c, sn = predicted_block.cos - predicted_block.sin * turn, predicted_block.sin + predicted_block.cos * turn
-    nl, nr = left.new_corner.normal_force, right.new_corner.normal_force
+    (_, _, deep_l, nl), (_, _, deep_r, nr) = left.new_corner, right.new_corner
     ax, az = (
-        predicted_block.inertial_acceleration_x - (left.tangential_force + right.tangential_force)
+        predicted_block.inertial_acceleration_x - (left.tangential_force_per_mass + right.tangential_force_per_mass)
         if with_friction
         else predicted_block.inertial_acceleration_x,
         (nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration),
     )
-    aw = block.inverse_inertia * (left.moment + right.moment)
+    aw = block.mass_over_moment_of_inertia * (left.moment_per_mass + right.moment_per_mass)
     vx, vz, vw = (
-        predicted_block.vx + half * ax,
-        predicted_block.vz + half * az,
-        predicted_block.angular_velocity + half * aw,
+        predicted_block.mid_step_centre_vx + half * ax,
+        predicted_block.mid_step_centre_vz + half * az,
+        predicted_block.mid_step_angular_velocity + half * aw,
     )
     pl, pr = time_in_contact_minus_half_step(half, left, right), time_in_contact_minus_half_step(half, right, left)
-    vx = vx - (pl * left.tangential_force + pr * right.tangential_force) if with_friction else vx
-    vz, vw = vz + (pl * nl + pr * nr), vw + block.inverse_inertia * (pl * left.moment + pr * right.moment)
+    vx = vx - (pl * left.tangential_force_per_mass + pr * right.tangential_force_per_mass) if with_friction else vx
+    vz = vz + (pl * nl + pr * nr)
+    vw = vw + block.mass_over_moment_of_inertia * (pl * left.moment_per_mass + pr * right.moment_per_mass)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
     power, loss = (
         predicted_block.inertial_acceleration_x * vx - predicted_block.upward_base_acceleration * vz
         if with_vertical
         else predicted_block.inertial_acceleration_x * vx,
-        left.dissipated_power + right.dissipated_power,
+        left.dissipated_power_per_mass + right.dissipated_power_per_mass,
     )
     springs = block.tangential_stiffness_per_mass * (
-        left.released_tangential_stretch_squared + right.released_tangential_stretch_squared
-    ) + block.normal_stiffness_per_mass * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
-    early_loss = pl * left.dissipated_power + pr * right.dissipated_power
-    lost = account.lost_energy + ((half * (account.dissipated_power + loss) + early_loss) + 0.5 * springs)
-    deep_l, deep_r = left.new_corner.penetration, right.new_corner.penetration
-    peaks = BlockPeakValues(
-        updated_maximum(peaks.angle, abs(angle)),
-        updated_maximum(peaks.slip, abs(displacement_of_block_base(block, x, sn))),
-        updated_maximum(peaks.penetration, deep_l if deep_l > deep_r else deep_r),
-        tick if abs(angle) < block.alpha else peaks.last_upright_tick,
+        left.released_tangential_energy_over_half_stiffness + right.released_tangential_energy_over_half_stiffness
+    ) + block.normal_stiffness_per_mass * (
+        left.released_normal_energy_over_half_stiffness + right.released_normal_energy_over_half_stiffness
     )
-    work = account.base_motion_work + half * (account.base_motion_power + power)
-    account = BlockEnergyAccount(work, lost, power, loss)
-    landing = remaining_flat_landing_time(block, s, 2.0 * half)
+    early_loss = pl * left.dissipated_power_per_mass + pr * right.dissipated_power_per_mass
+    lost = (half * (account.dissipated_power_per_mass + loss) + early_loss) + 0.5 * springs
+    peaks = BlockPeakValues(
+        updated_maximum(peaks.max_abs_angle, abs(angle)),
+        updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_base(block, x, sn))),
+        updated_maximum(peaks.max_corner_penetration, deep_l if deep_l > deep_r else deep_r),
+        tick if abs(angle) < block.critical_angle else peaks.last_tick_in_sample_below_critical_angle,
+    )
+    work = account.base_motion_work_per_mass + half * (account.base_motion_power_per_mass + power)
+    account = BlockEnergyAccount(work, account.lost_energy_per_mass + lost, power, loss)
     state = BlockState(
-        x=x,
-        z=z,
+        centre_x=x,
+        centre_z=z,
         angle=angle,
         cos=c,
         sin=sn,
-        vx=vx,
-        vz=vz,
+        centre_vx=vx,
+        centre_vz=vz,
         angular_velocity=vw,
-        ax=ax,
-        az=az,
+        centre_ax=ax,
+        centre_az=az,
         angular_acceleration=aw,
         left=left.new_corner,
         right=right.new_corner,
         ticks_since_sample_start=tick,
-        remaining_flat_landing_time=landing,
+        remaining_flat_landing_time=remaining_flat_landing_time(block, s, 2.0 * half),
     )
     return BlockAfterStep(state, peaks, account)

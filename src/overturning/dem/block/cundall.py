@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.block.landing import (
     block_lands_flat,
-    flat_landing_sliding_mu_and_moment_share,
+    flat_landing_slides_mu_and_moment_factor,
     remaining_flat_landing_time,
 )
 from overturning.dem.block.state import (
@@ -31,9 +31,9 @@ TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
 class CornerContactForce(NamedTuple):
     """Contact force of the base on a corner of a block, per block mass, and the new state of the corner."""
 
-    normal_force: float
+    normal_force_per_mass: float
     """Normal force, m/s²."""
-    tangential_force: float
+    tangential_force_per_mass: float
     """Tangential force along s, m/s²."""
     x_from_centre: float
     """Position of the corner from the centre, along s, m."""
@@ -41,15 +41,15 @@ class CornerContactForce(NamedTuple):
     """Lever of the tangential force: depth of the corner below the centre, less in a flat landing, m."""
     new_corner: CornerState
     """State of the corner for the next step."""
-    released_normal_stretch_squared: float
+    released_normal_energy_over_half_stiffness: float
     """Energy released by the normal spring, over half its stiffness, m²."""
-    released_tangential_stretch_squared: float
+    released_tangential_energy_over_half_stiffness: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    normal_force_without_spring: float
-    """Normal force without the spring, m/s²."""
-    tangential_force_without_spring: float
-    """Tangential force without the spring, m/s²."""
-    spring_moment_beyond_friction_lever_arm: float
+    normal_force_less_spring_force_per_mass: float
+    """Normal force less that of the spring: the force of the dashpot, m/s²."""
+    tangential_force_less_spring_force_per_mass: float
+    """Tangential force less that of the spring: of the dashpot, or of friction beyond the spring, m/s²."""
+    spring_moment_beyond_friction_arm_per_mass: float
     """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²;
     0 except in a flat landing."""
 
@@ -60,40 +60,46 @@ def corner_contact_force(
     block: BlockConstants,
     state: BlockState,
     previous_corner: CornerState,
-    dashpot_rate: float,
+    dashpot_over_time_step: float,
     flat_landing: tuple[bool, bool, float, float],
 ) -> CornerContactForce:
     """Compute the contact force of a corner of a block in a step of Cundall's scheme.
 
-    `dashpot_rate` is the dashpot constant divided by the time step, which multiplies displacements. `flat_landing`
-    holds whether both corners land in one impact, and the results of `flat_landing_sliding_mu_and_moment_share`.
+    `dashpot_over_time_step` is the dashpot constant divided by the time step, which multiplies displacements.
+    `flat_landing` holds whether both corners land in one impact, and the results of
+    `flat_landing_slides_mu_and_moment_factor`.
     """
     held, drifts, drift, tilting = flat_landing
     arm, drop = corner_x_and_depth_from_centre(side, block, state.cos, state.sin)
-    place, depth = state.x + arm, drop - state.z
+    place, depth = state.centre_x + arm, drop - state.centre_z
     slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration
     inside, was = depth > 0.0, previous_corner.penetration > 0.0
     # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
-    n = block.normal_stiffness_per_mass * depth + dashpot_rate * sinking
+    n = block.normal_stiffness_per_mass * depth + dashpot_over_time_step * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
     stretch = previous_corner.tangential_stretch + slip if was else 0.0
     most = block.friction * n
-    whole = -(block.tangential_stiffness_per_mass * stretch) - dashpot_rate * slip
+    whole = -(block.tangential_stiffness_per_mass * stretch) - dashpot_over_time_step * slip
     # A corner that lands flat may stick beyond the friction limit, but without contact it has no friction.
     slips = drifts if held & inside else abs(whole) > most
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
     remaining = (
-        clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.tangential_compliance) if slips else stretch
+        clamp_magnitude(stretch, (most if most > 0.0 else 0.0) * block.mass_over_tangential_stiffness)
+        if slips
+        else stretch
     )
     let_go = previous_corner.penetration if was & (not inside) else 0.0
     return CornerContactForce(
-        normal_force=n, tangential_force=f, x_from_centre=arm, friction_lever_arm=tilting * drop,
-        new_corner=CornerState(remaining, place, depth, 0.0), released_normal_stretch_squared=let_go * let_go,
-        released_tangential_stretch_squared=(previous_corner.tangential_stretch + remaining) * (stretch - remaining),
-        normal_force_without_spring=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
-        tangential_force_without_spring=f + block.tangential_stiffness_per_mass * remaining,
-        spring_moment_beyond_friction_lever_arm=(
+        normal_force_per_mass=n, tangential_force_per_mass=f, x_from_centre=arm, friction_lever_arm=tilting * drop,
+        new_corner=CornerState(remaining, place, depth, 0.0),
+        released_normal_energy_over_half_stiffness=let_go * let_go,
+        released_tangential_energy_over_half_stiffness=(
+            (previous_corner.tangential_stretch + remaining) * (stretch - remaining)
+        ),
+        normal_force_less_spring_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
+        tangential_force_less_spring_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
+        spring_moment_beyond_friction_arm_per_mass=(
             block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop)
         ),
     )  # fmt: skip
@@ -102,9 +108,12 @@ def corner_contact_force(
 @njit(**INLINE_OPTIONS)
 def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
-    normal, tangential = corner_force.normal_force_without_spring, corner_force.tangential_force_without_spring
+    normal, tangential = (
+        corner_force.normal_force_less_spring_force_per_mass,
+        corner_force.tangential_force_less_spring_force_per_mass,
+    )
     power = normal * (vz - corner_force.x_from_centre * vw) + tangential * (vx - corner_force.friction_lever_arm * vw)
-    return power - corner_force.spring_moment_beyond_friction_lever_arm * vw
+    return power - corner_force.spring_moment_beyond_friction_arm_per_mass * vw
 
 
 @njit(**INLINE_OPTIONS)
@@ -117,7 +126,7 @@ def advance_block_one_step(
     with_vertical: bool,
 ) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
-    dt = block.tick_length * TICKS_PER_STEP
+    dt = block.seconds_per_tick * TICKS_PER_STEP
     push, lift = (
         base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_since_sample_start),
         base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_since_sample_start),
@@ -130,33 +139,33 @@ def advance_block_one_step(
     held = block_lands_flat(
         block,
         state,
-        (drop_left - state.z, state.vz - arm_left * state.angular_velocity),
-        (drop_right - state.z, state.vz - arm_right * state.angular_velocity),
+        (drop_left - state.centre_z, state.centre_vz - arm_left * state.angular_velocity),
+        (drop_right - state.centre_z, state.centre_vz - arm_right * state.angular_velocity),
     )
-    flat = (held, *flat_landing_sliding_mu_and_moment_share(block, held, state.vx, state.vz))
+    flat = (held, *flat_landing_slides_mu_and_moment_factor(block, held, state.centre_vx, state.centre_vz))
     left, right = (
         corner_contact_force(-1.0, block, state, state.left, rate, flat),
         corner_contact_force(1.0, block, state, state.right, rate, flat),
     )
+    (nl, nr), fl = (left.normal_force_per_mass, right.normal_force_per_mass), left.tangential_force_per_mass
+    fr = right.tangential_force_per_mass
     # Accelerations in the frame of the base; left and right corner as one pair.
-    ax, az = (
-        (left.tangential_force + right.tangential_force) + push,
-        (left.normal_force + right.normal_force) - (GRAVITY + lift if with_vertical else GRAVITY),
-    )
-    aw = block.inverse_inertia * (
-        (-left.friction_lever_arm * left.tangential_force - left.x_from_centre * left.normal_force)
-        + (-right.friction_lever_arm * right.tangential_force - right.x_from_centre * right.normal_force)
+    ax, az = (fl + fr) + push, (nl + nr) - (GRAVITY + lift if with_vertical else GRAVITY)
+    aw = block.mass_over_moment_of_inertia * (
+        (-left.friction_lever_arm * fl - left.x_from_centre * nl)
+        + (-right.friction_lever_arm * fr - right.x_from_centre * nr)
     )
     # The energy account uses the velocities at the whole step.
     half = 0.5 * dt
-    cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.angular_velocity + half * aw
+    cx, cz, cw = state.centre_vx + half * ax, state.centre_vz + half * az, state.angular_velocity + half * aw
     power = push * cx - lift * cz if with_vertical else push * cx
     let_go = 0.5 * (
-        block.normal_stiffness_per_mass * (left.released_normal_stretch_squared + right.released_normal_stretch_squared)
+        block.normal_stiffness_per_mass
+        * (left.released_normal_energy_over_half_stiffness + right.released_normal_energy_over_half_stiffness)
         + block.tangential_stiffness_per_mass
-        * (left.released_tangential_stretch_squared + right.released_tangential_stretch_squared)
+        * (left.released_tangential_energy_over_half_stiffness + right.released_tangential_energy_over_half_stiffness)
     )
-    lost = energy_account.lost_energy + (
+    lost = energy_account.lost_energy_per_mass + (
         let_go
         - dt
         * (
@@ -165,24 +174,25 @@ def advance_block_one_step(
         )
     )
     # Velocities half a step later, position one step later.
-    vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.angular_velocity + dt * aw
+    vx, vz, vw = state.centre_vx + dt * ax, state.centre_vz + dt * az, state.angular_velocity + dt * aw
     turn, tick = dt * vw, state.ticks_since_sample_start + TICKS_PER_STEP
     c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
-    x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
+    x, z, angle = state.centre_x + dt * vx, state.centre_z + dt * vz, state.angle + turn
     peaks = BlockPeakValues(
-        updated_maximum(peaks.angle, abs(angle)),
-        updated_maximum(peaks.slip, abs(displacement_of_block_base(block, x, sn))),
+        updated_maximum(peaks.max_abs_angle, abs(angle)),
+        updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_base(block, x, sn))),
         updated_maximum(
-            peaks.penetration,
+            peaks.max_corner_penetration,
             left.new_corner.penetration
             if left.new_corner.penetration > right.new_corner.penetration
             else right.new_corner.penetration,
         ),
-        select(abs(angle) < block.alpha, tick, peaks.last_upright_tick),
+        select(abs(angle) < block.critical_angle, tick, peaks.last_tick_in_sample_below_critical_angle),
     )
     moved = BlockState(
-        x=x, z=z, angle=angle, cos=c, sin=sn, vx=vx, vz=vz, angular_velocity=vw, ax=ax, az=az, angular_acceleration=aw,
+        centre_x=x, centre_z=z, angle=angle, cos=c, sin=sn, centre_vx=vx, centre_vz=vz, angular_velocity=vw,
+        centre_ax=ax, centre_az=az, angular_acceleration=aw,
         left=left.new_corner, right=right.new_corner, ticks_since_sample_start=tick,
         remaining_flat_landing_time=remaining_flat_landing_time(block, state, dt),
     )  # fmt: skip
-    return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work + dt * power, lost, 0.0, 0.0)
+    return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work_per_mass + dt * power, lost, 0.0, 0.0)

@@ -36,29 +36,29 @@ load_account, load_course = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
 )
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load
-TILT_NEAR_CASE_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     LargestTiltNearCaseEnd, "tilt_over_critical_angle"
 )
 
 
 @njit(**INLINE_OPTIONS)
 def velocities_at_time_of_position(
-    block: BlockConstants, state: BlockState, velocity_lag: float
+    block: BlockConstants, state: BlockState, velocity_lag_steps: float
 ) -> tuple[float, float, float]:
-    """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag` time steps."""
-    time = velocity_lag * TICKS_PER_WHOLE_STEP * block.tick_length
+    """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag_steps`."""
+    time = velocity_lag_steps * TICKS_PER_WHOLE_STEP * block.seconds_per_tick
     return (
-        state.vx + time * state.ax,
-        state.vz + time * state.az,
+        state.centre_vx + time * state.centre_ax,
+        state.centre_vz + time * state.centre_az,
         state.angular_velocity + time * state.angular_acceleration,
     )
 
 
 @njit(**INLINE_OPTIONS)
-def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag: float) -> float:
+def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag_steps: float) -> float:
     """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
-    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag)
-    motion = (vx * vx + vz * vz) + vw * vw / block.inverse_inertia
+    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag_steps)
+    motion = (vx * vx + vz * vz) + vw * vw / block.mass_over_moment_of_inertia
     ul, ur, tl, tr = (
         max(state.left.penetration, 0.0),
         max(state.right.penetration, 0.0),
@@ -68,13 +68,13 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
     springs = block.normal_stiffness_per_mass * (ul * ul + ur * ur) + block.tangential_stiffness_per_mass * (
         tl * tl + tr * tr
     )
-    return float(0.5 * (motion + springs) + GRAVITY * (state.z - block.half_height))
+    return float(0.5 * (motion + springs) + GRAVITY * (state.centre_z - block.half_height))
 
 
 @njit(**INLINE_OPTIONS)
 def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> float:
     """Return the energy per mass (m²/s²) that tilts a resting block to `peak_rotation` (at most to α)."""
-    angle = min(peak_rotation, block.alpha)
+    angle = min(peak_rotation, block.critical_angle)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
     versine = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)))
@@ -83,11 +83,15 @@ def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> floa
 
 @njit(**INLINE_OPTIONS)
 def standing_outcome_is_final(
-    block: BlockConstants, state: BlockState, peak_rotation: float, energy_barrier: float, velocity_lag: float
+    block: BlockConstants,
+    state: BlockState,
+    peak_rotation: float,
+    overturning_energy_per_mass: float,
+    velocity_lag_steps: float,
 ) -> bool:
     """True if a block on a base at rest can no longer fall, and its peak rotation and slip can no longer change."""
-    now = block_energy_per_mass(block, state, velocity_lag)
-    if not (now < energy_barrier and abs(state.angle) < block.alpha):
+    now = block_energy_per_mass(block, state, velocity_lag_steps)
+    if not (now < overturning_energy_per_mass and abs(state.angle) < block.critical_angle):
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
@@ -103,13 +107,18 @@ def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
 
     It is v²/2μg, with the velocity v of the block.
     """
-    speed = state.vx - block.half_height * state.cos * state.angular_velocity
+    speed = state.centre_vx - block.half_height * state.cos * state.angular_velocity
     return float(speed * abs(speed) / (2.0 * GRAVITY * block.friction) if block.friction > 0.0 else 0.0)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
-    state: Any, lane: int, velocity_lag: float, ticks_per_sample: float, last_sample: float, max_penetration: float
+    state: Any,
+    lane: int,
+    velocity_lag_steps: float,
+    ticks_per_sample: float,
+    last_sample: float,
+    max_penetration_to_half_side_ratio: float,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
     block, s, peaks, course = (
@@ -118,36 +127,40 @@ def case_status(
         load_peaks(state, lane),
         load_course(state, lane),
     )
-    if not np.isfinite(s.vx + s.vz + s.angular_velocity + s.x + s.z + s.cos + s.sin):
+    if not np.isfinite(s.centre_vx + s.centre_vz + s.angular_velocity + s.centre_x + s.centre_z + s.cos + s.sin):
         return CaseStatus.UNSTABLE
-    if peaks.penetration > max_penetration * min(block.half_width, block.half_height):
+    if peaks.max_corner_penetration > max_penetration_to_half_side_ratio * min(block.half_width, block.half_height):
         return CaseStatus.UNSTABLE
     if s.cos <= 0.0:
         return CaseStatus.SIMULATED
     sample = course.current_sample + s.ticks_since_sample_start / ticks_per_sample
     if sample >= course.last_onset_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
-        kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.angular_velocity * s.angular_velocity / block.inverse_inertia)
+        kinetic = 0.5 * (
+            s.centre_vx * s.centre_vx
+            + s.centre_vz * s.centre_vz
+            + s.angular_velocity * s.angular_velocity / block.mass_over_moment_of_inertia
+        )
         if kinetic < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * block.half_width:
             return CaseStatus.SIMULATED
     if sample < last_sample:
         return CASE_NOT_ENDED
-    if standing_outcome_is_final(block, s, peaks.angle, course.overturning_energy, velocity_lag):
+    if standing_outcome_is_final(block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_steps):
         return CaseStatus.SIMULATED
-    tilt, rise = abs(s.angle) / block.alpha, s.z - block.half_height
+    tilt, rise = abs(s.angle) / block.critical_angle, s.centre_z - block.half_height
     late_tilt = largest_tilt_near_case_end(
-        state[TILT_NEAR_CASE_END_ROW_OFFSET + lane], course, sample, last_sample, tilt, rise
+        state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane], course, sample, last_sample, tilt, rise
     )
-    state[TILT_NEAR_CASE_END_ROW_OFFSET + lane] = late_tilt
+    state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
-    stands = block_energy_per_mass(block, s, velocity_lag) < course.overturning_energy and tilt < 1.0
+    stands = block_energy_per_mass(block, s, velocity_lag_steps) < course.overturning_energy and tilt < 1.0
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results(
-    state: Any, lane: int, status: int, velocity_lag: float, ticks_per_sample: float, result_row: Any
+    state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row: Any
 ) -> None:
     """Write the results of the case in column `lane` of the state array into a row of the table of results."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
@@ -156,8 +169,8 @@ def write_case_results(
     result_row.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
     result_row.overturning_time = course.last_upright_time if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
-    result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
-    peak_slip, residual_slip = peaks.slip, displacement_of_block_base(block, s.x, s.sin)
+    result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.max_abs_angle, 0.5 * np.pi)) / block.critical_angle
+    peak_slip, residual_slip = peaks.max_abs_base_slip, displacement_of_block_base(block, s.centre_x, s.sin)
     if (
         status == CaseStatus.SIMULATED
         and not fallen
@@ -166,18 +179,23 @@ def write_case_results(
         residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
     result_row.peak_slip, result_row.residual_slip = peak_slip, residual_slip
-    result_row.peak_penetration = peaks.penetration
+    result_row.peak_penetration = peaks.max_corner_penetration
     balance = (
-        (block_energy_per_mass(block, s, velocity_lag) - course.initial_energy)
-        - account.base_motion_work
-        + account.lost_energy
+        (block_energy_per_mass(block, s, velocity_lag_steps) - course.initial_energy)
+        - account.base_motion_work_per_mass
+        + account.lost_energy_per_mass
     )
-    result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
+    result_row.energy_error = abs(balance) / max(account.base_motion_work_per_mass, course.overturning_energy)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_block_trajectory_row(
-    state: Any, lane: int, velocity_lag: float, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+    state: Any,
+    lane: int,
+    velocity_lag_steps: float,
+    sampling_interval: float,
+    ticks_per_sample: float,
+    trajectory_row: Any,
 ) -> None:
     """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""
     block, s, push = (
@@ -188,8 +206,8 @@ def write_block_trajectory_row(
     trajectory_row.time = (
         load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
-    trajectory_row.x, trajectory_row.z, trajectory_row.angle = s.x, s.z, s.angle
-    trajectory_row.vx, trajectory_row.vz, trajectory_row.angular_velocity = velocities_at_time_of_position(
-        block, s, velocity_lag
+    trajectory_row.centre_x, trajectory_row.centre_z, trajectory_row.angle = s.centre_x, s.centre_z, s.angle
+    trajectory_row.centre_vx, trajectory_row.centre_vz, trajectory_row.angular_velocity = (
+        velocities_at_time_of_position(block, s, velocity_lag_steps)
     )
-    trajectory_row.ground = -(push.value_at_sample_start + push.slope * s.ticks_since_sample_start)
+    trajectory_row.ground_acceleration = -(push.value_at_sample_start + push.slope * s.ticks_since_sample_start)

@@ -18,7 +18,7 @@ def block_is_airborne(state: BlockState) -> bool:
 @njit(**INLINE_OPTIONS)
 def remaining_flat_landing_time(block: BlockConstants, state: BlockState, time_step: float) -> float:
     """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
-    return block.landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - time_step
+    return block.flat_landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - time_step
 
 
 @njit(**INLINE_OPTIONS)
@@ -34,19 +34,19 @@ def block_lands_flat(
     for a while.
     """
     both = base_end_touches_within_time(
-        block.max_interval_of_one_impact, left_corner[0], left_corner[1]
-    ) & base_end_touches_within_time(block.max_interval_of_one_impact, right_corner[0], right_corner[1])
+        block.max_time_between_touches_of_one_impact, left_corner[0], left_corner[1]
+    ) & base_end_touches_within_time(block.max_time_between_touches_of_one_impact, right_corner[0], right_corner[1])
     return ((state.remaining_flat_landing_time > 0.0) | block_is_airborne(state)) & both
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_sliding_mu_and_moment_share(
+def flat_landing_slides_mu_and_moment_factor(
     block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
 ) -> tuple[bool, float, float]:
-    """Return whether a block landing on both corners slides, ±μ, and the share of friction's moment that rotates it.
+    """Return whether a block landing on both corners slides, ±μ, and the factor on the moment of friction.
 
     The friction coefficient ±μ has the sign of `vx`. Velocities are those of the centre. If μ ≤ B/H, the resultant
     impulse passes through the base, so that normal forces balance the whole moment of friction.
     """
     slides = is_flat_landing & base_slides_in_flat_landing(block.friction, vx, vz)
-    return slides, math.copysign(block.friction, vx), (block.friction_moment_share if slides else 1.0)
+    return slides, math.copysign(block.friction, vx), (block.flat_landing_friction_moment_factor if slides else 1.0)

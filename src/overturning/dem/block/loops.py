@@ -13,7 +13,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
-from overturning.dem.block.landing import block_lands_flat, flat_landing_sliding_mu_and_moment_share
+from overturning.dem.block.landing import block_lands_flat, flat_landing_slides_mu_and_moment_factor
 from overturning.dem.block.state import (
     STATE_ROW_LAYOUT,
     AssumedCornerContact,
@@ -23,9 +23,9 @@ from overturning.dem.block.state import (
     BlockEnergyAccount,
     BlockInertialAccelerations,
     BlockPeakValues,
+    BlockPredictedAtStepEnd,
     BlockState,
-    BlockVelocityCorrection,
-    PredictedBlock,
+    BlockStepEndVelocityCorrection,
     SolvedCornerContactPair,
 )
 from overturning.dem.kernel.clock import (
@@ -43,7 +43,7 @@ class BlockCundallSchemeConstants(NamedTuple):
 
     velocity_lag_steps: float = 0.5
     """Lag of velocities behind positions, steps."""
-    steps_beyond_sample_end: int = 0
+    max_steps_beyond_sample_end: int = 0
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
 
 
@@ -52,14 +52,15 @@ class BlockCentredSchemeConstants(NamedTuple):
 
     velocity_lag_steps: float = 0.0
     """Lag of velocities behind positions, steps."""
-    steps_beyond_sample_end: int = 1
+    max_steps_beyond_sample_end: int = 1
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
 
 
 def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
     """Return the names of block state variables that are not needed without vertical motion or friction."""
     springs = [] if with_friction else [
-        "tangential_stretch", "x_position", "velocity_x", "left_signed_friction", "right_signed_friction"
+        "tangential_stretch", "x_position", "velocity_x", "left_signed_mu_or_zero_if_sticking",
+        "right_signed_mu_or_zero_if_sticking",
     ]  # fmt: skip
     return springs if with_vertical else [*springs, "upward_base_acceleration"]
 
@@ -84,10 +85,13 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
     ).load
     load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedFrictionCoefficientIfSliding, unused_fields=[] if with_friction else ["left", "right"]
+        AssumedFrictionCoefficientIfSliding,
+        unused_fields=[] if with_friction else AssumedFrictionCoefficientIfSliding._fields,
     ).load
-    load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(PredictedBlock, unused_fields=unused)
-    store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).store
+    load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockPredictedAtStepEnd, unused_fields=unused
+    )
+    store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockStepEndVelocityCorrection, unused_fields=unused).store
     complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -114,7 +118,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         for j in range(round_to_vector_multiple(lane_count)):
             fine = (
                 load_attempt(state, j).length_in_ticks
-                <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * load_step_control(state, j).shortest_step
+                <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step
             )
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
@@ -144,12 +148,13 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
         NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
     )
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedFrictionCoefficientIfSliding, unused_fields=[] if with_friction else ["left", "right"]
+        AssumedFrictionCoefficientIfSliding,
+        unused_fields=[] if with_friction else AssumedFrictionCoefficientIfSliding._fields,
     ).store
     load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
     load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)
-    load_predicted = STATE_ROW_LAYOUT.tuple_reader_and_writer(PredictedBlock, unused_fields=unused).load
-    load_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockVelocityCorrection, unused_fields=unused).load
+    load_predicted = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPredictedAtStepEnd, unused_fields=unused).load
+    load_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockStepEndVelocityCorrection, unused_fields=unused).load
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def accept_or_reject_block_steps(
@@ -167,15 +172,19 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 load_step_control(state, j),
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length_in_ticks
-            fine = length <= centred.MAX_STEP_RATIO_USING_PREDICTED_FORCES * case_step_control.shortest_step
+            fine = length <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step
             held = block_lands_flat(
                 block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
             )
-            drifts, drift, tilting = flat_landing_sliding_mu_and_moment_share(
-                block, held, w.end_vx + d.vx, w.end_vz + d.vz
+            drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
+                block, held, w.step_end_centre_vx + d.centre_vx, w.step_end_centre_vz + d.centre_vz
             )
-            assumed_left = AssumedCornerContact(d.left_signed_friction, fine, held, drifts, drift, tilting)
-            assumed_right = AssumedCornerContact(d.right_signed_friction, fine, held, drifts, drift, tilting)
+            assumed_left = AssumedCornerContact(
+                d.left_signed_mu_or_zero_if_sticking, fine, held, drifts, drift, tilting
+            )
+            assumed_right = AssumedCornerContact(
+                d.right_signed_mu_or_zero_if_sticking, fine, held, drifts, drift, tilting
+            )
             both = SolvedCornerContactPair(
                 commit.compute_corner_forces(block, w, w.left, s.left, assumed_left, d, with_friction),
                 commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
@@ -190,7 +199,9 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 ticks_per_sample,
             )
             assumed = commit.assumed_signed_friction_for_next_attempt(
-                AssumedFrictionCoefficientIfSliding(d.left_signed_friction, d.right_signed_friction),
+                AssumedFrictionCoefficientIfSliding(
+                    d.left_signed_mu_or_zero_if_sticking, d.right_signed_mu_or_zero_if_sticking
+                ),
                 fine,
                 both,
                 attempt.repetition_count > 0.0,
@@ -217,10 +228,12 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load,
     )
-    load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=["normal_force"])
+    load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockState, unused_fields=["normal_force_per_mass"]
+    )
     load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
     load_account, store_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        BlockEnergyAccount, unused_fields=["base_motion_power", "dissipated_power"]
+        BlockEnergyAccount, unused_fields=["base_motion_power_per_mass", "dissipated_power_per_mass"]
     )
 
     @njit(**INTERNAL_COMPILE_OPTIONS)

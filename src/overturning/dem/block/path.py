@@ -28,7 +28,11 @@ def planar_trajectory_of_block(
     poses = np.zeros((len(trajectory_rows), 2, 6))
     poses[:, 0, :2] = ground.centre_of_mass_x, ground.centre_of_mass_z
     poses[:, 1] = np.stack(
-        [trajectory_rows[name] for name in ("x", "z", "angle", "vx", "vz", "angular_velocity")], axis=1
+        [
+            trajectory_rows[name]
+            for name in ("centre_x", "centre_z", "angle", "centre_vx", "centre_vz", "angular_velocity")
+        ],
+        axis=1,
     )
     along, lift = (
         _mean_acceleration_between_times(time, amplitude * values, motion.sampling_interval)
@@ -46,7 +50,7 @@ def planar_trajectory_of_block(
         placed_elements=placed,
         critical_angles=np.array([np.nan, critical_angle]),
         time=time,
-        base_acceleration=trajectory_rows["ground"],
+        base_acceleration=trajectory_rows["ground_acceleration"],
         poses_and_rates=poses,
         contact_forces=force * block.mass,
         contact_force_points=point + origin,

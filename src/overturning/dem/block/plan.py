@@ -11,9 +11,9 @@ from overturning.dem.block.loops import CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME
 from overturning.dem.block.path import planar_trajectory_of_block
 from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import (
-    MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT,
-    MAX_FRICTION,
-    MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE,
+    MAX_SIMULATED_FRICTION_COEFFICIENT,
+    MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT,
+    MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE,
     PARALLEL_CASE_COUNT,
     TICKS_PER_WHOLE_STEP,
 )
@@ -92,19 +92,19 @@ class BlockSimulationPlan(SimulationPlan):
         )
         cases, settings = queued["cases"], queued.pop("settings")
         cases["long_steps_before_doubling"] *= step_divisor
-        cases["max_travel_in_gentle_step"] /= step_divisor
+        cases["max_corner_travel_without_halving_step"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         settings = settings._replace(
             steps_per_check=int(settings.ticks_per_sample / float(cases["longest_step_at_rest"][0]))
-            + scheme.steps_beyond_sample_end
+            + scheme.max_steps_beyond_sample_end
         )
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockKernelInput(
             settings,
             **queued,
             scheme_constants=scheme,
-            friction_marker=with_friction,
-            max_penetration_ratio=MAX_PENETRATION_TO_HALF_SIDE_RATIO,
+            friction_marker_none_if_frictionless=with_friction,
+            max_penetration_to_half_side_ratio=MAX_PENETRATION_TO_HALF_SIDE_RATIO,
         )
 
     def case_outcome_variables(
@@ -118,14 +118,14 @@ class BlockSimulationPlan(SimulationPlan):
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
         """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
-        rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["normal_stiffness_per_mass"]
-        rows["ground"] = self.base_accelerations[0, :sample_count] * case["amplitude_factor"]
+        rows["centre_z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["normal_stiffness_per_mass"]
+        rows["ground_acceleration"] = self.base_accelerations[0, :sample_count] * case["amplitude_factor"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
         """Convert the kernel's output rows of the plan's only case to the trajectory of the block."""
         return planar_trajectory_of_block(
-            self.model.scene, self.motion, self.cases, trajectory_rows, float(self.case_table[0]["alpha"])
+            self.model.scene, self.motion, self.cases, trajectory_rows, float(self.case_table[0]["critical_angle"])
         )
 
 
@@ -163,7 +163,9 @@ def block_step_lengths(
         # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
         # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
-        standing = np.where(np.sqrt(square) * interval >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE, np.gcd(usual, steps), 1)
+        standing = np.where(
+            np.sqrt(square) * interval >= MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE, np.gcd(usual, steps), 1
+        )
     # A shorter time step also shortens the finest step.
     ratio = (
         requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
@@ -239,14 +241,14 @@ def plan_block_simulation(
     columns = {
         "width": width, "height": height, "normal_stiffness_per_mass": normal,
         "tangential_stiffness_per_mass": tangential, "dashpot_constant_per_mass": dashpot,
-        "friction": np.minimum(friction, MAX_FRICTION), "alpha": alpha, "amplitude_factor": amplitude,
-        "initial_tilt": tilt, "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
-        "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt),
-        "first_simulated_sample": first, "last_onset_sample": calm,
+        "friction": np.minimum(friction, MAX_SIMULATED_FRICTION_COEFFICIENT), "critical_angle": alpha,
+        "amplitude_factor": amplitude, "initial_tilt": tilt, "first_simulated_sample": first,
+        "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
+        "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt), "last_onset_sample": calm,
         "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
-        "max_travel_in_gentle_step": (
-            MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT * lengths.finest_step_s * width * alpha / period
+        "max_corner_travel_without_halving_step": (
+            MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT * lengths.finest_step_s * width * alpha / period
         ),
         "shortest_step": np.ldexp(1.0, control.max_step_halvings - halvings),
         "longest_step_at_rest": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,

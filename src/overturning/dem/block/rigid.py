@@ -46,11 +46,11 @@ ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 class BaseAccelerationRampInG(NamedTuple):
     """Base acceleration, g, that changes linearly until the next sample; slopes are per sampling interval."""
 
-    horizontal: float
-    horizontal_slope: float
-    apparent_gravity: float
+    horizontal_at_origin: float
+    horizontal_slope_per_sample: float
+    apparent_gravity_at_origin: float
     """Apparent gravity over g, 1 + a_up/g."""
-    apparent_gravity_slope: float
+    apparent_gravity_slope_per_sample: float
 
 
 class RigidRockingOutcomes(NamedTuple):
@@ -68,9 +68,11 @@ def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: 
 
     Times are in sampling intervals.
     """
-    ground = base_motion.horizontal + base_motion.horizontal_slope * delay
-    weight = base_motion.apparent_gravity + base_motion.apparent_gravity_slope * delay
-    return BaseAccelerationRampInG(ground, base_motion.horizontal_slope, weight, base_motion.apparent_gravity_slope)
+    ground = base_motion.horizontal_at_origin + base_motion.horizontal_slope_per_sample * delay
+    weight = base_motion.apparent_gravity_at_origin + base_motion.apparent_gravity_slope_per_sample * delay
+    return BaseAccelerationRampInG(
+        ground, base_motion.horizontal_slope_per_sample, weight, base_motion.apparent_gravity_slope_per_sample
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -82,20 +84,20 @@ def _rocking_side_and_start_time(
     The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
     """
     end = _base_motion_with_later_origin(base_motion, remaining_time)
-    side = -1.0 if base_motion.horizontal > 0.0 else 1.0
-    if -side * base_motion.horizontal > base_motion.apparent_gravity * b_over_h:
+    side = -1.0 if base_motion.horizontal_at_origin > 0.0 else 1.0
+    if -side * base_motion.horizontal_at_origin > base_motion.apparent_gravity_at_origin * b_over_h:
         return side, 0.0
-    side = -1.0 if end.horizontal > 0.0 else 1.0
+    side = -1.0 if end.horizontal_at_origin > 0.0 else 1.0
     before, after = (
-        -side * base_motion.horizontal - base_motion.apparent_gravity * b_over_h,
-        -side * end.horizontal - end.apparent_gravity * b_over_h,
+        -side * base_motion.horizontal_at_origin - base_motion.apparent_gravity_at_origin * b_over_h,
+        -side * end.horizontal_at_origin - end.apparent_gravity_at_origin * b_over_h,
     )
     return (side, remaining_time * (before / (before - after))) if after > 0.0 else (0.0, remaining_time)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _fill_taylor_series(
-    taylor_series: Any, side: float, base_motion: BaseAccelerationRampInG, squared_frequency: float
+    taylor_series: Any, side: float, base_motion: BaseAccelerationRampInG, square_of_p_times_sampling_interval: float
 ) -> None:
     """Compute the higher Taylor coefficients of a rocking block's motion in a step; the first ones are given.
 
@@ -105,16 +107,16 @@ def _fill_taylor_series(
     angle, velocity, sine, cosine, acceleration, jerk = (
         taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3], taylor_series[4], taylor_series[5]
     )  # fmt: skip
-    slope = base_motion.horizontal_slope
+    slope = base_motion.horizontal_slope_per_sample
     for k in range(angle.size - 1):
-        drive = -side * base_motion.horizontal * cosine[k] - base_motion.apparent_gravity * sine[k]
+        drive = -side * base_motion.horizontal_at_origin * cosine[k] - base_motion.apparent_gravity_at_origin * sine[k]
         if k > 0:
-            drive -= side * slope * cosine[k - 1] + base_motion.apparent_gravity_slope * sine[k - 1]
+            drive -= side * slope * cosine[k - 1] + base_motion.apparent_gravity_slope_per_sample * sine[k - 1]
         of_sine, of_cosine = 0.0, 0.0
         for j in range(k + 1):
             of_sine -= velocity[j] * cosine[k - j]
             of_cosine += velocity[j] * sine[k - j]
-        acceleration[k] = squared_frequency * drive
+        acceleration[k] = square_of_p_times_sampling_interval * drive
         angle[k + 1], velocity[k + 1] = velocity[k] / (k + 1), acceleration[k] / (k + 1)
         if k > 0:
             jerk[k - 1] = k * acceleration[k]
@@ -253,10 +255,13 @@ def _simulate_rigid_block(
         case_parameters.sine_of_tilt_left_to_critical_angle,
         case_parameters.cosine_of_tilt_left_to_critical_angle,
     )
-    sin_alpha, cos_alpha = case_parameters.sin_alpha, case_parameters.cos_alpha
+    sin_alpha, cos_alpha = case_parameters.sine_of_critical_angle, case_parameters.cosine_of_critical_angle
     peak, tangent, samples = angle[0], sin_alpha / cos_alpha, horizontal_acceleration.size - 3
     scale, i = case_parameters.amplitude_factor / STANDARD_GRAVITY, 0
-    step_count, squared_frequency = case_parameters.steps_per_sample, case_parameters.squared_rocking_frequency
+    step_count, square_of_p_times_sampling_interval = (
+        case_parameters.steps_per_sample,
+        case_parameters.square_of_p_times_sampling_interval,
+    )
     while i < case_parameters.end_sample_if_undecided and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
         sample = _base_motion_of_sample(horizontal_acceleration, vertical_acceleration, scale, n)
@@ -269,7 +274,9 @@ def _simulate_rigid_block(
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, sin_alpha, cos_alpha
             end = min((np.floor(t * step_count + 1e-9) + 1.0) / step_count, 1.0)
-            _fill_taylor_series(taylor_series, side, _base_motion_with_later_origin(sample, t), squared_frequency)
+            _fill_taylor_series(
+                taylor_series, side, _base_motion_with_later_origin(sample, t), square_of_p_times_sampling_interval
+            )
             length = _limit_step_to_two_turning_points(taylor_series, end - t)
             end = end if length == end - t else t + length
             first, second = _first_two_turning_point_times(taylor_series, length, starts)
@@ -286,7 +293,10 @@ def _simulate_rigid_block(
             if hit <= length:
                 angle[0], velocity[0] = 0.0, -case_parameters.restitution * _series_value_and_slope(angle, hit)[1]
                 sine[0], cosine[0] = sin_alpha, cos_alpha
-                t, side = t + hit, -side if velocity[0] >= case_parameters.max_angular_velocity_at_rest else 0.0
+                t, side = (
+                    t + hit,
+                    -side if velocity[0] >= case_parameters.max_rest_angular_velocity_rad_per_sample else 0.0,
+                )
                 continue
             cosine[0], sine[0] = normalise_cosine_and_sine(
                 _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
@@ -352,12 +362,12 @@ def simulate_rigid_rocking(
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)
     table = np.zeros(cases.case_count, RIGID_CASE_TABLE_DTYPE)
     columns = {
-        "sin_alpha": ratio / diagonal,
-        "cos_alpha": 1.0 / diagonal,
-        "squared_rocking_frequency": per_sample**2,
+        "sine_of_critical_angle": ratio / diagonal,
+        "cosine_of_critical_angle": 1.0 / diagonal,
+        "square_of_p_times_sampling_interval": per_sample**2,
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps_per_sample": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
-        "max_angular_velocity_at_rest": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
+        "max_rest_angular_velocity_rad_per_sample": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
         "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
         "amplitude_factor": cases.amplitude,
         "initial_tilt": tilt,

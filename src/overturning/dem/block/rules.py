@@ -2,7 +2,8 @@
 
 For speed and equal bits, loops over the lanes have no branches, only selections, and use no libm functions. Left and
 right corner are summed as one pair, so that mirrored cases are exact. To add a scheme, write a file with a named tuple
-of constants, a function in `overturning.dem.block.loops`, and an entry in `SCHEMES` there.
+of constants, a function in `overturning.dem.block.loops`, and an entry in its
+`CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME`.
 """
 
 from typing import Any, Final, NamedTuple
@@ -71,9 +72,9 @@ class BlockKernelInput(NamedTuple):
     ground_motion: GroundMotion
     scheme_constants: Any
     """Constants of the scheme, from `overturning.dem.block.loops.CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME`."""
-    friction_marker: Any
+    friction_marker_none_if_frictionless: Any
     """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
-    max_penetration_ratio: float
+    max_penetration_to_half_side_ratio: float
     """Penetration beyond which a case has failed, as a share of the smaller half side."""
 
 
@@ -101,7 +102,7 @@ COS, SIN, TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
-    "last_upright_tick"),
+    "last_tick_in_sample_below_critical_angle"),
 )  # fmt: skip
 LENGTH, REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
@@ -147,15 +148,15 @@ def write_initial_block_state(
     dashpot = case_parameters.dashpot_constant_per_mass
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
-        half_width=b, half_height=h, inverse_inertia=inertia,
+        half_width=b, half_height=h, mass_over_moment_of_inertia=inertia,
         normal_stiffness_per_mass=k, tangential_stiffness_per_mass=ks,
-        tangential_compliance=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant_per_mass=dashpot,
+        mass_over_tangential_stiffness=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant_per_mass=dashpot,
         friction=case_parameters.friction,
-        alpha=case_parameters.alpha, tick_length=sampling_interval / ticks_per_sample,
-        max_travel_in_gentle_step=case_parameters.max_travel_in_gentle_step,
-        landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
-        max_interval_of_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
-        friction_moment_share=0.0 if case_parameters.friction * h <= b else 1.0,
+        critical_angle=case_parameters.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
+        max_corner_travel_without_halving_step=case_parameters.max_corner_travel_without_halving_step,
+        flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
+        max_time_between_touches_of_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
+        flat_landing_friction_moment_factor=0.0 if case_parameters.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -168,9 +169,9 @@ def write_initial_block_state(
     ul, ur = max(left.penetration, 0.0), max(right.penetration, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = BlockState(
-        x=x, z=z, angle=case_parameters.initial_tilt, cos=c, sin=s, vx=0.0, vz=0.0, angular_velocity=0.0, ax=0.0, az=az,
-        angular_acceleration=aw, left=left,
-        right=right, ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
+        centre_x=x, centre_z=z, angle=case_parameters.initial_tilt, cos=c, sin=s, centre_vx=0.0, centre_vz=0.0,
+        angular_velocity=0.0, centre_ax=0.0, centre_az=az, angular_acceleration=aw, left=left, right=right,
+        ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
     )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
@@ -250,7 +251,7 @@ def attempt_steps_until_next_check(
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
-    up, with_friction = kernel_input.ground_motion.up, kernel_input.friction_marker
+    up, with_friction = kernel_input.ground_motion.up, kernel_input.friction_marker_none_if_frictionless
     step, ticks, steps_per_check = (
         select_time_stepping_loop(scheme, up, with_friction),
         settings.ticks_per_sample,
@@ -277,7 +278,7 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
     """Mark, by a quick test, the cases that may have ended; return the number of marked cases."""
     return mark_possibly_ended_block_cases(
         workspace.state, active_lane_count, end_marks_out, kernel_input.settings.ticks_per_sample,
-        float(kernel_input.settings.sample_count), kernel_input.max_penetration_ratio,
+        float(kernel_input.settings.sample_count), kernel_input.max_penetration_to_half_side_ratio,
     )  # fmt: skip
 
 
@@ -288,15 +289,15 @@ def mark_possibly_ended_block_cases(
     end_marks_out: Any,
     ticks_per_sample: float,
     last_sample: float,
-    max_penetration: float,
+    max_penetration_to_half_side_ratio: float,
 ) -> int:
     """Mark and count the cases with a fallen block, an invalid state, or no strong shaking still to come."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
-        most = max_penetration * (b if b < block.half_height else block.half_height)
-        sound = (s.cos > 0.0) & (load_peaks(state, j).penetration <= most)
-        total = (s.vx + s.vz + s.angular_velocity) + (s.x + s.z + s.cos)
+        most = max_penetration_to_half_side_ratio * (b if b < block.half_height else block.half_height)
+        sound = (s.cos > 0.0) & (load_peaks(state, j).max_corner_penetration <= most)
+        total = (s.centre_vx + s.centre_vz + s.angular_velocity) + (s.centre_x + s.centre_z + s.cos)
         goes_on = case_cannot_have_ended(
             load_course(state, j), s.ticks_since_sample_start, ticks_per_sample, last_sample, total, sound
         )
@@ -328,25 +329,19 @@ def skip_samples_of_resting_blocks(
     """Skip, for blocks at rest at the start of a sample, the samples in which the base motion cannot move the block."""
     count = 0
     for j in range(active_lane_count):
-        course, s, length, rest_limit = (
-            load_course(state, j),
-            load_state(state, j),
-            state[LENGTH + j],
+        course, s, block, length = load_course(state, j), load_state(state, j), load_block(state, j), state[LENGTH + j]
+        mu_left, mu_right = load_assumed_signed_friction(state, j)
+        now = course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample)
+        still = body_is_still(
+            largest_velocity_or_acceleration_component(s.centre_vx, s.centre_vz, s.angular_velocity, block),
+            largest_velocity_or_acceleration_component(s.centre_ax, s.centre_az, s.angular_acceleration, block),
+            length * block.seconds_per_tick,
             state[REST_LIMIT + j],
         )
-        assumed, block, now = (
-            load_assumed_signed_friction(state, j),
-            load_block(state, j),
-            course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample),
-        )
-        still = body_is_still(
-            largest_velocity_or_acceleration_component(s.vx, s.vz, s.angular_velocity, block),
-            largest_velocity_or_acceleration_component(s.ax, s.az, s.angular_acceleration, block),
-            length * block.tick_length,
-            rest_limit,
-        )
         held = (
-            (s.left.normal_force > 0.0) & (s.right.normal_force > 0.0) & (assumed.left == 0.0) & (assumed.right == 0.0)
+            (s.left.normal_force_per_mass > 0.0)
+            & (s.right.normal_force_per_mass > 0.0)
+            & ((mu_left == 0.0) & (mu_right == 0.0))
         )
         resting = (length >= TICKS_PER_WHOLE_STEP) & is_rest_check_sample(now) & held & still
         state[AT_REST + j] = 1.0 if resting else 0.0
@@ -382,7 +377,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
         kernel_input.scheme_constants.velocity_lag_steps,
         kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
-        kernel_input.max_penetration_ratio,
+        kernel_input.max_penetration_to_half_side_ratio,
     )
 
 

@@ -19,23 +19,23 @@ PARALLEL_CASE_COUNT: Final = 48
 TICKS_PER_WHOLE_STEP: Final = BLOCK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
-MAX_CORNER_TRAVEL_RATIO_WITHOUT_REFINEMENT: Final = 0.3
-"""Largest travel of a corner that opens or closes in a gentle step, which is accepted without refinement.
+MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT: Final = 0.3
+"""Largest travel of a corner in a step in which it opens or closes, for which the step is not halved.
 
 In units of the travel in a finest step at the speed B p α, about that of a corner of a marginally falling block.
 """
 
 MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS: Final = 8.0
-"""Longest gentle step, in finest steps."""
+"""Longest step in which a corner may open or close without the step being halved, in finest steps."""
 
-MAX_FRICTION: Final = 100.0
+MAX_SIMULATED_FRICTION_COEFFICIENT: Final = 100.0
 """Largest friction coefficient used in the computation; with it corners already do not slide.
 
 With larger ones, the slip of a landing corner in one step can dissipate more than its energy, in particular with strong
 damping.
 """
 
-MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE: Final = 100.0
+MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE: Final = 100.0
 """Smallest ratio of sampling interval to 1/ω for which a block on both corners takes sample-long steps."""
 
 
@@ -44,30 +44,30 @@ class BlockConstants(NamedTuple):
 
     half_width: float
     half_height: float
-    inverse_inertia: float
-    """Inverse inertia per mass, m/I, 1/m²."""
+    mass_over_moment_of_inertia: float
+    """Mass over moment of inertia about the centre, m/I, 1/m²."""
     normal_stiffness_per_mass: float
     """Normal stiffness of a corner, K/m, 1/s²."""
     tangential_stiffness_per_mass: float
     """Tangential stiffness of a corner, K_s/m, 1/s²."""
-    tangential_compliance: float
-    """1 over the tangential stiffness, s²; 0 without tangential spring."""
+    mass_over_tangential_stiffness: float
+    """Mass over the tangential stiffness, m/K_s, s²; 0 without tangential spring."""
     dashpot_constant_per_mass: float
     """Dashpot of a corner, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
-    alpha: float
+    critical_angle: float
     """Critical angle α = arctan(B/H), rad."""
-    tick_length: float
+    seconds_per_tick: float
     """Length of a tick, s."""
-    max_travel_in_gentle_step: float
-    """Largest travel of a corner that opens or closes in a gentle step, m."""
-    landing_duration: float
+    max_corner_travel_without_halving_step: float
+    """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
+    flat_landing_duration: float
     """Duration of a flat landing after the first touch, s."""
-    max_interval_of_one_impact: float
+    max_time_between_touches_of_one_impact: float
     """Time within which the touches of both corners count as one impact, s."""
-    friction_moment_share: float
-    """Share of the moment of friction that rotates a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
+    flat_landing_friction_moment_factor: float
+    """Factor on the moment of friction of a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
 
 
 class CornerState(NamedTuple):
@@ -76,47 +76,48 @@ class CornerState(NamedTuple):
     tangential_stretch: float
     """Stretch of the tangential spring, m."""
     x_position: float
-    """Position along s, m."""
+    """Position along s in the frame of the base, m."""
     penetration: float
     """Penetration, m; negative in the air."""
-    normal_force: float
+    normal_force_per_mass: float
     """Normal force per mass, m/s² (centred scheme)."""
 
 
 class AssumedCornerContact(NamedTuple):
     """Contact of a corner as assumed in a step of the centred scheme: sticking or sliding, flat landing."""
 
-    signed_friction: float
+    signed_mu_or_zero_if_sticking: float
     """±μ if the corner slides, else 0."""
-    forces_decide_contact: bool
-    """True if the step is fine, so that predicted forces decide instead."""
+    forces_decide_contact_and_slip: bool
+    """True if the step is fine, so that predicted forces, not the last step, decide about contact and sliding."""
     lands_flat: bool
     """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
     slides_in_flat_landing: bool
     """True if the block slides while it lands flat."""
-    flat_landing_signed_friction: float
+    flat_landing_signed_mu: float
     """±μ of the friction in a flat landing."""
-    friction_moment_share: float
-    """Share of the moment of friction that rotates the block; 1 except in a flat landing."""
+    friction_moment_factor: float
+    """Factor on the moment of friction that rotates the block; 1 except in a flat landing."""
 
 
 class BlockState(NamedTuple):
     """State of a block in the frame of the base: position, rotation, velocities and both lower corners.
 
-    Centre (`x` along s, `z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities (`vx`, `vz`,
-    `angular_velocity`) and accelerations (`ax`, `az`, `angular_acceleration`) of these (m, rad, s).
+    Centre (`centre_x` along s, `centre_z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities
+    (`centre_vx`, `centre_vz`, `angular_velocity`) and accelerations (`centre_ax`, `centre_az`, `angular_acceleration`)
+    of these (m, rad, s).
     """
 
-    x: float
-    z: float
+    centre_x: float
+    centre_z: float
     angle: float
     cos: float
     sin: float
-    vx: float
-    vz: float
+    centre_vx: float
+    centre_vz: float
     angular_velocity: float
-    ax: float
-    az: float
+    centre_ax: float
+    centre_az: float
     angular_acceleration: float
     left: CornerState
     right: CornerState
@@ -129,8 +130,8 @@ class BlockState(NamedTuple):
 class AssumedFrictionCoefficientIfSliding(NamedTuple):
     """Friction that the next step of the centred scheme assumes at each corner: ±μ if sliding, 0 if sticking."""
 
-    left: float
-    right: float
+    left_signed_mu_or_zero_if_sticking: float
+    right_signed_mu_or_zero_if_sticking: float
 
 
 class BlockPeakValues(NamedTuple):
@@ -139,23 +140,23 @@ class BlockPeakValues(NamedTuple):
     The tick is −1 if the block was not below its critical angle in this sample.
     """
 
-    angle: float
-    slip: float
-    penetration: float
-    last_upright_tick: float
+    max_abs_angle: float
+    max_abs_base_slip: float
+    max_corner_penetration: float
+    last_tick_in_sample_below_critical_angle: float
 
 
 class BlockEnergyAccount(NamedTuple):
     """Work done by the base on a block and energy lost so far, per mass, and their present rates.
 
-    `base_motion_work` and `lost_energy` are in m²/s², their rates `base_motion_power` and
-    `dissipated_power` in m²/s³.
+    `base_motion_work_per_mass` and `lost_energy_per_mass` are in m²/s², their rates `base_motion_power_per_mass` and
+    `dissipated_power_per_mass` in m²/s³.
     """
 
-    base_motion_work: float
-    lost_energy: float
-    base_motion_power: float
-    dissipated_power: float
+    base_motion_work_per_mass: float
+    lost_energy_per_mass: float
+    base_motion_power_per_mass: float
+    dissipated_power_per_mass: float
 
 
 class BlockInertialAccelerations(NamedTuple):
@@ -167,19 +168,19 @@ class BlockInertialAccelerations(NamedTuple):
     """Upward acceleration of the base, added to gravity."""
 
 
-class ExtrapolatedBlock(NamedTuple):
+class BlockExtrapolatedToStepEnd(NamedTuple):
     """Position and velocities of a block at the end of a step, extrapolated with constant acceleration."""
 
-    x: float
-    z: float
+    centre_x: float
+    centre_z: float
     cos: float
     sin: float
-    vx: float
-    vz: float
+    centre_vx: float
+    centre_vz: float
     angular_velocity: float
 
 
-class PredictedCorner(NamedTuple):
+class CornerPredictedAtStepEnd(NamedTuple):
     """Predicted position, velocity and spring stretch of a corner of a block at the end of a step."""
 
     x_from_centre: float
@@ -196,75 +197,73 @@ class PredictedCorner(NamedTuple):
     """Upward velocity, m/s."""
 
 
-class PredictedBlock(NamedTuple):
+class BlockPredictedAtStepEnd(NamedTuple):
     """Predicted state of a block at the end of a step of the centred scheme, before its equations are solved.
 
-    Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `angular_velocity`) and at
-    its end (`end_vx`, `end_vz`, `end_angular_velocity`), as in `BlockState`.
+    Pose (`centre_x`, `centre_z`, `angle`, `cos`, `sin`) at the end of the step, and velocities after half of the step
+    and at its end, as in `BlockState`.
     """
 
-    x: float
-    z: float
+    centre_x: float
+    centre_z: float
     angle: float
     cos: float
     sin: float
-    vx: float
-    vz: float
-    angular_velocity: float
-    end_vx: float
-    end_vz: float
-    end_angular_velocity: float
+    mid_step_centre_vx: float
+    mid_step_centre_vz: float
+    mid_step_angular_velocity: float
+    step_end_centre_vx: float
+    step_end_centre_vz: float
+    step_end_angular_velocity: float
     inertial_acceleration_x: float
     """−a at the end of the step, along s, m/s²."""
     upward_base_acceleration: float
     """Upward acceleration of the base at the end of the step, m/s²."""
-    half_step: float
+    half_step_duration: float
     """Half the length of the step, s."""
-    left: PredictedCorner
-    right: PredictedCorner
+    left: CornerPredictedAtStepEnd
+    right: CornerPredictedAtStepEnd
 
 
-class BlockVelocityCorrection(NamedTuple):
-    """Corrections of a block's predicted velocities (m/s, rad/s), and friction ±μ of each corner (0: it sticks)."""
+class BlockStepEndVelocityCorrection(NamedTuple):
+    """Corrections of a block's predicted step-end velocities (m/s, rad/s), and ±μ of each corner, 0 if it sticks."""
 
-    vx: float
-    vz: float
+    centre_vx: float
+    centre_vz: float
     angular_velocity: float
-    left_signed_friction: float
-    right_signed_friction: float
+    left_signed_mu_or_zero_if_sticking: float
+    right_signed_mu_or_zero_if_sticking: float
 
 
 class TrialCornerFriction(NamedTuple):
     """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
-    tangential_force: float
+    tangential_force_per_mass: float
     """Predicted tangential force per mass, m/s²."""
     slides: bool
-    """True if the corner slides."""
-    signed_friction: float
-    """±μ if the corner slides."""
-    is_pushed_out_while_sliding: bool
-    """True if a normal force pushes the corner out while it slides."""
+    """True if the equations assume that the corner slides."""
+    signed_mu_if_sliding: float
+    """±μ with the sign of the friction that acts if the corner slides."""
+    normal_force_pushes_out_sliding_corner: bool
+    """True if a normal force on the sliding corner would push it out, so that it can slide (no Painlevé paradox)."""
 
 
 class CornerEquationTerms(NamedTuple):
     """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
-    The forces are those for zero velocity at the end of the step. `normal_force_velocity_factor`,
-    `sticking_force_velocity_factor` and `sliding_force_per_normal_velocity` are the factors of the velocities: of the
-    normal force, and of the tangential force of a sticking and of a sliding corner.
+    The forces are those for zero velocity at the end of the step; the other fields are their changes per velocity.
     """
 
-    normal_force: float
-    """Normal force, m/s²."""
-    tangential_force: float
-    """Tangential force, m/s²."""
-    normal_force_velocity_factor: float
-    """Normal force per normal velocity, times half the step; dimensionless."""
-    sticking_force_velocity_factor: float
-    """Tangential force of a sticking corner per tangential velocity, times half the step."""
-    sliding_force_per_normal_velocity: float
-    """Tangential force of a sliding corner per normal velocity, times half the step."""
+    normal_force_per_mass_at_zero_velocity: float
+    """Normal force at the end of the step if the corner had no velocity, m/s²."""
+    tangential_force_per_mass_at_zero_velocity: float
+    """Tangential force at the end of the step if the corner had no velocity, m/s²."""
+    half_step_times_normal_force_per_velocity: float
+    """Decrease of the normal force per upward velocity, times half the step; dimensionless."""
+    half_step_times_sticking_force_per_velocity: float
+    """Tangential force of a sticking corner per tangential velocity, times half the step; 0 if it slides."""
+    half_step_times_slip_force_per_normal_velocity: float
+    """Tangential force of a sliding corner per normal velocity, times half the step; 0 if it sticks."""
 
 
 class SolvedCornerContact(NamedTuple):
@@ -272,25 +271,25 @@ class SolvedCornerContact(NamedTuple):
 
     new_corner: CornerState
     """State for the next step."""
-    tangential_force: float
+    tangential_force_per_mass: float
     """Tangential force per mass, m/s²."""
-    moment: float
-    """Moment of both forces per mass, m²/s²."""
-    dissipated_power: float
+    moment_per_mass: float
+    """Moment of both forces about the centre, per mass, m²/s²."""
+    dissipated_power_per_mass: float
     """Power dissipated by dashpots and friction, per mass, m²/s³."""
-    released_tangential_stretch_squared: float
+    released_tangential_energy_over_half_stiffness: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    released_normal_stretch_squared: float
+    released_normal_energy_over_half_stiffness: float
     """Energy released by the normal spring, over half its stiffness, m²."""
     has_closed_in_step: bool
     """True if the contact has closed in this step."""
-    penetration_change_if_closed: float
+    penetration_change_if_closed_else_one: float
     """Change of penetration in the step if the contact has closed, else 1, m."""
-    contact_changed: float
+    positive_if_contact_changed: float
     """Above 0 if the contact has opened or closed."""
-    vertical_travel_if_changed: float
+    vertical_travel_if_contact_changed_else_zero: float
     """Vertical travel of the corner in the step if the contact has opened or closed, else 0, m."""
-    signed_friction: float
+    signed_mu_or_zero_if_sticking: float
     """±μ if the corner slips, else 0."""
     has_wrong_slip_assumption: bool
     """True if the corner sticks or slips contrary to the assumption."""
@@ -319,7 +318,8 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt,
     AssumedFrictionCoefficientIfSliding,
     BlockPeakValues,
-    BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, PredictedBlock, BlockVelocityCorrection,
+    BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, BlockPredictedAtStepEnd,
+    BlockStepEndVelocityCorrection,
     CaseRestState,
     LargestTiltNearCaseEnd,
 )  # fmt: skip

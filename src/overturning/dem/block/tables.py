@@ -21,7 +21,7 @@ class BlockCaseTableColumns(NamedTuple):
     """Dashpot of a corner per mass, 1/s."""
     friction: float
     """Coefficient of friction."""
-    alpha: float
+    critical_angle: float
     """Angle from the vertical of the line from a corner to the centre of mass, rad."""
     amplitude_factor: float
     """Factor on the motion."""
@@ -37,8 +37,8 @@ class BlockCaseTableColumns(NamedTuple):
     """First sample after which the motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
-    max_travel_in_gentle_step: float
-    """Largest travel of a corner that opens or closes in a gentle step, m."""
+    max_corner_travel_without_halving_step: float
+    """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the block stays at rest."""
 
@@ -73,19 +73,19 @@ class BlockTrajectoryTableColumns(NamedTuple):
 
     time: float
     """Time since the first sample, s."""
-    x: float
+    centre_x: float
     """Horizontal displacement of the centre, m, in the frame of the base."""
-    z: float
+    centre_z: float
     """Height of the centre, m."""
     angle: float
     """Rotation, rad."""
-    vx: float
+    centre_vx: float
     """Horizontal velocity, m/s."""
-    vz: float
+    centre_vz: float
     """Vertical velocity, m/s."""
     angular_velocity: float
     """Angular velocity, rad/s."""
-    ground: float
+    ground_acceleration: float
     """Ground acceleration, m/s²."""
 
 
@@ -97,17 +97,17 @@ TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryTableCo
 class RigidCaseTableColumns(NamedTuple):
     """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
 
-    sin_alpha: float
-    """Sine of α."""
-    cos_alpha: float
-    """Cosine of α."""
-    squared_rocking_frequency: float
+    sine_of_critical_angle: float
+    """Sine of the critical angle α."""
+    cosine_of_critical_angle: float
+    """Cosine of the critical angle α."""
+    square_of_p_times_sampling_interval: float
     """Square of p times the sampling interval."""
     restitution: float
     """Coefficient of restitution."""
     steps_per_sample: float
     """Steps per sample."""
-    max_angular_velocity_at_rest: float
+    max_rest_angular_velocity_rad_per_sample: float
     """Angular velocity below which the block comes to rest, rad per sample."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""

@@ -15,7 +15,7 @@ from unittest import mock
 import numpy as np
 import typer
 
-from overturning.dem.kernel.balance import RERUN_REFINEMENT, run_cases_until_energy_balances
+from overturning.dem.kernel.balance import STEP_DIVISOR_PER_RERUN, run_cases_until_energy_balances
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import simulate_as_arrays
@@ -195,7 +195,7 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
 
         def count_if_rerun_and_run_cases(rows: Any, step_divisor: int) -> None:
             """Note how many cases are rerun, and run them."""
-            again.append(rows.size if step_divisor == RERUN_REFINEMENT else 0)
+            again.append(rows.size if step_divisor == STEP_DIVISOR_PER_RERUN else 0)
             run(rows, step_divisor)
 
         run_cases_until_energy_balances(count_if_rerun_and_run_cases, *more)

@@ -54,7 +54,7 @@ def fall_azimuth_and_run_time_in_program(case: StackCase, step_to_automatic_step
     height, b_over_h = reference_element_height_and_b_over_h(model.scene)
     orientations = (case.orientation_deg + 45.0 * np.arange(together)) % 360.0
     cases = Cases(orientations, height, b_over_h, case.stack.friction)
-    steps = plan_simulation(model, case.strong_part_of_scaled_record, cases, NumericalOptions()).steps[0]
+    steps = plan_simulation(model, case.strong_part_of_scaled_record, cases, NumericalOptions()).steps_per_sample[0]
     begin = time.process_time()
     found = simulate_cases(
         model,

@@ -15,7 +15,7 @@ from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 
 PLAN_FIELDS_PER_CASE = (
-    "steps",
+    "steps_per_sample",
     "first_simulated_sample",
     "stays_at_rest",
     "has_too_soft_contacts",
@@ -40,8 +40,8 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
         plans[0],
         cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),
         base_accelerations=np.concatenate([one.base_accelerations for one in plans]),
-        motion_rows=np.concatenate(
-            [one.motion_rows + number * len(one.base_accelerations) for number, one in enumerate(plans)]
+        motion_row_by_case=np.concatenate(
+            [one.motion_row_by_case + number * len(one.base_accelerations) for number, one in enumerate(plans)]
         ),
         **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
     )

@@ -247,7 +247,7 @@ def test_a_case_over_its_step_budget_is_marked_and_has_no_outcome() -> None:
 
 def test_the_step_budget_of_a_case_includes_its_reruns(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case whose energy never balances is run with 1, 4 and 16 times the steps unless its budget ends it earlier."""
-    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", -1.0)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=round(8 * once))
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
@@ -261,7 +261,7 @@ def test_a_case_ends_when_its_step_budget_is_used_up() -> None:
     numerics = NumericalOptions(budget=budget, **step)
     stones, steps = (
         simulate_cases(scene, MOTION, cases, numerics),
-        plan_simulation(PlanarModel(scene), MOTION, cases, numerics).steps.item(),
+        plan_simulation(PlanarModel(scene), MOTION, cases, numerics).steps_per_sample.item(),
     )
     assert stones.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
@@ -273,7 +273,7 @@ def test_a_case_ends_when_its_step_budget_is_used_up() -> None:
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
         simulate_cases(RectangularPrism(), MOTION, body, numerics),
-        plan_simulation(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps.item(),
+        plan_simulation(Body(RectangularPrism(), VertexContact()), MOTION, body, numerics).steps_per_sample.item(),
     )
     assert solid.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert (

@@ -137,7 +137,7 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
         plan = plan_simulation(
             Body(shape, SOFT_CONTACT, start), motion, cases, NumericalOptions(scheme="cundall", leave_out=False)
         )
-        one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
+        one, only = replace(plan, steps_per_sample=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.simulate_cases_of_group(only, np.zeros(1, np.int64), np.zeros(400, TRAJECTORY_ROW_DTYPE))[1]
         moves = sum(
             np.max([np.abs(path[name]) for name in names], axis=0) for names in (("vx", "vy", "vz"), ("wx", "wy", "wz"))
@@ -167,10 +167,10 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
     first, finer = (
         simulate_as_arrays(strong_part_of_record_with_artificial_vertical(10), "rectangle", refinement=times, **grid)
-        for times in (1, balance.RERUN_REFINEMENT)
+        for times in (1, balance.STEP_DIVISOR_PER_RERUN)
     )
     bound = float(np.median(first["energy_error"]))
-    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", bound)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found, again = (
         simulate_as_arrays(strong_part_of_record_with_artificial_vertical(10), "rectangle", **grid),
@@ -186,7 +186,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # A case that never balances is marked.
-    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", -1.0)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", -1.0)
     marked = simulate_as_arrays(
         strong_part_of_record_with_artificial_vertical(10),
         "rectangle",

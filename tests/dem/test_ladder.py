@@ -19,7 +19,7 @@ from overturning.dem.block.state import (
     CornerState,
 )
 from overturning.dem.kernel import balance
-from overturning.dem.kernel.balance import MAX_ENERGY_ERROR, RERUN_REFINEMENT
+from overturning.dem.kernel.balance import MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO, STEP_DIVISOR_PER_RERUN
 from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
     BODY_STEP_CONTROL,
@@ -65,7 +65,7 @@ def block_cases() -> Cases:
 def test_contact_stiffness_and_damping_do_not_change_whole_steps_per_sample(step: float | str) -> None:
     made = [
         plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse_motion(),
-        block_cases(), NumericalOptions(time_step=step)).steps
+        block_cases(), NumericalOptions(time_step=step)).steps_per_sample
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
     for steps in made[1:]:
@@ -86,9 +86,9 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
-    ticks = made.case_table["shortest_step"]
+    ticks = made.case_table["shortest_step_ticks"]
     assert (ticks >= 1).all()
-    finest = 0.01 / made.steps / TICKS_PER_WHOLE_STEP * ticks * refinement
+    finest = 0.01 / made.steps_per_sample / TICKS_PER_WHOLE_STEP * ticks * refinement
     assert (
         finest <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * shortest_contact_time_constant(square, rate)
     ).all()
@@ -102,12 +102,12 @@ NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False
 
 
 def step_control_of_case(
-    kernel_step_control: KernelStepControl, longest_step_at_rest: float | None = None
+    kernel_step_control: KernelStepControl, longest_step_at_rest_ticks: float | None = None
 ) -> CaseStepControl:
     """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
     return CaseStepControl(
         64.0,
-        longest_step_at_rest or kernel_step_control.ticks_per_whole_step,
+        longest_step_at_rest_ticks or kernel_step_control.ticks_per_whole_step,
         8.0,
         kernel_step_control.long_steps_before_doubling,
     )
@@ -121,7 +121,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
         NextStepToAttempt(
-            case_step_control.shortest_step, case_step_control.steps_per_length_after_contact_change, 0.0
+            case_step_control.shortest_step_ticks, case_step_control.steps_before_doubling_after_contact_change, 0.0
         ),
         0.0,
         0.6 * whole,
@@ -140,13 +140,13 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
             end,
             sample,
         )
-        assert again == (changed and length > case_step_control.shortest_step)
+        assert again == (changed and length > case_step_control.shortest_step_ticks)
         if not again:
             tick = end
             lengths[stands].add(attempt.length_in_ticks)
             if changed:
                 changes += 1
-                assert attempt.length_in_ticks == case_step_control.shortest_step
+                assert attempt.length_in_ticks == case_step_control.shortest_step_ticks
                 change, stands = tick + random.exponential(3 * sample), not stands
     assert changes > 50
     ladder = {2.0**power for power in range(6, pace.max_step_halvings + 1)}
@@ -193,7 +193,7 @@ def step_is_rejected(
             | {"max_corner_travel_without_halving_step": max_travel_in_gentle_step_m}
         ),
     )
-    length = length_in_finest_steps * case_step_control.shortest_step
+    length = length_in_finest_steps * case_step_control.shortest_step_ticks
     found = contact_changes_in_block_step.py_func(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
@@ -251,7 +251,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
             length,
             TICKS_PER_WHOLE_STEP,
         )
-        tries.append(attempt.repetition_count)
+        tries.append(attempt.repeats_with_corrected_sliding)
         lengths.append(attempt.length_in_ticks)
         assert again == wrong
     assert tries == [*range(most + 1), 0, 1, 0, 1]
@@ -266,12 +266,12 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
         NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=True, slides_on_all_points=True),
     )
     attempt, lengths = NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0), []
-    while attempt.repetition_count == 0.0:
+    while attempt.repeats_with_corrected_sliding == 0.0:
         again, as_before, attempt = accept_or_reject_and_choose_next_step.py_func(
             pace, case_step_control, attempt, begins, pace.ticks_per_whole_step, pace.ticks_per_whole_step
         )
         assert again
-        assert as_before == (attempt.repetition_count == 0.0)
+        assert as_before == (attempt.repeats_with_corrected_sliding == 0.0)
         lengths.append(attempt.length_in_ticks)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP_IN_SAMPLES * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
@@ -295,11 +295,11 @@ def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(st
     )
     usual = plan_simulation(
         PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
-    ).steps
-    assert (soft.case_table["longest_step_at_rest"] == TICKS_PER_WHOLE_STEP).all()
-    standing = rigid.case_table["longest_step_at_rest"] / TICKS_PER_WHOLE_STEP
-    np.testing.assert_array_equal(rigid.steps % standing, 0.0)
-    np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
+    ).steps_per_sample
+    assert (soft.case_table["longest_step_at_rest_ticks"] == TICKS_PER_WHOLE_STEP).all()
+    standing = rigid.case_table["longest_step_at_rest_ticks"] / TICKS_PER_WHOLE_STEP
+    np.testing.assert_array_equal(rigid.steps_per_sample % standing, 0.0)
+    np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps_per_sample))
 
 
 @pytest.mark.parametrize("general", [False, True])
@@ -307,10 +307,12 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
     general: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cases, kernel = block_cases(), {"general": general}
-    first, finer = (run_cases(pulse_motion(), cases, refinement=times, **kernel) for times in (1, RERUN_REFINEMENT))
+    first, finer = (
+        run_cases(pulse_motion(), cases, refinement=times, **kernel) for times in (1, STEP_DIVISOR_PER_RERUN)
+    )
     moved = first.status == CaseStatus.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
-    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", bound)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found = run_cases(pulse_motion(), cases, **kernel)
     again = moved & (first.energy_error > bound)
@@ -332,7 +334,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
 
 @pytest.mark.parametrize("general", [False, True])
 def test_a_case_whose_energy_never_balances_is_marked_unstable(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR", -1.0)
+    monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", -1.0)
     found = run_cases(pulse_motion(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [-128]
@@ -344,7 +346,7 @@ def test_cases_of_any_contact_balance_their_energy_or_have_no_outcome(penetratio
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
     found = run_cases(pulse_motion(), block_cases(), gravestone(contact))
     simulated = found.status == CaseStatus.SIMULATED
-    assert (found.energy_error[simulated] <= MAX_ENERGY_ERROR).all()
+    assert (found.energy_error[simulated] <= MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO).all()
     assert (found.overturned[~simulated & (found.status != CaseStatus.AT_REST)] == -128).all()
     assert simulated.sum() > 0.95 * (found.status != CaseStatus.AT_REST).sum()
 

@@ -82,7 +82,9 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
         end = min([*sides[2:3], *past[:1], len(fast), motion.sample_count])
         seen += sides.size > 2
         plan = plan_scene_simulation(model, motion, one, numerics)
-        budget = BLOCK_STEP_COST_OF_ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
+        budget = (
+            BLOCK_STEP_COST_OF_ELEMENT_STEP * end * int(plan.steps_per_sample[0])
+        )  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
         _, general = plan.simulate_cases_of_group(first, counter, np.zeros((motion.sample_count, 14)))
         # Both kernels have their origin at the middle of the base.

@@ -162,7 +162,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
             Motion.of(near_field_strong_part(7)),
             study_cases_at_grid_indices(settings, done.sample.grid_indices),
             numerics,
-        ).steps
+        ).steps_per_sample
 
     stiff = {
         "model": PlanarModel(gravestone(Contact(static_penetration=DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO / 4)))
@@ -431,8 +431,10 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
         for refinement in (8, 1)
     )
     assert rerun_functions_by_rerun_kind(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
-    np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
-    np.testing.assert_array_equal(finer.case_table["shortest_step"], nominal.case_table["shortest_step"])
+    np.testing.assert_array_equal(
+        finer.steps_per_sample, 8 * nominal.steps_per_sample
+    )  # whole steps; ticks, and so finest ones, with them
+    np.testing.assert_array_equal(finer.case_table["shortest_step_ticks"], nominal.case_table["shortest_step_ticks"])
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
     assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.

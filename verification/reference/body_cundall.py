@@ -614,9 +614,11 @@ def enable_cundall() -> Iterator[None]:
         )
         rate, interval = planned.case_table["point_dashpot_constant_per_mass"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
-        planned.case_table["shortest_step"] = planned.case_table["steps_per_length_after_contact_change"] = 1.0
-        planned.case_table["longest_step_at_rest"] = TICKS_PER_STEP
-        return CundallSimulationPlan(**vars(planned) | {"steps": steps * numerics.refinement})
+        planned.case_table["shortest_step_ticks"] = planned.case_table["steps_before_doubling_after_contact_change"] = (
+            1.0
+        )
+        planned.case_table["longest_step_at_rest_ticks"] = TICKS_PER_STEP
+        return CundallSimulationPlan(**vars(planned) | {"steps_per_sample": steps * numerics.refinement})
 
     with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan_with_cundall_if_chosen):
         yield

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import MAX_ENERGY_ERROR
+from overturning.dem.kernel.balance import MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.model.geometry import PlacedElement
@@ -108,7 +108,7 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
         return "a number is not finite"
     if bounds.max_static_penetration > limit or results.peak_penetration[row] > limit * (1 + 1e-6):
         return "penetration"
-    if results.energy_error[row] > MAX_ENERGY_ERROR:
+    if results.energy_error[row] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
         return "energy balance"
     fallen = results.overturned[row] != 0
     if not flags_match_rotations:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
-from overturning.dem.numerics import DEFAULT_MAX_BLOCK_STEPS
+from overturning.dem.numerics import DEFAULT_MAX_BLOCK_STEPS_PER_CASE
 from overturning.model.contact import MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
 from verification.stability.cases import ADVERSARIAL_MOTION_KINDS, SCENE_NAMES
 from verification.stability.checks import CheckedOutcome
@@ -175,7 +175,7 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
         "A case that reaches the largest allowed number of steps is marked `over_budget`. Half of the "
         f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The program "
         f"allows a case at most {blocks.attrs['budget']:.2g} time steps in the map of stability, and at most "
-        f"{DEFAULT_MAX_BLOCK_STEPS:.0e} time steps in a study.",
+        f"{DEFAULT_MAX_BLOCK_STEPS_PER_CASE:.0e} time steps in a study.",
         "Blocks on contacts with little damping may still bounce or rock strongly at the time 20/p after the record (p "
         "is the rocking frequency). They are marked `undecided` if they have enough energy to overturn. Of the "
         f"{int(undecided.sum())} undecided blocks, {_percent_text(blocks['damping'][undecided] < 0.01)} have a damping "

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import MAX_ENERGY_ERROR
+from overturning.dem.kernel.balance import MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
 from overturning.dem.run import simulate_cases
@@ -209,7 +209,7 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
     slips = [getattr(results, name)[row] for name in ("residual_slip_north", "residual_slip_east", "residual_twist")]
     if not (np.isfinite(numbers).all() and all(np.isfinite(values[~fallen]).all() for values in slips)):
         return "a number is not finite"
-    if results.energy_error[row] > MAX_ENERGY_ERROR:
+    if results.energy_error[row] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
         return "energy balance"
     if results.peak_penetration[row] > MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * setting.stone_sizes.min() * (
         1.0 + 1e-6

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 MAX_PENETRATION_TO_HALF_SIDE_RATIO: Final = 0.2
 """Largest penetration for which the contact law holds, as a share of half the smaller side."""
 
-MAX_ROCKING_TIMES_AFTER_RECORD: Final = 20.0
+MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD: Final = 20.0
 """Time after the record, in 1/p, after which a block that may still fall is undecided."""
 
 

@@ -12,7 +12,7 @@ from overturning.errors import REASON_SEPARATOR, ArgumentError
 ProgressCallback = Callable[[int, int], None]
 """Callback that receives the block steps done and the block steps expected."""
 
-DEFAULT_MAX_BLOCK_STEPS: Final = 2_000_000_000
+DEFAULT_MAX_BLOCK_STEPS_PER_CASE: Final = 2_000_000_000
 """Default largest number of block steps of one case."""
 
 MAX_BUDGET_IN_BLOCK_STEPS: Final = 10**15
@@ -67,7 +67,7 @@ class NumericalOptions:
     time_step: float | str = "auto"
     leave_out: bool = True
     refinement: int = 1
-    budget: int = DEFAULT_MAX_BLOCK_STEPS
+    budget: int = DEFAULT_MAX_BLOCK_STEPS_PER_CASE
     threads: int = 1
     progress: ProgressCallback | None = None
     general: bool = False

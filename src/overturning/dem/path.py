@@ -37,9 +37,11 @@ class PlanarTrajectory:
     placed_elements: list[PlacedElement]
     critical_angles: FloatArray  # shape (elements,): α of each free element, rad
     time: FloatArray  # shape (rows,): time after the start of the record, s
-    base_acceleration: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
+    base_acceleration_towards_azimuth: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
     poses_and_rates: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
-    contact_forces: FloatArray  # shape (rows, contacts, 2): mean force on the first element until the next row, N
+    mean_contact_forces_until_next_row: (
+        FloatArray  # shape (rows, contacts, 2): mean force on the first element until the next row, N
+    )
     contact_force_points: (
         FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
     )
@@ -80,10 +82,10 @@ class PlanarTrajectory:
                 "time element", slip, "m", "displacement of the middle of the lower side"
             ),
             "ground_acceleration": dataset_variable_tuple(
-                "time", self.base_acceleration, "m s-2", "acceleration of the base towards the azimuth"
+                "time", self.base_acceleration_towards_azimuth, "m s-2", "acceleration of the base towards the azimuth"
             ),
             "contact_force": dataset_variable_tuple(
-                "time contact xz", self.contact_forces, "N", f"force on contact_on, {mean}"
+                "time contact xz", self.mean_contact_forces_until_next_row, "N", f"force on contact_on, {mean}"
             ),
             "contact_place": dataset_variable_tuple(
                 "time contact xz", self.contact_force_points, "m", f"where it acts, {mean}"

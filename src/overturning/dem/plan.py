@@ -77,11 +77,11 @@ class SimulationPlan(ABC):
     motion: Motion
     cases: Cases
     numerics: NumericalOptions
-    motion_rows: NDArray[np.int64]  # shape (n,): row of `base_accelerations` for each case
+    motion_row_by_case: NDArray[np.int64]  # shape (n,): row of `base_accelerations` for each case
     base_accelerations: (
         FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     )
-    steps: NDArray[np.int64]  # shape (n,): steps per sample
+    steps_per_sample: NDArray[np.int64]  # shape (n,): steps per sample
     first_simulated_sample: NDArray[np.int64]  # shape (n,): first sample that is computed
     stays_at_rest: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
     has_too_soft_contacts: NDArray[np.bool_]  # shape (n,): static penetration `exceeds_penetration_limit`; not computed
@@ -90,7 +90,7 @@ class SimulationPlan(ABC):
     @property
     def parallel_group_by_case(self) -> NDArray[np.int64]:
         """Group number of each case, shape (n,); cases with the same number are simulated in parallel."""
-        return self.steps
+        return self.steps_per_sample
 
     @property
     def vertical_base_acceleration(self) -> FloatArray | None:
@@ -229,16 +229,16 @@ class SimulationPlan(ABC):
         lane_count: int,
     ) -> dict[str, Any]:
         """Return, by name, the input fields that the kernels of all models share (see `KernelInput`)."""
-        cases, steps = self.case_table[case_numbers], int(self.steps[case_numbers[0]]) * step_divisor
+        cases, steps = self.case_table[case_numbers], int(self.steps_per_sample[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
-        cases["steps_per_length_after_contact_change"] *= step_divisor
+        cases["steps_before_doubling_after_contact_change"] *= step_divisor
         settings = SettingsOfParallelCases(
             sample_count=self.motion.sample_count,
             sampling_interval=self.motion.sampling_interval,
             ticks_per_sample=ticks_per_step * steps,
-            steps_per_check=steps,
-            block_step_cost_per_step=len(self.model.free_element_names),
-            max_block_steps_per_case=self.numerics.budget // self.block_step_cost_per_step,
+            attempted_steps_between_end_checks=steps,
+            free_element_count=len(self.model.free_element_names),
+            max_steps_times_elements_per_case=self.numerics.budget // self.block_step_cost_per_step,
             max_trajectory_rows=MAX_TRAJECTORY_DATASET_VALUES // self.dataset_values_per_trajectory_row,
             parallel_case_count=lane_count,
         )
@@ -246,12 +246,12 @@ class SimulationPlan(ABC):
             GroundMotion(
                 self.base_accelerations, self.vertical_base_acceleration, *self.largest_upcoming_accelerations
             ),
-            self.motion_rows[case_numbers],
+            self.motion_row_by_case[case_numbers],
         )
         return {
             "settings": settings,
             "cases": cases,
-            "motion_rows": row,
+            "motion_row_by_case": row,
             "results": result_tables["results"],
             "ground_motion": ground,
         }

@@ -94,7 +94,7 @@ def simulate_cases(
     results = plan.results_before_simulation()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.has_too_soft_contacts)
-    length = plan.steps[moving] * np.maximum(motion.sample_count - plan.first_simulated_sample[moving], 1)
+    length = plan.steps_per_sample[moving] * np.maximum(motion.sample_count - plan.first_simulated_sample[moving], 1)
     # The longest cases of a group first, so that all lanes finish at about the same time.
     order = moving[np.lexsort((-length, plan.parallel_group_by_case[moving]))]
 
@@ -102,9 +102,9 @@ def simulate_cases(
         """Simulate the cases with these indices and store their outcomes."""
         results.store_outcomes(case_numbers, plan.simulate_cases_of_group(case_numbers, counter)[0])
 
-    queues = split_into_case_groups(order, plan.parallel_group_by_case, plan.split_long_queues)
+    case_groups = split_into_case_groups(order, plan.parallel_group_by_case, plan.split_long_queues)
     simulate_groups_in_threads(
-        simulate_case_group, queues, numerics, counter, int(length.sum()) * len(model.free_element_names)
+        simulate_case_group, case_groups, numerics, counter, int(length.sum()) * len(model.free_element_names)
     )
     return results
 
@@ -149,23 +149,23 @@ def split_into_case_groups(
     `ordered_cases` are indices of cases, ordered by their number in `parallel_group_by_case`. If `split_long_groups`,
     128 or more cases of one number make at least two groups, so that two threads share them.
     """
-    queues = []
+    case_groups = []
     for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(parallel_group_by_case[ordered_cases])) + 1):
         if chosen.size:
             count = max(
                 -(-chosen.size // MAX_CASES_PER_KERNEL_CALL), min(2, chosen.size // 64) if split_long_groups else 1
             )
             # Interleaved, so that long and short cases are spread evenly.
-            queues += [chosen[part::count] for part in range(count)]
-    return queues
+            case_groups += [chosen[part::count] for part in range(count)]
+    return case_groups
 
 
 def simulate_groups_in_threads(
     simulate_case_group: Callable[[NDArray[np.int64]], None],
-    queues: list[NDArray[np.int64]],
+    case_groups: list[NDArray[np.int64]],
     numerics: NumericalOptions,
     steps_done: NDArray[np.int64],
-    total_steps: int,
+    total_block_steps: int,
 ) -> None:
     """Simulate groups of cases on `numerics.threads` threads, and report the number of steps done and expected.
 
@@ -173,12 +173,12 @@ def simulate_groups_in_threads(
     """
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
-        waiting = {pool.submit(simulate_case_group, chosen) for chosen in queues}
+        waiting = {pool.submit(simulate_case_group, chosen) for chosen in case_groups}
         while waiting:
             finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
             for future in finished:
                 future.result()
             if progress:
-                progress(min(int(steps_done[0]), total_steps), total_steps)
+                progress(min(int(steps_done[0]), total_block_steps), total_block_steps)
     if progress:
-        progress(total_steps, total_steps)
+        progress(total_block_steps, total_block_steps)

@@ -18,7 +18,7 @@ class IntegrationScheme(IntEnum):
     CENTRED = 1
 
 
-HEAVY_DAMPING_RATIO: Final = 2.0
+DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED: Final = 2.0
 """Damping ratio ξ of the highest mode above which the centred scheme shortens the contact step in proportion to 1/ξ.
 
 A longer step would be stable, but contact and slip are predicted from the velocity, which strong dashpots change too
@@ -31,7 +31,7 @@ MAX_STEP_OVER_ROCKING_TIME_CONSTANT: Final = 0.006
 The centred scheme is stable with any step and any contact stiffness (docs/method.md).
 """
 
-LIGHT_DAMPING_RATIO: Final = 0.25
+DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED: Final = 0.25
 """Damping ratio of the highest mode below which Cundall's scheme uses half of the automatic step."""
 
 DEFAULT_SCHEME: Final = "centred"
@@ -131,14 +131,14 @@ def longest_stable_step(
     scheme: IntegrationScheme,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
-    block_rocking_time: FloatArray | None = None,
+    block_rocking_time_constant: FloatArray | None = None,
 ) -> FloatArray:
     """Return the largest stable time step of each case, s.
 
     Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The
     centred scheme evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max
-    exceeds `HEAVY_DAMPING_RATIO`. For a block the springs are also evaluated there, so only the motion limits the step
-    (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
+    exceeds `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`. For a block the springs are also evaluated there, so only the
+    motion limits the step (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
 
     Parameters
     ----------
@@ -148,22 +148,26 @@ def longest_stable_step(
         ω² of the highest mode, 1/s².
     damping_rate : ndarray
         2 ξ_max ω of the highest mode, 1/s.
-    block_rocking_time : ndarray, optional
+    block_rocking_time_constant : ndarray, optional
         1/p of the block, s (`rocking_time_constant`); None for a scene.
     """
     if scheme == IntegrationScheme.CUNDALL:
         return 4.0 / (np.sqrt(damping_rate**2 + 4.0 * squared_frequency) + damping_rate)
     return (
         2.0 * shortest_contact_time_constant(squared_frequency, damping_rate)
-        if block_rocking_time is None
-        else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time
+        if block_rocking_time_constant is None
+        else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time_constant
     )
 
 
 def shortest_contact_time_constant(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
-    """Return 1/ω of the highest contact mode, s; less if the mode is heavily damped (`HEAVY_DAMPING_RATIO`)."""
+    """Return 1/ω of the highest contact mode, s; less above `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`."""
     frequency = np.sqrt(squared_frequency)
-    return np.asarray(HEAVY_DAMPING_RATIO / np.maximum(0.5 * damping_rate / frequency, HEAVY_DAMPING_RATIO) / frequency)
+    return np.asarray(
+        DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED
+        / np.maximum(0.5 * damping_rate / frequency, DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED)
+        / frequency
+    )
 
 
 def steps_per_sample(
@@ -172,7 +176,7 @@ def steps_per_sample(
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
     sampling_interval: float,
-    block_rocking_time: FloatArray | None = None,
+    block_rocking_time_constant: FloatArray | None = None,
 ) -> NDArray[np.int64]:
     """Return the number of time steps per sample of the record for each case, from the requested time step.
 
@@ -188,7 +192,7 @@ def steps_per_sample(
         ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `longest_stable_step`.
     sampling_interval : float
         Time between samples, s.
-    block_rocking_time : ndarray, optional
+    block_rocking_time_constant : ndarray, optional
         1/p of the block, s; None for a scene.
 
     Returns
@@ -201,10 +205,10 @@ def steps_per_sample(
     ArgumentError
         If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
-    stable = longest_stable_step(scheme, squared_frequency, damping_rate, block_rocking_time)
+    stable = longest_stable_step(scheme, squared_frequency, damping_rate, block_rocking_time_constant)
     return steps_per_sample_from_stable_step(
         stable,
-        stable * _automatic_to_stable_step_ratio(scheme, squared_frequency, damping_rate, block_rocking_time),
+        stable * _automatic_to_stable_step_ratio(scheme, squared_frequency, damping_rate, block_rocking_time_constant),
         time_step,
         sampling_interval,
     )
@@ -264,14 +268,20 @@ def _automatic_to_stable_step_ratio(
     scheme: IntegrationScheme,
     squared_frequency: FloatArray,
     damping_rate: FloatArray,
-    block_rocking_time: FloatArray | None,
+    block_rocking_time_constant: FloatArray | None,
 ) -> FloatArray | float:
     """Return the automatic time step of each case as a fraction of its longest stable step."""
     # Chosen from the tables in docs/measurements.md, "The default step".
-    if block_rocking_time is not None and scheme == IntegrationScheme.CENTRED:
+    if block_rocking_time_constant is not None and scheme == IntegrationScheme.CENTRED:
         return AUTO_TO_STABLE_STEP_RATIO[scheme]
-    fraction = SCENE_AUTO_TO_STABLE_STEP_RATIO if block_rocking_time is None else AUTO_TO_STABLE_STEP_RATIO[scheme]
-    return np.where(0.5 * damping_rate / np.sqrt(squared_frequency) < LIGHT_DAMPING_RATIO, 0.5 * fraction, fraction)
+    fraction = (
+        SCENE_AUTO_TO_STABLE_STEP_RATIO if block_rocking_time_constant is None else AUTO_TO_STABLE_STEP_RATIO[scheme]
+    )
+    return np.where(
+        0.5 * damping_rate / np.sqrt(squared_frequency) < DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED,
+        0.5 * fraction,
+        fraction,
+    )
 
 
 def _parse_fraction_of_stable_step(text: str) -> float:

@@ -69,11 +69,11 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         start_case(inputs, workspace, lane, 0)
     for sample in range(samples):
         update_sample_and_load_motion(inputs, workspace, cases, rows.PARALLEL_CASE_COUNT)
-        for n in range(inputs.settings.steps_per_check):
+        for n in range(inputs.settings.attempted_steps_between_end_checks):
             if not sleep:
                 resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
             advance_scene_one_step(
-                inputs.ground_motion.up, state, view_without_reference_counts(workspace.equation_matrix),
+                inputs.ground_motion.upward_acceleration, state, view_without_reference_counts(workspace.equation_matrix),
                 view_without_reference_counts(workspace.nonzero_pattern),
                 view_without_reference_counts(workspace.active_pairs),
                 view_without_reference_counts(workspace.moves_relative_to_base), scene,

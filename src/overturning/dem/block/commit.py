@@ -132,14 +132,14 @@ def contact_changes_in_block_step(
     changed = (change_l if change_l > change_r else change_r) > 0.0
     far = travel_l if travel_l > travel_r else travel_r
     gentle = (far <= block.max_corner_travel_without_halving_step) & (
-        step_ticks <= MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step
+        step_ticks <= MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
     )
     stands = (left.new_corner.normal_force_per_mass > 0.0) & (right.new_corner.normal_force_per_mass > 0.0)
     if not with_friction:
         return StepContactChanges(
             contact_changed=changed,
-            requires_shorter_step=False,
-            may_keep_step=gentle,
+            motion_requires_shorter_step=False,
+            may_accept_despite_contact_change=gentle,
             has_wrong_slip_assumption=False,
             has_slip_reversal=False,
             has_friction_reversal=False,
@@ -154,8 +154,8 @@ def contact_changes_in_block_step(
     slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
     return StepContactChanges(
         contact_changed=changed,
-        requires_shorter_step=False,
-        may_keep_step=gentle,
+        motion_requires_shorter_step=False,
+        may_accept_despite_contact_change=gentle,
         has_wrong_slip_assumption=wrong,
         has_slip_reversal=left.has_slip_reversal | right.has_slip_reversal,
         has_friction_reversal=back,

@@ -17,7 +17,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
-    MAX_KINETIC_ENERGY_RATIO_AT_REST,
+    MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH,
     MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
@@ -117,7 +117,7 @@ def case_status(
     lane: int,
     velocity_lag_steps: float,
     ticks_per_sample: float,
-    last_sample: float,
+    record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
@@ -141,15 +141,15 @@ def case_status(
             + s.centre_vz * s.centre_vz
             + s.angular_velocity * s.angular_velocity / block.mass_over_moment_of_inertia
         )
-        if kinetic < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * block.half_width:
+        if kinetic < MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH * GRAVITY * block.half_width:
             return CaseStatus.SIMULATED
-    if sample < last_sample:
+    if sample < record_end_sample:
         return CASE_NOT_ENDED
     if standing_outcome_is_final(block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_steps):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.critical_angle, s.centre_z - block.half_height
     late_tilt = largest_tilt_near_case_end(
-        state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane], course, sample, last_sample, tilt, rise
+        state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane], course, sample, record_end_sample, tilt, rise
     )
     state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
@@ -167,7 +167,7 @@ def write_case_results(
     account, course = load_account(state, lane), load_course(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
     result_row.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
-    result_row.overturning_time = course.last_upright_time if fallen else np.nan
+    result_row.overturning_time = course.last_time_below_critical_angle if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
     result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.max_abs_angle, 0.5 * np.pi)) / block.critical_angle
     peak_slip, residual_slip = peaks.max_abs_base_slip, displacement_of_block_base(block, s.centre_x, s.sin)
@@ -210,4 +210,6 @@ def write_block_trajectory_row(
     trajectory_row.centre_vx, trajectory_row.centre_vz, trajectory_row.angular_velocity = (
         velocities_at_time_of_position(block, s, velocity_lag_steps)
     )
-    trajectory_row.ground_acceleration = -(push.value_at_sample_start + push.slope * s.ticks_since_sample_start)
+    trajectory_row.ground_acceleration = -(
+        push.value_at_sample_start + push.slope_per_tick * s.ticks_since_sample_start
+    )

@@ -82,7 +82,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     )
     load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
     load_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
+        NextStepToAttempt, unused_fields=[] if with_friction else ["repeats_with_corrected_sliding"]
     ).load
     load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         AssumedFrictionCoefficientIfSliding,
@@ -118,7 +118,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         for j in range(round_to_vector_multiple(lane_count)):
             fine = (
                 load_attempt(state, j).length_in_ticks
-                <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step
+                <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
             )
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
@@ -145,7 +145,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
     )
     load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused)
     load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        NextStepToAttempt, unused_fields=[] if with_friction else ["repetition_count"]
+        NextStepToAttempt, unused_fields=[] if with_friction else ["repeats_with_corrected_sliding"]
     )
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         AssumedFrictionCoefficientIfSliding,
@@ -172,7 +172,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 load_step_control(state, j),
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length_in_ticks
-            fine = length <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step
+            fine = length <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
             held = block_lands_flat(
                 block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
             )
@@ -204,7 +204,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 ),
                 fine,
                 both,
-                attempt.repetition_count > 0.0,
+                attempt.repeats_with_corrected_sliding > 0.0,
                 sooner,
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))

@@ -50,9 +50,9 @@ def planar_trajectory_of_block(
         placed_elements=placed,
         critical_angles=np.array([np.nan, critical_angle]),
         time=time,
-        base_acceleration=trajectory_rows["ground_acceleration"],
+        base_acceleration_towards_azimuth=trajectory_rows["ground_acceleration"],
         poses_and_rates=poses,
-        contact_forces=force * block.mass,
+        mean_contact_forces_until_next_row=force * block.mass,
         contact_force_points=point + origin,
         contact_element_names=[names, names],
     )

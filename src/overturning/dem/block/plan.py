@@ -21,7 +21,7 @@ from overturning.dem.block.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, T
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
 from overturning.dem.limits import (
     MAX_PENETRATION_TO_HALF_SIDE_RATIO,
-    MAX_ROCKING_TIMES_AFTER_RECORD,
+    MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
     exceeds_penetration_limit,
 )
 from overturning.dem.numerics import NumericalOptions
@@ -74,7 +74,7 @@ class BlockSimulationPlan(SimulationPlan):
         They have equal step lengths, and all or none of them have friction.
         """
         return group_numbers_of_equal_cases(
-            self.steps, self.case_table["longest_step_at_rest"], self.case_table["friction"] == 0
+            self.steps_per_sample, self.case_table["longest_step_at_rest_ticks"], self.case_table["friction"] == 0
         )
 
     def kernel_input(
@@ -95,7 +95,9 @@ class BlockSimulationPlan(SimulationPlan):
         cases["max_corner_travel_without_halving_step"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         settings = settings._replace(
-            steps_per_check=int(settings.ticks_per_sample / float(cases["longest_step_at_rest"][0]))
+            attempted_steps_between_end_checks=int(
+                settings.ticks_per_sample / float(cases["longest_step_at_rest_ticks"][0])
+            )
             + scheme.max_steps_beyond_sample_end
         )
         with_friction = 0 if cases["friction"][0] > 0 else None
@@ -245,14 +247,14 @@ def plan_block_simulation(
         "amplitude_factor": amplitude, "initial_tilt": tilt, "first_simulated_sample": first,
         "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
         "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt), "last_onset_sample": calm,
-        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period / interval),
+        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
         "max_corner_travel_without_halving_step": (
             MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT * lengths.finest_step_s * width * alpha / period
         ),
-        "shortest_step": np.ldexp(1.0, control.max_step_halvings - halvings),
-        "longest_step_at_rest": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
-        "steps_per_length_after_contact_change": np.round(
+        "shortest_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
+        "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
+        "steps_before_doubling_after_contact_change": np.round(
             control.steps_before_length_doubles(square, rate) / step_ratio
         ),
         "long_steps_before_doubling": np.round(control.long_steps_before_doubling / step_ratio),
@@ -260,8 +262,8 @@ def plan_block_simulation(
     for name, values in columns.items():
         table[name] = values
     return BlockSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
-        base_accelerations=ground, steps=lengths.whole_steps_per_sample, first_simulated_sample=first,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
+        base_accelerations=ground, steps_per_sample=lengths.whole_steps_per_sample, first_simulated_sample=first,
         stays_at_rest=stays_at_rest,
         case_table=table,
         has_too_soft_contacts=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),

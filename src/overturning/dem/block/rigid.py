@@ -16,7 +16,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.block.tables import RIGID_CASE_TABLE_DTYPE
 from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
-from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
+from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
 from overturning.dem.plan import azimuth_rows_and_base_accelerations, evaluate_and_round_results
 from overturning.dem.time_step import rocking_time_constant
 from overturning.kernel_cache import cache_compiled_kernel
@@ -311,7 +311,7 @@ def _simulate_rigid_block(
 @njit(nogil=True, **COMPILE_OPTIONS)
 def _simulate_rigid_blocks(
     horizontal_acceleration: Any,
-    motion_rows: Any,
+    motion_row_by_case: Any,
     vertical_acceleration: Any,
     cases: Any,
     series_order: int,
@@ -321,7 +321,7 @@ def _simulate_rigid_blocks(
     series = np.zeros((6, series_order + 1))
     for k in range(cases.size):
         outcomes_out[k, 0], outcomes_out[k, 1] = _simulate_rigid_block(
-            horizontal_acceleration[motion_rows[k]], vertical_acceleration, cases[k], series
+            horizontal_acceleration[motion_row_by_case[k]], vertical_acceleration, cases[k], series
         )
 
 
@@ -368,7 +368,7 @@ def simulate_rigid_rocking(
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps_per_sample": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
         "max_rest_angular_velocity_rad_per_sample": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
-        "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD / per_sample),
+        "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD / per_sample),
         "amplitude_factor": cases.amplitude,
         "initial_tilt": tilt,
         "sine_of_tilt_left_to_critical_angle": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),

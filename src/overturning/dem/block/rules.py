@@ -66,7 +66,7 @@ class BlockKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
-    motion_rows: NDArray[np.int64]
+    motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground_motion: GroundMotion
@@ -107,11 +107,11 @@ COS, SIN, TICK, LAST_UPRIGHT = (
 LENGTH, REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "was_at_rest_at_sample_start"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_upright_time"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle"),
 )
 
 
@@ -175,11 +175,11 @@ def write_initial_block_state(
     )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
-        case_parameters.shortest_step, case_parameters.longest_step_at_rest,
-        case_parameters.steps_per_length_after_contact_change, case_parameters.long_steps_before_doubling,
+        case_parameters.shortest_step_ticks, case_parameters.longest_step_at_rest_ticks,
+        case_parameters.steps_before_doubling_after_contact_change, case_parameters.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    length, steps = case_parameters.shortest_step, case_parameters.steps_per_length_after_contact_change
+    length, steps = case_parameters.shortest_step_ticks, case_parameters.steps_before_doubling_after_contact_change
     store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, AssumedFrictionCoefficientIfSliding(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_parameters.initial_tilt), 0.0, 0.0, -1.0))
@@ -195,8 +195,8 @@ def write_initial_block_state(
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, lane_count, kernel_input.motion_rows, lane_cases, kernel_input.ground_motion.along,
-        kernel_input.ground_motion.up,
+        workspace.state, lane_count, kernel_input.motion_row_by_case, lane_cases,
+        kernel_input.ground_motion.horizontal_acceleration, kernel_input.ground_motion.upward_acceleration,
         kernel_input.settings,
     )  # fmt: skip
 
@@ -205,7 +205,7 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
 def start_sample_and_load_base_motion(
     state: Any,
     lane_count: int,
-    motion_rows: Any,
+    motion_row_by_case: Any,
     lane_cases: Any,
     horizontal_acceleration: Any,
     vertical_acceleration: Any,
@@ -213,7 +213,7 @@ def start_sample_and_load_base_motion(
 ) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1.
 
-    `motion_rows` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
+    `motion_row_by_case` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
     """
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
     for j in range(round_to_vector_multiple(lane_count)):
@@ -233,7 +233,7 @@ def start_sample_and_load_base_motion(
             state,
             j,
             linear_base_acceleration_of_sample(
-                horizontal_acceleration[motion_rows[lane_cases[j]]], i, -course.amplitude_factor, scale
+                horizontal_acceleration[motion_row_by_case[lane_cases[j]]], i, -course.amplitude_factor, scale
             ),
         )
         if vertical_acceleration is not None:
@@ -251,20 +251,23 @@ def attempt_steps_until_next_check(
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
-    up, with_friction = kernel_input.ground_motion.up, kernel_input.friction_marker_none_if_frictionless
-    step, ticks, steps_per_check = (
+    up, with_friction = (
+        kernel_input.ground_motion.upward_acceleration,
+        kernel_input.friction_marker_none_if_frictionless,
+    )
+    step, ticks, attempted_steps_between_end_checks = (
         select_time_stepping_loop(scheme, up, with_friction),
         settings.ticks_per_sample,
-        settings.steps_per_check,
+        settings.attempted_steps_between_end_checks,
     )
-    stride = steps_per_check if trajectory.shape[0] == 0 else 1
+    stride = attempted_steps_between_end_checks if trajectory.shape[0] == 0 else 1
     if trajectory.shape[0] > 0:
         trajectory = grow_trajectory_array(
-            trajectory, recorded_row_count + steps_per_check, settings.max_trajectory_rows
+            trajectory, recorded_row_count + attempted_steps_between_end_checks, settings.max_trajectory_rows
         )
-        if trajectory.shape[0] < recorded_row_count + steps_per_check:
+        if trajectory.shape[0] < recorded_row_count + attempted_steps_between_end_checks:
             return trajectory, -1
-    for done in range(0, steps_per_check, stride):
+    for done in range(0, attempted_steps_between_end_checks, stride):
         if trajectory.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
             write_block_trajectory_row(
                 state, 0, scheme.velocity_lag_steps, settings.sampling_interval, ticks, trajectory[recorded_row_count]
@@ -288,7 +291,7 @@ def mark_possibly_ended_block_cases(
     active_lane_count: int,
     end_marks_out: Any,
     ticks_per_sample: float,
-    last_sample: float,
+    record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
 ) -> int:
     """Mark and count the cases with a fallen block, an invalid state, or no strong shaking still to come."""
@@ -299,7 +302,7 @@ def mark_possibly_ended_block_cases(
         sound = (s.cos > 0.0) & (load_peaks(state, j).max_corner_penetration <= most)
         total = (s.centre_vx + s.centre_vz + s.angular_velocity) + (s.centre_x + s.centre_z + s.cos)
         goes_on = case_cannot_have_ended(
-            load_course(state, j), s.ticks_since_sample_start, ticks_per_sample, last_sample, total, sound
+            load_course(state, j), s.ticks_since_sample_start, ticks_per_sample, record_end_sample, total, sound
         )
         end_marks_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
@@ -311,7 +314,7 @@ def skip_quiet_samples_of_resting_cases(
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
     skip_samples_of_resting_blocks(
-        workspace.state, lane_cases, active_lane_count, kernel_input.motion_rows, kernel_input.ground_motion,
+        workspace.state, lane_cases, active_lane_count, kernel_input.motion_row_by_case, kernel_input.ground_motion,
         kernel_input.settings.ticks_per_sample, skipped_sample_counts_out,
     )  # fmt: skip
 
@@ -321,7 +324,7 @@ def skip_samples_of_resting_blocks(
     state: Any,
     lane_cases: Any,
     active_lane_count: int,
-    motion_rows: Any,
+    motion_row_by_case: Any,
     ground: Any,
     ticks_per_sample: float,
     skipped_sample_counts_out: Any,
@@ -351,7 +354,7 @@ def skip_samples_of_resting_blocks(
             course = load_course(state, j)
             now = course.current_sample + state[TICK + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
-                ground, motion_rows[lane_cases[j]], now, course.amplitude_factor, state[REST_LIMIT + j]
+                ground, motion_row_by_case[lane_cases[j]], now, course.amplitude_factor, state[REST_LIMIT + j]
             )
             state[SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples

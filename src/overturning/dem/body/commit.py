@@ -266,8 +266,8 @@ def contact_changes_in_body_step(
     stands = shaking_is_weak & (largest_contact_changes.has_unloaded_point == 0.0)
     return StepContactChanges(
         contact_changed=largest_contact_changes.positive_if_contact_opened_or_closed > 0.0,
-        requires_shorter_step=lowest_rim_point_moves_too_far,
-        may_keep_step=False,
+        motion_requires_shorter_step=lowest_rim_point_moves_too_far,
+        may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
         has_slip_reversal=largest_contact_changes.has_friction_against_assumed_direction > 0.0,
         has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,

@@ -32,7 +32,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
-    MAX_KINETIC_ENERGY_RATIO_AT_REST,
+    MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH,
     MAX_TILT_RATIO_AT_REST,
     MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
@@ -63,7 +63,7 @@ NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextSte
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
 LATE_TILT, SLIDE_END = (
     STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle"),
-    STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
+    STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample_or_zero_before_known"),
 )
 
 
@@ -225,7 +225,7 @@ def case_status(
     # A body that rests on its base after the last time at which it could start to move stays there.
     still = (
         0.5 * twice_kinetic_energy_per_mass(body, s)
-        < MAX_KINETIC_ENERGY_RATIO_AT_REST * GRAVITY * limits.min_base_edge_distance_from_centre
+        < MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH * GRAVITY * limits.min_base_edge_distance_from_centre
     )
     if (
         sample >= course.last_onset_sample
@@ -313,7 +313,7 @@ def write_case_results(
     f = rotation_matrix(s.rotation)
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_limits_by_lean_sector)
     result_row.fallen = 1.0 if fallen else 0.0
-    result_row.last_upright_time_if_fallen = course.last_upright_time if fallen else np.nan
+    result_row.last_upright_time_if_fallen = course.last_time_below_critical_angle if fallen else np.nan
     result_row.peak_lean_squared_sine = max(peaks.peak_lean_squared_sine, lean_as_squared_sine(f))
     result_row.peak_slip = np.sqrt(peaks.peak_squared_base_slip)
     result_row.slip_x_at_end, result_row.slip_y_at_end = (

@@ -30,7 +30,7 @@ from overturning.dem.body.tables import (
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
 from overturning.dem.kernel.clock import KernelStepControl
 from overturning.dem.limits import (
-    MAX_ROCKING_TIMES_AFTER_RECORD,
+    MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
     exceeds_penetration_limit,
 )
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
@@ -70,7 +70,7 @@ class SimulationPlan3D(SimulationPlan):
 
         They have equal step lengths.
         """
-        return group_numbers_of_equal_cases(self.steps, self.case_table["longest_step_at_rest"])
+        return group_numbers_of_equal_cases(self.steps_per_sample, self.case_table["longest_step_at_rest_ticks"])
 
     @property
     def vertical_base_acceleration(self) -> FloatArray:
@@ -89,8 +89,10 @@ class SimulationPlan3D(SimulationPlan):
         ticks = self.ticks_per_whole_step
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, parallel_case_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
-        settings, standing = queued["settings"], float(queued["cases"]["longest_step_at_rest"][0])
-        queued["settings"] = settings._replace(steps_per_check=int(settings.ticks_per_sample / standing))
+        settings, standing = queued["settings"], float(queued["cases"]["longest_step_at_rest_ticks"][0])
+        queued["settings"] = settings._replace(
+            attempted_steps_between_end_checks=int(settings.ticks_per_sample / standing)
+        )
         queued["cases"]["long_steps_before_doubling"] *= step_divisor
         return queued
 
@@ -219,7 +221,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,
         "last_onset_sample": calm,
-        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * period[which] / interval),
+        "end_sample_if_undecided": (
+            samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period[which] / interval)
+        ),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
         "max_acceleration_for_sample_long_steps_g": (
             MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if has_vertices_at_rest else 0.0
@@ -248,10 +252,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         solids_by_size=made,
         body_constants_by_size=bodies,
         vertices_and_base_edges_by_size=points,
-        orientation_cosines_north_east=cosines,
-        motion_rows=row,
+        orientation_cosines_north_east=cosines, motion_row_by_case=row,
         base_accelerations=along,
-        steps=steps,
+        steps_per_sample=steps,
         first_simulated_sample=first,
         case_table=table,
         stays_at_rest=stays_at_rest,
@@ -328,11 +331,11 @@ def steps_per_sample_and_step_control(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = kernel_step_control.longest_whole_step_in_rocking_times * rocking_time_constant
+    whole = kernel_step_control.longest_whole_step_in_rocking_time_constants * rocking_time_constant
     per_sample = partial(
         steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
         damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
-        block_rocking_time=rocking_time_constant,
+        block_rocking_time_constant=rocking_time_constant,
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
@@ -350,9 +353,10 @@ def steps_per_sample_and_step_control(
         damping_rate >= np.sqrt(squared_frequency)
     )
     return steps, {
-        "shortest_step": finest,
-        "longest_step_at_rest": kernel_step_control.ticks_per_whole_step * np.where(rigid, np.gcd(usual, steps), 1),
-        "steps_per_length_after_contact_change": np.round(
+        "shortest_step_ticks": finest,
+        "longest_step_at_rest_ticks": kernel_step_control.ticks_per_whole_step
+        * np.where(rigid, np.gcd(usual, steps), 1),
+        "steps_before_doubling_after_contact_change": np.round(
             kernel_step_control.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
         ),
         "long_steps_before_doubling": np.round(kernel_step_control.long_steps_before_doubling * steps / usual),

@@ -38,7 +38,7 @@ from overturning.dem.body.state import (
 from overturning.dem.body.vectors import normalise_quaternion, rotation_matrix
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
-    MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST,
+    MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
     CaseProgress,
     CaseRestState,
     case_cannot_have_ended,
@@ -85,7 +85,7 @@ class BodyKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
-    motion_rows: NDArray[np.int64]
+    motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground_motion: GroundMotion
@@ -139,11 +139,11 @@ LENGTH, LOADED = (
 )
 REST_LIMIT, AT_REST = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "at_rest"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "was_at_rest_at_sample_start"),
 )
 SAMPLE, UPRIGHT_UNTIL = (
     STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_upright_time"),
+    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle"),
 )
 
 
@@ -185,7 +185,7 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
     start_sample_and_load_base_motion(
         workspace.state,
         lane_count,
-        kernel_input.motion_rows,
+        kernel_input.motion_row_by_case,
         lane_cases,
         kernel_input.ground_motion,
         kernel_input.settings,
@@ -196,15 +196,15 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
 def start_sample_and_load_base_motion(
     state: Any,
     lane_count: int,
-    motion_rows: Any,
+    motion_row_by_case: Any,
     lane_cases: Any,
     ground_motion: Any,
     queue_settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each case, and rescale each quaternion to length 1."""
     along, up, ticks, interval, scale = (
-        ground_motion.along,
-        ground_motion.up,
+        ground_motion.horizontal_acceleration,
+        ground_motion.upward_acceleration,
         queue_settings.ticks_per_sample,
         queue_settings.sampling_interval,
         1.0 / queue_settings.ticks_per_sample,
@@ -224,7 +224,7 @@ def start_sample_and_load_base_motion(
             continue
         state[LOADED + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
-        horizontal = along[motion_rows[lane_cases[j]]]
+        horizontal = along[motion_row_by_case[lane_cases[j]]]
         store_shaking(
             state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
@@ -260,7 +260,7 @@ def attempt_steps_until_next_check(
         count,
         base,
         lane_count,
-        settings.steps_per_check,
+        settings.attempted_steps_between_end_checks,
         settings.ticks_per_sample,
     )
     return trajectory, recorded_row_count
@@ -307,13 +307,13 @@ def mark_possibly_ended_body_cases(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_bodies(state: Any, active_lane_count: int) -> int:
-    """Mark and count, by a quick test, the cases whose body may be at rest (`CaseRestState.at_rest` = 1)."""
+    """Mark and count, by a quick test, the cases whose body may be at rest (see `CaseRestState`)."""
     number = 0
     for j in range(active_lane_count):
         s, length, least = (
             load_state(state, j),
             state[LENGTH + j],
-            MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * state[REST_LIMIT + j] * GRAVITY,
+            MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * state[REST_LIMIT + j] * GRAVITY,
         )
         v, a, most = s.velocity_relative_to_base, s.acceleration_relative_to_base, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
@@ -332,7 +332,7 @@ def skip_quiet_samples_of_resting_cases(
         kernel_input.settings,
         workspace.state,
         kernel_input.ground_motion,
-        kernel_input.motion_rows,
+        kernel_input.motion_row_by_case,
         kernel_input.base_vertex_count,
     )
     count = kernel_input.vertices_and_base_edges_by_size.shape[1]

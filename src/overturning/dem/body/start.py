@@ -71,9 +71,9 @@ def write_initial_body_state(
     )
     store_body(state, lane, body)
     case_step_control = CaseStepControl(
-        case_parameters.shortest_step,
-        case_parameters.longest_step_at_rest,
-        case_parameters.steps_per_length_after_contact_change,
+        case_parameters.shortest_step_ticks,
+        case_parameters.longest_step_at_rest_ticks,
+        case_parameters.steps_before_doubling_after_contact_change,
         case_parameters.long_steps_before_doubling,
     )
     store_step_control(state, lane, case_step_control)
@@ -81,7 +81,9 @@ def write_initial_body_state(
     store_attempt(
         state,
         lane,
-        NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_per_length_after_contact_change, 0.0),
+        NextStepToAttempt(
+            case_parameters.shortest_step_ticks, case_parameters.steps_before_doubling_after_contact_change, 0.0
+        ),
     )
     store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (

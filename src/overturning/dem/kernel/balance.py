@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from overturning.model.status import CaseStatus
 
-MAX_ENERGY_ERROR: Final = 1e-2
+MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO: Final = 1e-2
 """Largest energy error of a valid case; above it, work and energy do not balance and the flag is missing."""
 
-RERUN_REFINEMENT: Final = 4
+STEP_DIVISOR_PER_RERUN: Final = 4
 """Refinement factor for each rerun of a case whose energy does not balance."""
 
 MAX_RERUNS: Final = 2
@@ -35,8 +35,10 @@ def run_cases_until_energy_balances(
     """
     rows = np.arange(status.size)
     for again in range(1 + MAX_RERUNS):
-        run_case_rows(rows, RERUN_REFINEMENT**again)
-        rows = rows[(status[rows] == CaseStatus.SIMULATED) & ~(energy_error[rows] <= MAX_ENERGY_ERROR)]
+        run_case_rows(rows, STEP_DIVISOR_PER_RERUN**again)
+        rows = rows[
+            (status[rows] == CaseStatus.SIMULATED) & ~(energy_error[rows] <= MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO)
+        ]
         if not rows.size:
             return
     status[rows] = CaseStatus.UNSTABLE

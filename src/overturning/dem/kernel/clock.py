@@ -19,22 +19,22 @@ from overturning.dem.time_step import MAX_STEP_OVER_ROCKING_TIME_CONSTANT
 class KernelStepControl(NamedTuple):
     """Constants of the step control that all cases of a kernel share: limits of step lengths and of repetitions."""
 
-    longest_whole_step_in_rocking_times: float
+    longest_whole_step_in_rocking_time_constants: float
     """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
     max_contact_change_step_times_omega: float
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
     ticks_per_whole_step: float
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
-    max_step_using_predicted_forces: float
+    max_predicted_force_step_in_shortest_steps: float
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     max_repeats_with_corrected_sliding: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
-    steps_per_length_after_contact_change: float
+    steps_before_doubling_after_contact_change: float
     """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
-    long_step_threshold: float
-    """Length, in finest steps, above which steps no longer resolve the vibration after a contact change."""
+    long_step_threshold_in_shortest_steps: float
+    """Length, in finest steps, from which a step is long: it does not resolve the vibration after a contact change."""
     long_steps_before_doubling: float
-    """Steps of each length above `long_step_threshold`, and of a length to which a step was shortened."""
+    """Long steps of one length before the length doubles; also steps of a length to which a step was shortened."""
 
     @property
     def max_step_halvings(self) -> int:
@@ -48,7 +48,7 @@ class KernelStepControl(NamedTuple):
         case, arrays of the same shape. The number grows if the damping ratio is below one half.
         """
         return np.asarray(
-            self.steps_per_length_after_contact_change
+            self.steps_before_doubling_after_contact_change
             * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0)
         )
 
@@ -56,21 +56,23 @@ class KernelStepControl(NamedTuple):
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
 BLOCK_STEP_CONTROL: Final = KernelStepControl(
-    longest_whole_step_in_rocking_times=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
+    longest_whole_step_in_rocking_time_constants=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
     max_contact_change_step_times_omega=0.08,
     ticks_per_whole_step=2.0**24,
-    max_step_using_predicted_forces=4.0,
+    max_predicted_force_step_in_shortest_steps=4.0,
     max_repeats_with_corrected_sliding=2.0,
-    steps_per_length_after_contact_change=8.0,
-    long_step_threshold=8.0,
+    steps_before_doubling_after_contact_change=8.0,
+    long_step_threshold_in_shortest_steps=8.0,
     long_steps_before_doubling=2.0,
 )
 SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step_in_rocking_times=0.0125, max_contact_change_step_times_omega=0.16, ticks_per_whole_step=2.0**20
+    longest_whole_step_in_rocking_time_constants=0.0125,
+    max_contact_change_step_times_omega=0.16,
+    ticks_per_whole_step=2.0**20,
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
-    longest_whole_step_in_rocking_times=0.004, max_contact_change_step_times_omega=0.1, ticks_per_whole_step=2.0**9,
-    max_step_using_predicted_forces=2.0, max_repeats_with_corrected_sliding=3.0,
+    longest_whole_step_in_rocking_time_constants=0.004, max_contact_change_step_times_omega=0.1,
+    ticks_per_whole_step=2.0**9, max_predicted_force_step_in_shortest_steps=2.0, max_repeats_with_corrected_sliding=3.0,
     long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
@@ -94,14 +96,14 @@ FLOAT_TO_INTEGER_ROUNDING_OFFSET: Final = 2.0**52
 class CaseStepControl(NamedTuple):
     """Step lengths of one case, in ticks, and the number of equal steps after which the length may double."""
 
-    shortest_step: float
+    shortest_step_ticks: float
     """Finest step, ticks."""
-    longest_step_at_rest: float
+    longest_step_at_rest_ticks: float
     """Step while the body rests on all contacts (≥ whole step), ticks."""
-    steps_per_length_after_contact_change: float
-    """Steps of one length after a contact change."""
+    steps_before_doubling_after_contact_change: float
+    """Steps of one length after a contact change before the length doubles."""
     long_steps_before_doubling: float
-    """Steps of one length above `KernelStepControl.long_step_threshold`."""
+    """Long steps of one length before the length doubles; see `KernelStepControl`."""
 
 
 class NextStepToAttempt(NamedTuple):
@@ -109,10 +111,10 @@ class NextStepToAttempt(NamedTuple):
 
     length_in_ticks: float
     """Length, ticks."""
-    steps_before_lengthening: float
+    remaining_steps_before_lengthening: float
     """Steps of this length before longer ones may be tried."""
-    repetition_count: float
-    """Number of repetitions of this step with other sliding points."""
+    repeats_with_corrected_sliding: float
+    """Number of repetitions of this step so far with other sliding points, at the same length."""
 
 
 class StepContactChanges(NamedTuple):
@@ -120,12 +122,12 @@ class StepContactChanges(NamedTuple):
 
     contact_changed: bool
     """True if a contact opens or closes."""
-    requires_shorter_step: bool
+    motion_requires_shorter_step: bool
     """True if the motion requires a shorter step."""
-    may_keep_step: bool
-    """True if the step may be accepted anyway."""
+    may_accept_despite_contact_change: bool
+    """True if the step may be accepted although a contact changes, since the contact moves little."""
     has_wrong_slip_assumption: bool
-    """True if the sticking or sliding of a point differs from the assumption."""
+    """True if the sticking or sliding of a point in the solved step differs from the assumption."""
     has_slip_reversal: bool
     """True if a point slides against its velocity (slip reversal)."""
     has_friction_reversal: bool
@@ -154,30 +156,36 @@ def accept_or_reject_and_choose_next_step(
     """
     length = step_attempt.length_in_ticks
     shorter = (
-        (contact_changes.contact_changed | contact_changes.requires_shorter_step)
-        & (length > case_step_control.shortest_step)
-        & (not contact_changes.may_keep_step)
+        (contact_changes.contact_changed | contact_changes.motion_requires_shorter_step)
+        & (length > case_step_control.shortest_step_ticks)
+        & (not contact_changes.may_accept_despite_contact_change)
     )
     wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
     onset = contact_changes.slides_on_all_points & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
     back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample)
     halved = ((contact_changes.has_slip_reversal | back) & (not shorter)) | (
-        wrong & (onset | (step_attempt.repetition_count >= kernel_step_control.max_repeats_with_corrected_sliding))
+        wrong
+        & (
+            onset
+            | (step_attempt.repeats_with_corrected_sliding >= kernel_step_control.max_repeats_with_corrected_sliding)
+        )
     )
     retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_slip_reversal)
     shorter = shorter | halved
     longest = (
-        case_step_control.longest_step_at_rest
+        case_step_control.longest_step_at_rest_ticks
         if contact_changes.all_contacts_are_closed
         else kernel_step_control.ticks_per_whole_step
     )
     above = (
-        2.0 * length if length < kernel_step_control.ticks_per_whole_step else case_step_control.longest_step_at_rest
+        2.0 * length
+        if length < kernel_step_control.ticks_per_whole_step
+        else case_step_control.longest_step_at_rest_ticks
     )
     times = end_tick / above
     fits = (times + FLOAT_TO_INTEGER_ROUNDING_OFFSET) - FLOAT_TO_INTEGER_ROUNDING_OFFSET == times
     longer = (
-        (step_attempt.steps_before_lengthening <= 1.0)
+        (step_attempt.remaining_steps_before_lengthening <= 1.0)
         & (length < longest)
         & fits
         & (not (contact_changes.slides_on_all_points & (above > MAX_SLIDING_STEP_IN_SAMPLES * ticks_per_sample)))
@@ -185,15 +193,16 @@ def accept_or_reject_and_choose_next_step(
     left = (
         (
             case_step_control.long_steps_before_doubling
-            if length >= kernel_step_control.long_step_threshold * case_step_control.shortest_step
-            else case_step_control.steps_per_length_after_contact_change
+            if length
+            >= kernel_step_control.long_step_threshold_in_shortest_steps * case_step_control.shortest_step_ticks
+            else case_step_control.steps_before_doubling_after_contact_change
         )
         if longer
-        else step_attempt.steps_before_lengthening - 1.0
+        else step_attempt.remaining_steps_before_lengthening - 1.0
     )
-    left = case_step_control.steps_per_length_after_contact_change if contact_changes.contact_changed else left
+    left = case_step_control.steps_before_doubling_after_contact_change if contact_changes.contact_changed else left
     left = case_step_control.long_steps_before_doubling if shorter else left
-    left = step_attempt.steps_before_lengthening if retry else left
+    left = step_attempt.remaining_steps_before_lengthening if retry else left
     then = above if longer & (not (contact_changes.contact_changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = (
@@ -202,4 +211,8 @@ def accept_or_reject_and_choose_next_step(
         & (shorter | (not contact_changes.all_contacts_are_closed))
         else then
     )
-    return shorter | retry, sooner, NextStepToAttempt(then, left, step_attempt.repetition_count + 1.0 if retry else 0.0)
+    return (
+        shorter | retry,
+        sooner,
+        NextStepToAttempt(then, left, step_attempt.repeats_with_corrected_sliding + 1.0 if retry else 0.0),
+    )

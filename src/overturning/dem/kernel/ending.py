@@ -10,10 +10,10 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 CASE_NOT_ENDED: Final = -1
 """Code in place of a `CaseStatus` for a case that has not ended."""
 
-MAX_KINETIC_ENERGY_RATIO_AT_REST: Final = 1e-9
+MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH: Final = 1e-9
 """Largest kinetic energy of a body at rest on its base, in m g times half the width of the base."""
 
-MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST: Final = 0.05
+MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO: Final = 0.05
 """Largest residual acceleration of a body at rest, as a share of the acceleration that it can bear."""
 
 MAX_TILT_RATIO_AT_REST: Final = 0.01
@@ -29,7 +29,7 @@ NEGLIGIBLE_REMAINING_SLIP_M: Final = 1e-6
 
 
 class CaseProgress(NamedTuple):
-    """Progress of a case of a single body, and the sample numbers and energies that decide when the case ends."""
+    """Progress of a case, and the sample numbers and energies that decide when the case ends."""
 
     amplitude_factor: float
     """Factor on the motion."""
@@ -39,12 +39,12 @@ class CaseProgress(NamedTuple):
     """First sample after which the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
-    last_upright_time: float
-    """Last time at which the body leant less than its tipping angle, s."""
+    last_time_below_critical_angle: float
+    """Last time at which the body leant less than its critical angle, s."""
     initial_energy: float
-    """Energy at the start, per mass, m²/s²."""
+    """Energy at the start: of a block or body per mass, m²/s²; of a stack, J."""
     overturning_energy: float
-    """Energy needed to overturn, per mass, m²/s²."""
+    """Energy needed to overturn: a block or body per mass, m²/s²; a stack, J."""
 
 
 class LargestTiltNearCaseEnd(NamedTuple):
@@ -59,7 +59,7 @@ class LargestTiltNearCaseEnd(NamedTuple):
 class SlideEndSample(NamedTuple):
     """Sample up to which a case is continued at its end because a stone still slides; 0 before that is known."""
 
-    sample: float
+    sample_or_zero_before_known: float
 
 
 class CaseRestState(NamedTuple):
@@ -67,7 +67,7 @@ class CaseRestState(NamedTuple):
 
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
-    at_rest: float
+    was_at_rest_at_sample_start: float
     """1 if the body was at rest at the beginning of the sample, else 0."""
 
 
@@ -89,7 +89,7 @@ def next_sample_tick_and_last_upright_time(
     return (
         case_progress.current_sample + over,
         tick - over * ticks_per_sample,
-        then if last_upright_tick >= 0.0 else case_progress.last_upright_time,
+        then if last_upright_tick >= 0.0 else case_progress.last_time_below_critical_angle,
     )
 
 
@@ -98,7 +98,7 @@ def case_cannot_have_ended(
     case_progress: CaseProgress,
     tick: float,
     ticks_per_sample: float,
-    last_sample: float,
+    record_end_sample: float,
     state_sum: float,
     is_within_limits: bool,
 ) -> bool:
@@ -109,22 +109,22 @@ def case_cannot_have_ended(
     """
     sample, until = (
         case_progress.current_sample + tick * (1.0 / ticks_per_sample),
-        case_progress.last_onset_sample if case_progress.last_onset_sample < last_sample else last_sample,
+        case_progress.last_onset_sample if case_progress.last_onset_sample < record_end_sample else record_end_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
     return (state_sum - state_sum == 0.0) & is_within_limits & (sample < until)
 
 
 @njit(**INLINE_OPTIONS)
-def body_is_still(speed: float, acceleration: float, step_length: float, rest_limit: float) -> bool:
+def body_is_still(speed: float, acceleration: float, step_length: float, rest_acceleration_limit_g: float) -> bool:
     """True if a body in contact is at rest: its speed and its acceleration are both below limits.
 
-    `speed` (m/s) and `acceleration` (m/s²) are the largest components after a step of `step_length` (s); `rest_limit`
-    is the base acceleration over g up to which the body stays at rest.
+    `speed` (m/s) and `acceleration` (m/s²) are the largest components after a step of `step_length` (s).
+    `rest_acceleration_limit_g` is the base acceleration over g up to which the body stays at rest.
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
-    least = MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST * rest_limit * GRAVITY
+    least = MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * rest_acceleration_limit_g * GRAVITY
     return bool((2.0 * speed < least * step_length) & (acceleration < least))
 
 
@@ -133,7 +133,7 @@ def largest_tilt_near_case_end(
     largest_tilt_ratio_so_far: float,
     case_progress: CaseProgress,
     sample: float,
-    last_sample: float,
+    record_end_sample: float,
     tilt_ratio: float,
     rise: float,
 ) -> float:
@@ -144,7 +144,7 @@ def largest_tilt_near_case_end(
     `largest_tilt_ratio_so_far` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical
     angle, `rise` (m) the height of the centre above its height at rest.
     """
-    if sample < 0.5 * (last_sample + case_progress.end_sample_if_undecided):
+    if sample < 0.5 * (record_end_sample + case_progress.end_sample_if_undecided):
         return largest_tilt_ratio_so_far
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(largest_tilt_ratio_so_far, 1.0 if GRAVITY * rise >= case_progress.overturning_energy else tilt_ratio)

@@ -30,14 +30,14 @@ class GroundMotion(NamedTuple):
     The acceleration is zero after the record.
     """
 
-    along: FloatArray
+    horizontal_acceleration: FloatArray
     """Horizontal acceleration, m/s²: along each azimuth, shape (azimuths, samples + 3), or along x and y of a
     3-D body, shape (orientations, 2, samples + 3)."""
-    up: FloatArray | None
+    upward_acceleration: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
-    largest_upcoming_horizontal: FloatArray
+    largest_upcoming_horizontal_acceleration: FloatArray
     """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
-    largest_upcoming_vertical: FloatArray
+    largest_upcoming_vertical_acceleration: FloatArray
     """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
 
 
@@ -46,9 +46,9 @@ class LinearBaseAcceleration(NamedTuple):
 
     value_at_sample_start: float
     """Value at the start of the sample."""
-    slope: float
+    slope_per_tick: float
     """Slope per tick."""
-    slope_change: float
+    slope_change_at_sample_end_per_tick: float
     """Change of the slope at the end of the sample, per tick."""
 
 
@@ -71,7 +71,7 @@ def linear_base_acceleration_of_sample(
 @njit(**INLINE_OPTIONS)
 def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: float) -> float:
     """Return a component of the base acceleration, m/s², at a tick (smallest unit of time) within its sample."""
-    return base_acceleration.value_at_sample_start + base_acceleration.slope * tick
+    return base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * tick
 
 
 @njit(**INLINE_OPTIONS)
@@ -83,8 +83,8 @@ def base_acceleration_in_this_or_next_sample(
     `ticks_past_sample_end` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
     """
     return (
-        base_acceleration.value_at_sample_start + base_acceleration.slope * ticks_from_sample_start
-    ) + base_acceleration.slope_change * ticks_past_sample_end
+        base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * ticks_from_sample_start
+    ) + base_acceleration.slope_change_at_sample_end_per_tick * ticks_past_sample_end
 
 
 def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
@@ -144,36 +144,39 @@ def is_rest_check_sample(sample: float) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def upcoming_motion_is_below_rest_limit(
-    ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
+    ground: GroundMotion, ground_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
 ) -> bool:
     """True if the base motion in a time window after `sample` cannot move a body at rest.
 
-    The window is that of `largest_upcoming_acceleration`. `amplitude` multiplies the motion; the body resists a
-    horizontal acceleration of `rest_limit` · g. An acceleration is linear between samples, so it is largest at one of
-    them.
+    The window is that of `largest_upcoming_acceleration`. `amplitude_factor` multiplies the motion; the body resists a
+    horizontal acceleration of `rest_acceleration_limit_g` · g. An acceleration is linear between samples, so it is
+    largest at one of them.
     """
     block, look = (
-        min(int(sample) // SAMPLES_PER_REST_CHECK_BLOCK, ground.largest_upcoming_vertical.shape[0] - 1),
+        min(int(sample) // SAMPLES_PER_REST_CHECK_BLOCK, ground.largest_upcoming_vertical_acceleration.shape[0] - 1),
         int(sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
-        ground.largest_upcoming_horizontal[ground_row, block, look],
-        ground.largest_upcoming_vertical[block, look],
+        ground.largest_upcoming_horizontal_acceleration[ground_row, block, look],
+        ground.largest_upcoming_vertical_acceleration[block, look],
     )
     return bool(
-        abs(amplitude) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_limit * up) < rest_limit * GRAVITY
+        abs(amplitude_factor) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_acceleration_limit_g * up)
+        < rest_acceleration_limit_g * GRAVITY
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_skippable_samples(
-    ground: GroundMotion, ground_row: int, sample: float, amplitude: float, rest_limit: float
+    ground: GroundMotion, ground_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
 ) -> int:
     """Return for how many samples from `sample` on, a multiple of the block size, a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """
     count = 0
-    while upcoming_motion_is_below_rest_limit(ground, ground_row, sample + count, amplitude, rest_limit):
+    while upcoming_motion_is_below_rest_limit(
+        ground, ground_row, sample + count, amplitude_factor, rest_acceleration_limit_g
+    ):
         count += SAMPLES_PER_REST_CHECK_BLOCK
     return count

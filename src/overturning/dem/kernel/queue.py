@@ -32,12 +32,12 @@ class SettingsOfParallelCases(NamedTuple):
     """Time between samples, s."""
     ticks_per_sample: float
     """Ticks per sample."""
-    steps_per_check: int
+    attempted_steps_between_end_checks: int
     """Number of attempted steps between two tests of the lanes; none ends after the next sample."""
-    block_step_cost_per_step: int
-    """Block steps charged to the budget, and to progress, for one attempted step."""
-    max_block_steps_per_case: int
-    """Largest number of block steps of a case."""
+    free_element_count: int
+    """Number of stones: elements that move freely. One attempted step of a case counts as so many block steps."""
+    max_steps_times_elements_per_case: int
+    """Largest number of attempted steps of a case, times its number of stones; beyond it the case is over budget."""
     max_trajectory_rows: int
     """Largest number of rows of a trajectory."""
     parallel_case_count: int
@@ -51,7 +51,7 @@ class KernelInput(Protocol):
     """Settings shared by all cases."""
     cases: NDArray[np.void]
     """Table of cases, shape (n,)."""
-    motion_rows: NDArray[np.int64]
+    motion_row_by_case: NDArray[np.int64]
     """Row of the ground motion for each case, shape (n,)."""
     results: NDArray[np.void]
     """Table to fill, shape (n,), with the columns `status`, `block_steps` (those of earlier runs included) and
@@ -230,7 +230,7 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
     settings, workspace = kernel_input.settings, allocate_workspace(kernel_input)
     lanes, steps, results = (
         settings.parallel_case_count,
-        settings.steps_per_check * settings.block_step_cost_per_step,
+        settings.attempted_steps_between_end_checks * settings.free_element_count,
         kernel_input.results,
     )
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), cache_line_aligned_zeros(lanes)
@@ -258,10 +258,10 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
         spent = none
         for lane in range(active):
             done[lane] += steps
-            spent += 1 if done[lane] >= settings.max_block_steps_per_case else 0
+            spent += 1 if done[lane] >= settings.max_steps_times_elements_per_case else 0
         lane = none if mark_possibly_ended_cases(kernel_input, workspace, active, due) + spent > 0 else active
         while lane < active:
-            status, over = CASE_NOT_ENDED, done[lane] >= settings.max_block_steps_per_case
+            status, over = CASE_NOT_ENDED, done[lane] >= settings.max_steps_times_elements_per_case
             if over or due[lane] > 0.0:
                 status = current_case_status(kernel_input, workspace, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.

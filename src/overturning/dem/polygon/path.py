@@ -119,11 +119,11 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
         placed_elements=placed,
         critical_angles=prepared_scene.tipping_angles,
         time=trajectory_rows[:, TIME],
-        base_acceleration=trajectory_rows[:, GROUND],
+        base_acceleration_towards_azimuth=trajectory_rows[:, GROUND],
         poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(
             len(trajectory_rows), len(placed), TRAJECTORY_COLUMNS_PER_ELEMENT
         ),
-        contact_forces=force,
+        mean_contact_forces_until_next_row=force,
         contact_force_points=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
         contact_element_names=contacts,
     )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
-from overturning.dem.limits import MAX_ROCKING_TIMES_AFTER_RECORD
+from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, azimuth_rows_and_base_accelerations, check_trajectory_size
@@ -32,7 +32,7 @@ from overturning.dem.quiet import (
     largest_acceleration_without_motion,
 )
 from overturning.dem.time_step import (
-    HEAVY_DAMPING_RATIO,
+    DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED,
     IntegrationScheme,
     parse_scheme,
     steps_per_sample,
@@ -191,14 +191,14 @@ def plan_scene_simulation(
     )
     table["last_sample_with_possible_motion_onset"] = np.inf
     table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
-        MAX_ROCKING_TIMES_AFTER_RECORD * slowest / motion.sampling_interval
+        MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest / motion.sampling_interval
     )
-    table["shortest_step"] = finest[variant]
+    table["shortest_step_ticks"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
-    table["steps_per_length_after_contact_change"] = np.round(
+    table["steps_before_doubling_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
     )[variant]
-    table["longest_step_at_rest"], table["long_steps_before_doubling"] = (
+    table["longest_step_at_rest_ticks"], table["long_steps_before_doubling"] = (
         SCENE_STEP_CONTROL.ticks_per_whole_step,
         SCENE_STEP_CONTROL.long_steps_before_doubling,
     )
@@ -247,9 +247,9 @@ def plan_scene_simulation(
                 np.minimum(UPLIFT_ACCELERATION_SAFETY_FACTOR * safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
             )[1]
     return PolygonSimulationPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_rows=row,
-        base_accelerations=ground,
-        steps=per_sample[variant] * numerics.refinement, first_simulated_sample=first, stays_at_rest=stays_at_rest,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
+        base_accelerations=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
+        first_simulated_sample=first, stays_at_rest=stays_at_rest,
         has_too_soft_contacts=np.array([item.contacts_too_soft_or_placement_invalid for item in variants])[variant],
         scene_variants=variants, scene_variant_index_by_case=variant,
         case_table=table, rocking_groups_immovable_from_sample=rocking_groups_immovable_from_sample,
@@ -307,9 +307,9 @@ def steps_per_sample_shortest_ticks_and_ratio(
         )
     frequency = np.sqrt(squared_frequency)
     whole = np.minimum(
-        SCENE_STEP_CONTROL.longest_whole_step_in_rocking_times * rocking_time_constant, sampling_interval
+        SCENE_STEP_CONTROL.longest_whole_step_in_rocking_time_constants * rocking_time_constant, sampling_interval
     )
-    heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING_RATIO, 1.0)
+    heavy = np.maximum(0.5 * damping_rate / frequency / DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED, 1.0)
     fewest, steps = (
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
     )

@@ -84,7 +84,7 @@ _, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediate
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _CASE_FIELD_PATHS = (
     "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
-    "interval_index_of_last_case_end_test slide_end.sample current_attempt.length_in_ticks "
+    "interval_index_of_last_case_end_test slide_end.sample_or_zero_before_known current_attempt.length_in_ticks "
     "contact_changes.contact_or_nearest_faces_changed step_acceptance.is_rejected"
 )
 TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (

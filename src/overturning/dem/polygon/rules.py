@@ -78,7 +78,7 @@ class SceneKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `arrays.CASE_TABLE_DTYPE`, shape (cases,)."""
-    motion_rows: NDArray[np.int64]
+    motion_row_by_case: NDArray[np.int64]
     """Row of the base acceleration for each case, shape (cases,)."""
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
@@ -192,8 +192,9 @@ def update_sample_and_load_motion(
         normalise_element_cosine_and_sine(rows.slice_element_rows(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground_motion, 1.0 / kernel_input.settings.ticks_per_sample
     load_base_motion_of_current_sample(
-        ground.up, workspace.state, ground.along, kernel_input.motion_rows, lane_cases, samples_per_tick
-    )
+        ground.upward_acceleration, workspace.state, ground.horizontal_acceleration, kernel_input.motion_row_by_case,
+        lane_cases, samples_per_tick,
+    )  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -211,7 +212,7 @@ def load_base_motion_of_current_sample(
     vertical_base_acceleration: Any,
     state: Any,
     horizontal_base_acceleration: Any,
-    motion_rows: Any,
+    motion_row_by_case: Any,
     lane_cases: Any,
     samples_per_tick: float,
 ) -> None:
@@ -224,7 +225,7 @@ def load_base_motion_of_current_sample(
             state,
             j,
             linear_base_acceleration_of_sample(
-                horizontal_base_acceleration[motion_rows[lane_cases[j]]], i, factor, samples_per_tick
+                horizontal_base_acceleration[motion_row_by_case[lane_cases[j]]], i, factor, samples_per_tick
             ),
         )
         if vertical_base_acceleration is not None:
@@ -248,11 +249,11 @@ def attempt_steps_until_next_check(
     )
     scene, up, state = (
         view_scene_arrays_without_reference_counts(kernel_input.scene),
-        kernel_input.ground_motion.up,
+        kernel_input.ground_motion.upward_acceleration,
         workspace.state,
     )
     elements, interval = workspace.moves_relative_to_base.size, settings.sampling_interval
-    ticks, steps_per_check = settings.ticks_per_sample, settings.steps_per_check
+    ticks = settings.ticks_per_sample
     # Without reference counts, which every step would update.
     matrix, pattern, moves = (
         view_without_reference_counts(workspace.equation_matrix),
@@ -268,7 +269,7 @@ def attempt_steps_until_next_check(
         trajectory = grow_trajectory_array(trajectory, recorded_row_count + 2, most_rows)
         if trajectory.shape[0] < recorded_row_count + 2:
             return trajectory, -1
-    for _ in range(steps_per_check):
+    for _ in range(settings.attempted_steps_between_end_checks):
         if trajectory.shape[0] == 0:
             advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
@@ -340,7 +341,7 @@ def skip_quiet_samples_of_resting_cases(
     state, ground, row, scene, ticks = (
         workspace.state,
         kernel_input.ground_motion,
-        kernel_input.motion_rows,
+        kernel_input.motion_row_by_case,
         kernel_input.scene,
         kernel_input.scheme_constants.ticks_per_whole_step,
     )

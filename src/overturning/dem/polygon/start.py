@@ -35,11 +35,13 @@ def write_initial_case_state(
         LinearBaseAcceleration(0.0, 0.0, 0.0),
         case_parameters.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
-    first = NextStepToAttempt(case_parameters.shortest_step, case_parameters.steps_per_length_after_contact_change, 0.0)
+    first = NextStepToAttempt(
+        case_parameters.shortest_step_ticks, case_parameters.steps_before_doubling_after_contact_change, 0.0
+    )
     step_control = CaseStepControl(
-        case_parameters.shortest_step,
-        case_parameters.longest_step_at_rest,
-        case_parameters.steps_per_length_after_contact_change,
+        case_parameters.shortest_step_ticks,
+        case_parameters.longest_step_at_rest_ticks,
+        case_parameters.steps_before_doubling_after_contact_change,
         case_parameters.long_steps_before_doubling,
     )
     rows.store_case(

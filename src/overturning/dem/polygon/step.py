@@ -158,8 +158,8 @@ def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
     )
     return StepContactChanges(
         contact_changed=findings.contact_or_nearest_faces_changed > 0.0,
-        requires_shorter_step=False,
-        may_keep_step=False,
+        motion_requires_shorter_step=False,
+        may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=wrong,
         has_slip_reversal=reverse,
         has_friction_reversal=back,

@@ -110,7 +110,7 @@ add_end, no_end = (
     create_elementwise_tuple_functions(JointPointForceAndImpulse).plus,
     create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 SLID, NEW_SLID = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.slid_in_last_step"),
@@ -200,7 +200,7 @@ def compute_joint_force_and_moment(
         change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
         fine = (
             load_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
         )
         at_end, early, findings, losses, new = solve_joint_contact(
             load_joint(joint_rows, j),
@@ -265,9 +265,8 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             load_case(case_rows, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = StepContactChanges(
-            contact_changed=most.positive_if_contact_opened_or_closed > 0.0,
-            requires_shorter_step=False,
-            may_keep_step=False,
+            contact_changed=most.positive_if_contact_opened_or_closed > 0.0, motion_requires_shorter_step=False,
+            may_accept_despite_contact_change=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
             has_slip_reversal=most.has_friction_against_assumed_direction > 0.0,
             has_friction_reversal=most.has_friction_reversal > 0.0,

@@ -66,7 +66,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 ENERGY, SAMPLE, SLIDE_END = (
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
-    CASE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample"),
+    CASE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample_or_zero_before_known"),
 )
 
 

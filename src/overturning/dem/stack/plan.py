@@ -17,7 +17,7 @@ from overturning.dem.body.plan import (
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.limits import (
     MAX_PENETRATION_TO_HALF_SIDE_RATIO,
-    MAX_ROCKING_TIMES_AFTER_RECORD,
+    MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
     exceeds_penetration_limit,
 )
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
@@ -300,16 +300,17 @@ def plan_stack_simulation(
             for table in joints
         ]
     )
+    time_after_record = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest_period
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
         numerics, square[which], rate, interval, STACK_TO_BODY_WHOLE_STEP_RATIO * period[which], STACK_STEP_CONTROL
     )
-    pace["shortest_step"] = np.minimum(pace["shortest_step"], MAX_SHORTEST_STEP_TICKS)
+    pace["shortest_step_ticks"] = np.minimum(pace["shortest_step_ticks"], MAX_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
     pace["long_steps_before_doubling"] = np.where(
-        pace["shortest_step"] < MAX_SHORTEST_STEP_TICKS,
-        pace["steps_per_length_after_contact_change"],
+        pace["shortest_step_ticks"] < MAX_SHORTEST_STEP_TICKS,
+        pace["steps_before_doubling_after_contact_change"],
         pace["long_steps_before_doubling"],
     )
     rest_share = np.zeros(cases.case_count)
@@ -340,7 +341,7 @@ def plan_stack_simulation(
         "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which],
-        "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIMES_AFTER_RECORD * slowest_period[which] / interval),
+        "end_sample_if_undecided": samples + np.ceil(time_after_record[which] / interval),
         **pace,
     }  # fmt: skip
     for name, values in columns.items():
@@ -357,9 +358,8 @@ def plan_stack_simulation(
         face_corners_by_stack=_face_corner_table(stacks),
         corner_counts_by_stone=np.array([len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]]),
         orientation_cosines_north_east=cosines,
-        motion_rows=row,
-        base_accelerations=along,
-        steps=steps,
+        motion_row_by_case=row,
+        base_accelerations=along, steps_per_sample=steps,
         first_simulated_sample=first,
         case_table=case_table,
         stays_at_rest=at_rest,

@@ -103,7 +103,7 @@ no_sum, no_wrench = (
     create_elementwise_tuple_functions(StoneContactForceSums).zero,
     create_elementwise_tuple_functions(Wrench).zero,
 )
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_step_using_predicted_forces
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 
@@ -230,7 +230,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
         waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
         fine = (
             load_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
         )
         pressure, on = predicted_force_per_share_and_contact_flag(
             joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
@@ -251,7 +251,7 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
         )
         fine = (
             load_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
         )
         foot = load_constants(upper_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))

@@ -16,7 +16,7 @@ from overturning.dem.body.vectors import (
     vector_length,
 )
 from overturning.dem.kernel.ending import (
-    MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST,
+    MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
     MAX_TILT_RATIO_AT_REST,
     NEGLIGIBLE_REMAINING_SLIP_M,
     body_is_still,
@@ -88,8 +88,7 @@ def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count
         length = load_attempt(state, j).length_in_ticks
         most = (
             1.001
-            * MAX_RESIDUAL_ACCELERATION_RATIO_AT_REST
-            * load_rest(state, j).max_base_acceleration_at_rest_g
+            * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * load_rest(state, j).max_base_acceleration_at_rest_g
             * GRAVITY
         )
         slow = most * (load_case(state, j).tick_length_s * length)

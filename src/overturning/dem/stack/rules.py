@@ -77,7 +77,7 @@ class StackKernelInput(NamedTuple):
     settings: SettingsOfParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
-    motion_rows: NDArray[np.int64]
+    motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     stone_results: NDArray[np.void]
@@ -127,7 +127,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_rows, lane_cases,
+        workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_row_by_case, lane_cases,
         kernel_input.ground_motion, kernel_input.settings,
     )  # fmt: skip
 
@@ -137,15 +137,15 @@ def start_sample_and_load_base_motion(
     state: Any,
     stone_count: int,
     lane_count: int,
-    motion_rows: Any,
+    motion_row_by_case: Any,
     lane_cases: Any,
     ground: Any,
     settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = (
-        ground.along, ground.up, settings.ticks_per_sample, settings.sampling_interval,
-        1.0 / settings.ticks_per_sample,
+        ground.horizontal_acceleration, ground.upward_acceleration, settings.ticks_per_sample,
+        settings.sampling_interval, 1.0 / settings.ticks_per_sample,
     )  # fmt: skip
     for s in range(stone_count):
         rows = slice_stone_rows(state, s)
@@ -166,7 +166,7 @@ def start_sample_and_load_base_motion(
             continue
         state[LOADED + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
-        horizontal = along[motion_rows[lane_cases[j]]]
+        horizontal = along[motion_row_by_case[lane_cases[j]]]
         store_shaking(
             state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
@@ -194,7 +194,7 @@ def attempt_steps_until_next_check(
         recorded_row_count += 1 if trajectory[recorded_row_count, 0] >= due else 0
     advance_stacks(
         workspace.state, stones, limit, corners, workspace.used_point_count_and_indices, lane_count,
-        settings.steps_per_check, settings.ticks_per_sample,
+        settings.attempted_steps_between_end_checks, settings.ticks_per_sample,
     )  # fmt: skip
     return trajectory, recorded_row_count
 
@@ -241,7 +241,7 @@ def skip_quiet_samples_of_resting_cases(
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground_motion
-    row = kernel_input.motion_rows
+    row = kernel_input.motion_row_by_case
     stones, corners = kernel_input.corner_counts_by_stone.size, kernel_input.face_corners_by_stack.shape[3]
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return

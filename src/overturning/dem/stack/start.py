@@ -63,9 +63,9 @@ def write_initial_stack_state(
     for row in range(state.size // PARALLEL_CASE_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first, size = CASE_SIZE + stones.size * STONE_SIZE, state_array_length_per_joint(outlines.shape[2])
+    steps = case.steps_before_doubling_after_contact_change
     store_clock(state, lane, CaseStepControl(
-        case.shortest_step, case.longest_step_at_rest, case.steps_per_length_after_contact_change,
-        case.long_steps_before_doubling,
+        case.shortest_step_ticks, case.longest_step_at_rest_ticks, steps, case.long_steps_before_doubling,
     ))  # fmt: skip
     store_case(state, lane, StackTickLengthAndLimits(
         sampling_interval / ticks_per_sample, case.max_penetration, case.max_acceleration_for_sample_long_steps_g,
@@ -76,7 +76,7 @@ def write_initial_stack_state(
         lane,
         StackRestFlagAndLimits(case.max_share_of_onset_acceleration_at_rest, case.max_base_acceleration_at_rest_g, 0.0),
     )
-    store_attempt(state, lane, NextStepToAttempt(case.shortest_step, case.steps_per_length_after_contact_change, 0.0))
+    store_attempt(state, lane, NextStepToAttempt(case.shortest_step_ticks, steps, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
         write_initial_stone_state(slice_stone_rows(state, s), lane, stone)

@@ -17,7 +17,7 @@ from overturning.dem.kernel.ground import (
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import plan as polygon_plan
-from overturning.dem.quiet import dynamic_overshoot_bound
+from overturning.dem.quiet import dynamic_to_static_force_ratio_upper_bound
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.stack import plan as stack_plan
@@ -53,7 +53,7 @@ def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_f
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whole cases at rest are skipped, and the quiet beginning and end of others; skipping within a case is off."""
-    monkeypatch.setattr(block_plan, "largest_acceleration_without_motion", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(block_plan, "largest_acceleration_without_motion_g", lambda lifts, *_: 0.0 * lifts)
     motion = near_field_motion(number, pulse)
     short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
     full = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS, leave_out=False)
@@ -173,7 +173,7 @@ def test_skipping_times_at_rest_does_not_change_the_fall_of_a_body(
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
     motion = motion_below_rocking_threshold_with_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = simulate_cases(model, motion, cases)
-    monkeypatch.setattr(plan, "largest_acceleration_without_motion", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(plan, "largest_acceleration_without_motion_g", lambda lifts, *_: 0.0 * lifts)
     full = simulate_cases(model, motion, cases)
     assert (full.samples_left_out == 0).all()
     assert short.samples_left_out.mean() > 100
@@ -290,13 +290,13 @@ def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical
 def test_the_overshoot_bound_of_contacts_matches_the_damped_oscillator() -> None:
     """Soft, lightly damped contacts amplify resonant motion, so that fewer samples are left out."""
     stiff, bare = 2e4**2, 0.02
-    assert dynamic_overshoot_bound(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3
-    assert dynamic_overshoot_bound(np.array([45.0**2]), 2.0 * bare / 45.0, 0.005) > 30.0
+    assert dynamic_to_static_force_ratio_upper_bound(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3
+    assert dynamic_to_static_force_ratio_upper_bound(np.array([45.0**2]), 2.0 * bare / 45.0, 0.005) > 30.0
     # Compared with the integral of the oscillator's impulse response.
     frequency, damping, t = 30.0, 0.2, np.arange(400_000) * 1e-5
     fast = np.sqrt(1.0 - damping**2) * frequency
     force = np.exp(-damping * frequency * t) * np.sin(fast * t + 2.0 * np.arcsin(damping)) * frequency**2 / fast
-    found = dynamic_overshoot_bound(np.array([frequency**2]), 2.0 * damping / frequency, 0.001)
+    found = dynamic_to_static_force_ratio_upper_bound(np.array([frequency**2]), 2.0 * damping / frequency, 0.001)
     np.testing.assert_allclose(found, np.abs(force).sum() * 1e-5, rtol=1e-3)
 
 

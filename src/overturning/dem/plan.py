@@ -125,7 +125,10 @@ class SimulationPlan(ABC):
         return results
 
     def simulate_cases_of_group(
-        self, case_numbers: NDArray[np.int64], steps_done: NDArray[np.int64], trajectory: NDArray[Any] | None = None
+        self,
+        case_numbers: NDArray[np.int64],
+        block_steps_done: NDArray[np.int64],
+        trajectory: NDArray[Any] | None = None,
     ) -> tuple[dict[str, Any], NDArray[Any]]:
         """Simulate cases of one group; repeat, with finer steps, those whose energy balance has too large an error.
 
@@ -133,7 +136,7 @@ class SimulationPlan(ABC):
         ----------
         case_numbers : ndarray of int64, shape (m,)
             Indices of the cases.
-        steps_done : ndarray of int64, shape (1,)
+        block_steps_done : ndarray of int64, shape (1,)
             Incremented by the block steps done, to show progress.
         trajectory : ndarray, shape (rows, …), optional
             Buffer for the trajectory of the first case; extended if it is too short. Default: none is recorded.
@@ -157,7 +160,7 @@ class SimulationPlan(ABC):
             nonlocal recorded
             buffer[:] = 0.0
             recorded, count = self.queue_function(
-                self.kernel_input(case_numbers, tables, step_divisor), rows, steps_done, buffer
+                self.kernel_input(case_numbers, tables, step_divisor), rows, block_steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
                 check_trajectory_size(2 * recorded.size * self.dataset_values_per_trajectory_row)

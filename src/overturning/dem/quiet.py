@@ -33,7 +33,7 @@ def find_strong_motion_ranges(
     ground_row: NDArray[np.int64],
     amplitude: FloatArray,
     ground: FloatArray,
-    motion_threshold: FloatArray,
+    motion_threshold_g: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Return, for each case, the range of samples outside which the base motion is too weak to move a block at rest.
 
@@ -50,7 +50,7 @@ def find_strong_motion_ranges(
         Factor on the motion.
     ground : ndarray, shape (azimuths, samples)
         Acceleration along each azimuth, m/s².
-    motion_threshold : ndarray, shape (n,)
+    motion_threshold_g : ndarray, shape (n,)
         min(B/H, μ).
 
     Returns
@@ -72,13 +72,13 @@ def find_strong_motion_ranges(
     for group in np.split(order, np.flatnonzero(changes) + 1):
         if motion.up is None:
             ratio = np.abs(ground[ground_row[group[0]]]) / STANDARD_GRAVITY
-            level = motion_threshold[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
+            level = motion_threshold_g[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
         else:
             factor = amplitude[group[0]]
             weight = STANDARD_GRAVITY + factor * motion.up
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.where(weight > 0, np.abs(factor * ground[ground_row[group[0]]]) / weight, np.inf)
-            level = motion_threshold[group]
+            level = motion_threshold_g[group]
         # Only samples above the lowest level: a running maximum over all samples would take half of the time here.
         safe = SIMULATION_START_TO_ONSET_THRESHOLD_RATIO * level
         loud = np.concatenate([[-1], np.flatnonzero(ratio > safe.min()), [samples]])
@@ -91,38 +91,38 @@ def find_strong_motion_ranges(
     return first, calm, stays_at_rest
 
 
-def largest_acceleration_without_motion(
-    lift_threshold: FloatArray,
-    slip_threshold: FloatArray,
-    unload_threshold: FloatArray,
-    dynamic_overshoot: FloatArray,
-    max_threshold_share: float,
+def largest_acceleration_without_motion_g(
+    lift_threshold_g: FloatArray,
+    slip_threshold_g: FloatArray,
+    unload_threshold_g: FloatArray,
+    max_dynamic_to_static_force_ratio: FloatArray,
+    max_rest_to_onset_threshold_ratio: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a body at rest stays at rest, so that samples can be skipped.
 
     Parameters
     ----------
-    lift_threshold, slip_threshold : ndarray
+    lift_threshold_g, slip_threshold_g : ndarray
         Accelerations, over g, at which the rigid body starts to rock and to slide.
-    unload_threshold : ndarray
+    unload_threshold_g : ndarray
         Acceleration, over g, at which its first corner is unloaded on springs.
-    dynamic_overshoot : ndarray
-        Largest ratio of dynamic to static contact force; see `dynamic_overshoot_bound`.
-    max_threshold_share : float
-        Upper limit of the result, as a share of the lower of `lift_threshold` and `slip_threshold`.
+    max_dynamic_to_static_force_ratio : ndarray
+        Largest ratio of dynamic to static contact force; see `dynamic_to_static_force_ratio_upper_bound`.
+    max_rest_to_onset_threshold_ratio : float
+        Upper limit of the result, as a share of the lower of `lift_threshold_g` and `slip_threshold_g`.
     """
     with np.errstate(divide="ignore"):
-        creeps = 1.0 / (1.0 / np.maximum(unload_threshold, 0.0) + 1.0 / np.maximum(slip_threshold, 0.0))
+        creeps = 1.0 / (1.0 / np.maximum(unload_threshold_g, 0.0) + 1.0 / np.maximum(slip_threshold_g, 0.0))
     return np.asarray(
         np.minimum(
-            max_threshold_share * np.minimum(lift_threshold, slip_threshold),
-            MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO * creeps / dynamic_overshoot,
+            max_rest_to_onset_threshold_ratio * np.minimum(lift_threshold_g, slip_threshold_g),
+            MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO * creeps / max_dynamic_to_static_force_ratio,
         )
     )
 
 
-def dynamic_overshoot_bound(
-    squared_frequency: FloatArray, damping_delay: FloatArray | float, sampling_interval: float
+def dynamic_to_static_force_ratio_upper_bound(
+    squared_frequency: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
     """Return an upper bound of the ratio of dynamic to static contact force for base motions with a single peak.
 
@@ -134,13 +134,13 @@ def dynamic_overshoot_bound(
     ----------
     squared_frequency : ndarray
         ω² of the slowest mode, 1/s².
-    damping_delay : ndarray or float
+    dashpot_to_spring_ratio_s : ndarray or float
         Dashpots over springs, s, so that ξ = ω · delay / 2.
     sampling_interval : float
         Time between samples, s.
     """
     frequency = np.sqrt(squared_frequency)
-    damping, phase = np.clip(0.5 * frequency * damping_delay, 1e-6, 0.999), frequency * sampling_interval
+    damping, phase = np.clip(0.5 * frequency * dashpot_to_spring_ratio_s, 1e-6, 0.999), frequency * sampling_interval
     fast = np.sqrt(1.0 - damping**2)
     first = (np.pi - 2.0 * np.arcsin(damping)) / fast
     any_motion = 1.0 + 2.0 * np.exp(-damping * first) / -np.expm1(-np.pi * damping / fast)

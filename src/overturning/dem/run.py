@@ -164,12 +164,12 @@ def simulate_groups_in_threads(
     simulate_case_group: Callable[[NDArray[np.int64]], None],
     case_groups: list[NDArray[np.int64]],
     numerics: NumericalOptions,
-    steps_done: NDArray[np.int64],
+    block_steps_done: NDArray[np.int64],
     total_block_steps: int,
 ) -> None:
     """Simulate groups of cases on `numerics.threads` threads, and report the number of steps done and expected.
 
-    Steps are counted as time steps times stones; `simulate_case_group` adds those done to `steps_done`, shape (1,).
+    Block steps are time steps times stones; `simulate_case_group` adds those done to `block_steps_done`, shape (1,).
     """
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
@@ -179,6 +179,6 @@ def simulate_groups_in_threads(
             for future in finished:
                 future.result()
             if progress:
-                progress(min(int(steps_done[0]), total_block_steps), total_block_steps)
+                progress(min(int(block_steps_done[0]), total_block_steps), total_block_steps)
     if progress:
         progress(total_block_steps, total_block_steps)

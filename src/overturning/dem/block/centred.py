@@ -114,7 +114,7 @@ def predict_block_at_step_end(
 
 
 @njit(**INLINE_OPTIONS)
-def predict_normal_force_and_contact(
+def predict_normal_force_per_mass_and_contact(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
@@ -251,8 +251,10 @@ def solve_velocity_corrections(
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
-    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
-    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact_and_slip, held)
+    nl, on_l = predict_normal_force_per_mass_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
+    nr, on_r = predict_normal_force_per_mass_and_contact(
+        block, right, state.right, forces_decide_contact_and_slip, held
+    )
     # A corner in the air has no force, so the last step does not tell whether it slid.
     drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
         block, held, predicted_block.step_end_centre_vx, predicted_block.step_end_centre_vz
@@ -321,8 +323,10 @@ def solve_velocity_corrections_without_friction(
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
-    nl, on_l = predict_normal_force_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
-    nr, on_r = predict_normal_force_and_contact(block, right, state.right, forces_decide_contact_and_slip, held)
+    nl, on_l = predict_normal_force_per_mass_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
+    nr, on_r = predict_normal_force_per_mass_and_contact(
+        block, right, state.right, forces_decide_contact_and_slip, held
+    )
     nl, press_l = zero_velocity_normal_force_and_velocity_factor(block, left, half, nl, on_l)
     nr, press_r = zero_velocity_normal_force_and_velocity_factor(block, right, half, nr, on_r)
     ex = predicted_block.mid_step_centre_vx + half * predicted_block.inertial_acceleration_x

@@ -72,9 +72,9 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
 
 
 @njit(**INLINE_OPTIONS)
-def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> float:
-    """Return the energy per mass (m²/s²) that tilts a resting block to `peak_rotation` (at most to α)."""
-    angle = min(peak_rotation, block.critical_angle)
+def energy_to_tilt_per_mass(block: BlockConstants, max_abs_angle: float) -> float:
+    """Return the energy per mass (m²/s²) that tilts a resting block to `max_abs_angle` (at most to α)."""
+    angle = min(max_abs_angle, block.critical_angle)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
     versine = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)))
@@ -85,7 +85,7 @@ def energy_to_tilt_per_mass(block: BlockConstants, peak_rotation: float) -> floa
 def standing_outcome_is_final(
     block: BlockConstants,
     state: BlockState,
-    peak_rotation: float,
+    max_abs_angle: float,
     overturning_energy_per_mass: float,
     velocity_lag_steps: float,
 ) -> bool:
@@ -95,7 +95,7 @@ def standing_outcome_is_final(
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_to_tilt_per_mass(block, peak_rotation):
+    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_to_tilt_per_mass(block, max_abs_angle):
         return False
     # Let it slide to its end; without friction it never stops.
     return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0

@@ -34,9 +34,9 @@ from overturning.dem.plan import (
 )
 from overturning.dem.quiet import (
     MAX_REST_TO_ONSET_THRESHOLD_RATIO,
-    dynamic_overshoot_bound,
+    dynamic_to_static_force_ratio_upper_bound,
     find_strong_motion_ranges,
-    largest_acceleration_without_motion,
+    largest_acceleration_without_motion_g,
 )
 from overturning.dem.time_step import (
     IntegrationScheme,
@@ -232,8 +232,9 @@ def plan_block_simulation(
         calm = quiet.astype(np.float64)
         if scheme == IntegrationScheme.CENTRED:
             slowest = block_lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
-            overshoot = dynamic_overshoot_bound(slowest, dashpot / np.maximum(normal, tangential), interval)
-            rest_limit = largest_acceleration_without_motion(
+            delay = dashpot / np.maximum(normal, tangential)
+            overshoot = dynamic_to_static_force_ratio_upper_bound(slowest, delay, interval)
+            rest_limit = largest_acceleration_without_motion_g(
                 ratio, friction, ratio, overshoot, MAX_REST_TO_ONSET_THRESHOLD_RATIO
             )
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)

@@ -37,9 +37,9 @@ from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOpti
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
     MAX_REST_TO_ONSET_THRESHOLD_RATIO,
-    dynamic_overshoot_bound,
+    dynamic_to_static_force_ratio_upper_bound,
     find_strong_motion_ranges,
-    largest_acceleration_without_motion,
+    largest_acceleration_without_motion_g,
 )
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time_constant, steps_per_sample
 from overturning.errors import ArgumentError
@@ -291,7 +291,7 @@ def _max_base_acceleration_g_at_rest_by_case(
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a body at rest stays at rest, for each case, shape (cases,).
 
-    See `overturning.dem.quiet.largest_acceleration_without_motion`. `contact_constants` are those per
+    See `overturning.dem.quiet.largest_acceleration_without_motion_g`. `contact_constants` are those per
     mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case,
     shape (n,).
     """
@@ -301,10 +301,10 @@ def _max_base_acceleration_g_at_rest_by_case(
     )
     ratio = np.array([body.min_base_edge_distance_from_centre / body.centre_height for body in solids])
     stiffer = np.maximum(*contact_constants[solid_indices, :2].T)
-    rings = dynamic_overshoot_bound(
+    rings = dynamic_to_static_force_ratio_upper_bound(
         (np.minimum(*contact_constants[:, :2].T) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
     )
-    return largest_acceleration_without_motion(
+    return largest_acceleration_without_motion_g(
         ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
         MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     )  # fmt: skip

@@ -135,19 +135,22 @@ def largest_tilt_near_case_end(
     sample: float,
     record_end_sample: float,
     tilt_ratio: float,
-    rise: float,
+    centre_height_gain: float,
 ) -> float:
     """Return the largest ratio of tilt to critical angle near a case's end so far, including this sample.
 
     See `LargestTiltNearCaseEnd`.
 
     `largest_tilt_ratio_so_far` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical
-    angle, `rise` (m) the height of the centre above its height at rest.
+    angle, `centre_height_gain` (m) the height of the centre above its height at rest.
     """
     if sample < 0.5 * (record_end_sample + case_progress.end_sample_if_undecided):
         return largest_tilt_ratio_so_far
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
-    return max(largest_tilt_ratio_so_far, 1.0 if GRAVITY * rise >= case_progress.overturning_energy else tilt_ratio)
+    return max(
+        largest_tilt_ratio_so_far,
+        1.0 if GRAVITY * centre_height_gain >= case_progress.overturning_energy else tilt_ratio,
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

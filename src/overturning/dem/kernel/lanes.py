@@ -173,7 +173,7 @@ def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count: Any) 
 
 
 round_to_vector_multiple: Final[Any] = intrinsic(_round_lane_count_to_vector_multiple)
-"""``whole_vectors(n)`` returns n, a positive multiple of 8, so that LLVM omits the loop for what a vector leaves over.
+"""``round_to_vector_multiple(n)`` returns n, a positive multiple of 8: LLVM omits the loop for what vectors leave.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
 
@@ -190,7 +190,7 @@ def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
 
 
 hide_number_from_llvm: Final[Any] = intrinsic(_hide_number_from_llvm)
-"""``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
+"""``hide_number_from_llvm(n)`` returns n, hidden from LLVM: a short loop of n passes is vectorised, not unrolled."""
 
 
 class TupleReaderAndWriter(NamedTuple):

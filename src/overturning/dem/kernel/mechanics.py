@@ -51,14 +51,15 @@ def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_v
 
 
 @njit(**INLINE_OPTIONS)
-def max_time_between_touches_in_one_impact(stiffness: float, dashpot: float) -> float:
+def max_time_between_touches_in_one_impact(stiffness_per_mass: float, dashpot_constant_per_mass: float) -> float:
     """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
 
     Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h (mass over dashpot), in which the
     dashpot of one end alone stops the mass: the other end touches before the first one has stopped the body. For a
     weaker dashpot (h² < K m, K: stiffness) it is the shorter time h/K.
     """
-    return min(1.0 / dashpot, dashpot / stiffness) if dashpot > 0.0 else 0.0
+    dashpot = dashpot_constant_per_mass
+    return min(1.0 / dashpot, dashpot / stiffness_per_mass) if dashpot > 0.0 else 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -82,7 +83,7 @@ def clamp_friction_and_stretch(
     force_y: float,
     stretch_x: float,
     stretch_y: float,
-    limit: float,
+    friction_limit: float,
     compliance: float,
     flat_landing: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
@@ -96,10 +97,10 @@ def clamp_friction_and_stretch(
         force_x * force_x + force_y * force_y,
         stretch_x * stretch_x + stretch_y * stretch_y,
     )
-    slips, holds = (drifts if held else square > limit * limit), limit * compliance
+    slips, holds = (drifts if held else square > friction_limit * friction_limit), friction_limit * compliance
     holds = holds if holds > 0.0 else 0.0
     cut = slips & (stretch > holds * holds)
     some = slips & (square > 0.0)
-    share = limit / math.sqrt(square if some else 1.0) if slips else 1.0
+    share = friction_limit / math.sqrt(square if some else 1.0) if slips else 1.0
     kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
     return force_x * share, force_y * share, stretch_x * kept, stretch_y * kept, slips

@@ -203,7 +203,7 @@ def grow_trajectory_array(trajectory: Any, min_rows: int, max_rows: int) -> Any:
 
 
 @njit(**PYTHON_CALLABLE_COMPILE_OPTIONS)
-def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, trajectory: Any) -> tuple[Any, int]:
+def run_case_queue(kernel_input: Any, ordered_cases: Any, block_steps_done: Any, trajectory: Any) -> tuple[Any, int]:
     """Simulate a group of cases, several in parallel, until all have ended; the next case starts when one has ended.
 
     All cases have equal numbers of steps per sample.
@@ -214,7 +214,7 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
         Input of the model's kernel, with the cases and the table of results; see `KernelInput`.
     ordered_cases : ndarray of int64, shape (m,)
         Indices of the cases to run, in this order.
-    steps_done : ndarray of int64, shape (1,)
+    block_steps_done : ndarray of int64, shape (1,)
         Incremented by the block steps done, to show progress.
     trajectory : ndarray, shape (rows, …)
         Filled with the trajectory of the first case; without rows, no trajectory is recorded.
@@ -254,7 +254,7 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, steps_done: Any, traje
         columns = (active + 7) // 8 * 8
         update_sample_and_load_motion(kernel_input, workspace, case, columns)
         trajectory, recorded = attempt_steps_until_next_check(kernel_input, workspace, columns, trajectory, recorded)
-        steps_done[0] += active * steps
+        block_steps_done[0] += active * steps
         spent = none
         for lane in range(active):
             done[lane] += steps

@@ -27,9 +27,9 @@ from overturning.dem.polygon.rules import SCHEME_CONSTANTS, SceneKernelInput
 from overturning.dem.quiet import (
     MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
-    dynamic_overshoot_bound,
+    dynamic_to_static_force_ratio_upper_bound,
     find_strong_motion_ranges,
-    largest_acceleration_without_motion,
+    largest_acceleration_without_motion_g,
 )
 from overturning.dem.time_step import (
     DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED,
@@ -273,11 +273,11 @@ def _rest_acceleration_limits_g_of_cases(
     delay = np.array(
         [np.min(one.dashpot_coefficient / np.maximum(one.normal_stiffness, one.tangential_stiffness)) for one in laws]
     )[variant_indices]
-    rings = dynamic_overshoot_bound(
+    rings = dynamic_to_static_force_ratio_upper_bound(
         slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
     )
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
-    return largest_acceleration_without_motion(
+    return largest_acceleration_without_motion_g(
         lifts[variant_indices],
         motion_onset_acceleration_g,
         lifts[variant_indices],

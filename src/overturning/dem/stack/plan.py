@@ -26,7 +26,7 @@ from overturning.dem.plan import check_trajectory_size
 from overturning.dem.quiet import (
     MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO,
     MAX_REST_TO_ONSET_THRESHOLD_RATIO,
-    dynamic_overshoot_bound,
+    dynamic_to_static_force_ratio_upper_bound,
 )
 from overturning.dem.stack.path import (
     TRAJECTORY_COLUMN_COUNT_BEFORE_STONES,
@@ -225,7 +225,7 @@ def _rest_limit_to_onset_acceleration_ratios(
         ]
     )
     delay = np.array([float(table.dashpot_to_stiffness_ratios.min()) for table in joints])
-    overshoot = dynamic_overshoot_bound(
+    overshoot = dynamic_to_static_force_ratio_upper_bound(
         slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
     )
     return np.asarray(
@@ -300,7 +300,7 @@ def plan_stack_simulation(
             for table in joints
         ]
     )
-    time_after_record = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest_period
+    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest_period
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
@@ -340,8 +340,7 @@ def plan_stack_simulation(
         "max_share_of_onset_acceleration_at_rest": rest_share,
         "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],
-        "spring_energy_at_rest": springs[which],
-        "end_sample_if_undecided": samples + np.ceil(time_after_record[which] / interval),
+        "spring_energy_at_rest": springs[which], "end_sample_if_undecided": samples + np.ceil(late[which] / interval),
         **pace,
     }  # fmt: skip
     for name, values in columns.items():

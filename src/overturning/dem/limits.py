@@ -14,14 +14,16 @@ MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD: Final = 20.0
 """Time after the record, in 1/p, after which a block that may still fall is undecided."""
 
 
-def exceeds_penetration_limit(penetration: FloatArray, smaller_side: FloatArray | float) -> NDArray[np.bool_]:
+def static_penetration_exceeds_limit(
+    static_penetration: FloatArray, smaller_side: FloatArray | float
+) -> NDArray[np.bool_]:
     """True for each static penetration that exceeds the range of the contact law, so that the case has no outcome.
 
     Parameters
     ----------
-    penetration : ndarray
+    static_penetration : ndarray
         Static penetration, m.
     smaller_side : ndarray or float
         Smaller side of the resting element, m.
     """
-    return ~(penetration <= MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * np.asarray(smaller_side))
+    return ~(static_penetration <= MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * np.asarray(smaller_side))

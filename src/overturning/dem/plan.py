@@ -84,7 +84,7 @@ class SimulationPlan(ABC):
     steps_per_sample: NDArray[np.int64]  # shape (n,): steps per sample
     first_simulated_sample: NDArray[np.int64]  # shape (n,): first sample that is computed
     stays_at_rest: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
-    has_too_soft_contacts: NDArray[np.bool_]  # shape (n,): static penetration `exceeds_penetration_limit`; not computed
+    has_too_soft_contacts: NDArray[np.bool_]  # shape (n,): `static_penetration_exceeds_limit`; such cases are not run
     case_table: NDArray[np.void]  # shape (n,): the kernel's table of cases
 
     @property

@@ -32,7 +32,9 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = BLOCK_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
+LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = (
+    BLOCK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
+)
 
 MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""

@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.block.landing import remaining_flat_landing_time
+from overturning.dem.block.landing import flat_landing_time_left_after_step
 from overturning.dem.block.state import (
     MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
@@ -286,6 +286,6 @@ def complete_block_step(
         left=left.new_corner,
         right=right.new_corner,
         ticks_since_sample_start=tick,
-        remaining_flat_landing_time=remaining_flat_landing_time(block, s, 2.0 * half),
+        remaining_flat_landing_time=flat_landing_time_left_after_step(block, s, 2.0 * half),
     )
     return BlockAfterStep(state, peaks, account)

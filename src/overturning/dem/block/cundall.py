@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.block.landing import (
     block_lands_flat,
     flat_landing_slides_mu_and_moment_factor,
-    remaining_flat_landing_time,
+    flat_landing_time_left_after_step,
 )
 from overturning.dem.block.state import (
     TICKS_PER_WHOLE_STEP,
@@ -106,7 +106,9 @@ def corner_contact_force(
 
 
 @njit(**INLINE_OPTIONS)
-def power_of_corner_dashpots_and_friction(corner_force: CornerContactForce, vx: float, vz: float, vw: float) -> float:
+def corner_dashpot_and_friction_power_per_mass(
+    corner_force: CornerContactForce, vx: float, vz: float, vw: float
+) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = (
         corner_force.normal_force_less_spring_force_per_mass,
@@ -169,8 +171,8 @@ def advance_block_one_step(
         let_go
         - dt
         * (
-            power_of_corner_dashpots_and_friction(left, cx, cz, cw)
-            + power_of_corner_dashpots_and_friction(right, cx, cz, cw)
+            corner_dashpot_and_friction_power_per_mass(left, cx, cz, cw)
+            + corner_dashpot_and_friction_power_per_mass(right, cx, cz, cw)
         )
     )
     # Velocities half a step later, position one step later.
@@ -193,6 +195,6 @@ def advance_block_one_step(
         centre_x=x, centre_z=z, angle=angle, cos=c, sin=sn, centre_vx=vx, centre_vz=vz, angular_velocity=vw,
         centre_ax=ax, centre_az=az, angular_acceleration=aw,
         left=left.new_corner, right=right.new_corner, ticks_since_sample_start=tick,
-        remaining_flat_landing_time=remaining_flat_landing_time(block, state, dt),
+        remaining_flat_landing_time=flat_landing_time_left_after_step(block, state, dt),
     )  # fmt: skip
     return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work_per_mass + dt * power, lost, 0.0, 0.0)

@@ -13,6 +13,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
+from overturning.dem.block.centred import LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS
 from overturning.dem.block.landing import block_lands_flat, flat_landing_slides_mu_and_moment_factor
 from overturning.dem.block.state import (
     STATE_ROW_LAYOUT,
@@ -118,7 +119,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         for j in range(round_to_vector_multiple(lane_count)):
             fine = (
                 load_attempt(state, j).length_in_ticks
-                <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
+                <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
             )
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
@@ -172,7 +173,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 load_step_control(state, j),
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length_in_ticks
-            fine = length <= centred.MAX_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
+            fine = length <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
             held = block_lands_flat(
                 block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
             )

@@ -38,7 +38,7 @@ def planar_trajectory_of_block(
         _mean_acceleration_between_times(time, amplitude * values, motion.sampling_interval)
         for values in (motion.acceleration_along(azimuth), np.zeros(1) if motion.up is None else motion.up)
     )
-    point, force = corner_positions_and_mean_forces(
+    point, force = corner_positions_and_mean_forces_per_mass(
         time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2
     )
     # The origin of the kernel is the middle of the upper side of the ground.
@@ -58,7 +58,7 @@ def planar_trajectory_of_block(
     )
 
 
-def corner_positions_and_mean_forces(
+def corner_positions_and_mean_forces_per_mass(
     time: FloatArray,
     poses: FloatArray,
     ground_acceleration: FloatArray,

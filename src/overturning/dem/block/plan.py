@@ -22,7 +22,7 @@ from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
 from overturning.dem.limits import (
     MAX_PENETRATION_TO_HALF_SIDE_RATIO,
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
-    exceeds_penetration_limit,
+    static_penetration_exceeds_limit,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
@@ -237,8 +237,7 @@ def plan_block_simulation(
             rest_limit = largest_acceleration_without_motion_g(
                 ratio, friction, ratio, overshoot, MAX_REST_TO_ONSET_THRESHOLD_RATIO
             )
-    table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
-    alpha = evaluate_and_round_results(np.arctan, ratio)
+    table, alpha = np.zeros(cases.case_count, CASE_TABLE_DTYPE), evaluate_and_round_results(np.arctan, ratio)
     control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio
     halvings = np.clip(lengths.halvings_to_finest_step, 0, control.max_step_halvings)
     columns = {
@@ -262,10 +261,10 @@ def plan_block_simulation(
     }  # fmt: skip
     for name, values in columns.items():
         table[name] = values
+    sunk = 0.5 * STANDARD_GRAVITY / normal
     return BlockSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
         base_accelerations=ground, steps_per_sample=lengths.whole_steps_per_sample, first_simulated_sample=first,
-        stays_at_rest=stays_at_rest,
-        case_table=table,
-        has_too_soft_contacts=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
+        stays_at_rest=stays_at_rest, case_table=table,
+        has_too_soft_contacts=static_penetration_exceeds_limit(sunk, np.minimum(width, height)),
     )  # fmt: skip

@@ -35,7 +35,7 @@ LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS: Final = 0.25
 SHORTEST_STEP_IN_SAMPLES: Final = 2.0**-30
 """Shortest step, as a share of a sample; it occurs only if a block balances without motion."""
 
-REST_ANGULAR_VELOCITY_TO_P_RATIO: Final = 1e-6
+MAX_REST_ANGULAR_VELOCITY_TO_P_RATIO: Final = 1e-6
 """Angular velocity, in units of p, below which a block that lands comes to rest. In the same 5544 cases, 1e-9 changes
 no side, 1e-4 changes three."""
 
@@ -291,7 +291,10 @@ def _simulate_rigid_block(
             if ends:
                 return (side, 0.5 * np.pi) if peak >= 0.5 * np.pi else (0.0, peak)
             if hit <= length:
-                angle[0], velocity[0] = 0.0, -case_parameters.restitution * _series_value_and_slope(angle, hit)[1]
+                angle[0], velocity[0] = (
+                    0.0,
+                    -case_parameters.restitution_coefficient * _series_value_and_slope(angle, hit)[1],
+                )
                 sine[0], cosine[0] = sin_alpha, cos_alpha
                 t, side = (
                     t + hit,
@@ -365,9 +368,9 @@ def simulate_rigid_rocking(
         "sine_of_critical_angle": ratio / diagonal,
         "cosine_of_critical_angle": 1.0 / diagonal,
         "square_of_p_times_sampling_interval": per_sample**2,
-        "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
+        "restitution_coefficient": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps_per_sample": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
-        "max_rest_angular_velocity_rad_per_sample": REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
+        "max_rest_angular_velocity_rad_per_sample": MAX_REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
         "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD / per_sample),
         "amplitude_factor": cases.amplitude,
         "initial_tilt": tilt,

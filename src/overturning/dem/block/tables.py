@@ -103,7 +103,7 @@ class RigidCaseTableColumns(NamedTuple):
     """Cosine of the critical angle α."""
     square_of_p_times_sampling_interval: float
     """Square of p times the sampling interval."""
-    restitution: float
+    restitution_coefficient: float
     """Coefficient of restitution."""
     steps_per_sample: float
     """Steps per sample."""

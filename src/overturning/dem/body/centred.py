@@ -44,7 +44,7 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25

@@ -31,7 +31,7 @@ from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
 from overturning.dem.kernel.clock import KernelStepControl
 from overturning.dem.limits import (
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
-    exceeds_penetration_limit,
+    static_penetration_exceeds_limit,
 )
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
@@ -258,7 +258,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         first_simulated_sample=first,
         case_table=table,
         stays_at_rest=stays_at_rest,
-        has_too_soft_contacts=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
+        has_too_soft_contacts=static_penetration_exceeds_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
     )
 
 

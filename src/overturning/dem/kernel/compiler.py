@@ -17,7 +17,7 @@ from numba.core.lowering import Lower
 from numba.core.registry import cpu_target
 from numba.core.typed_passes import NativeLowering, NopythonRewrites
 
-STACK_ALIGNMENT_BYTES: Final = 64
+CALL_STACK_ALIGNMENT_BYTES: Final = 64
 """Alignment of each function's stack, bytes: a cache line, and the widest vector."""
 
 PYTHON_CALL_ERROR_FUNCTION_NAME: Final = "overturning_no_entry_from_python"
@@ -28,18 +28,18 @@ PYTHON_CALL_ERROR_MESSAGE: Final = (
 )
 
 
-class StackAligningLlvmTranslator(Lower):
-    """Translator of a function to LLVM; it aligns the stack of the function to `STACK_ALIGNMENT_BYTES` bytes."""
+class CallStackAligningLlvmTranslator(Lower):
+    """Translator of a function to LLVM; it aligns the stack of the function to `CALL_STACK_ALIGNMENT_BYTES` bytes."""
 
     def setup_function(self, fndesc: Any) -> None:
         """Declare in LLVM the function that `fndesc` describes, and set the alignment of its stack."""
         super().setup_function(fndesc)
         # Spilled vectors lie on the stack. At LLVM's 16 bytes they can straddle two cache lines, which is slow.
-        self.function.attributes.alignstack = STACK_ALIGNMENT_BYTES
+        self.function.attributes.alignstack = CALL_STACK_ALIGNMENT_BYTES
         self.function.attributes.add("nounwind")  # llvmlite writes no alignment alone
 
 
-class InternalFunctionLlvmTranslator(StackAligningLlvmTranslator):
+class InternalFunctionLlvmTranslator(CallStackAligningLlvmTranslator):
     """Translator to LLVM of functions that only compiled code calls."""
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
@@ -141,7 +141,7 @@ class KernelLoweringPass(NativeLowering):
     @property
     def lowering_class(self) -> Any:
         """Class that translates functions to LLVM in this pass."""
-        return StackAligningLlvmTranslator
+        return CallStackAligningLlvmTranslator
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

@@ -44,7 +44,7 @@ from overturning.dem.polygon.state import (
     SceneState,
 )
 
-MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST: Final = SCENE_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
+MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST: Final = SCENE_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
 """Longest step, over the case's shortest step, that resolves the vibration of the contacts."""
 
 MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.limits import exceeds_penetration_limit
+from overturning.dem.limits import static_penetration_exceeds_limit
 from overturning.dem.polygon.statics import (
     LoadedContactPoint,
     PairContactLaws,
@@ -95,7 +95,7 @@ class PreparedScene:
     def static_penetration_exceeds_limit(self) -> bool:
         """True if the weight alone makes the penetration between two elements exceed the limit of the contact law."""
         smallest_side = smallest_free_element_side(self.elements)
-        return bool(exceeds_penetration_limit(self.mean_static_penetration_of_loaded_pairs, smallest_side).any())
+        return bool(static_penetration_exceeds_limit(self.mean_static_penetration_of_loaded_pairs, smallest_side).any())
 
     @property
     def contacts_too_soft_or_placement_invalid(self) -> bool:

@@ -110,7 +110,7 @@ add_end, no_end = (
     create_elementwise_tuple_functions(JointPointForceAndImpulse).plus,
     create_elementwise_tuple_functions(JointPointForceAndImpulse).zero,
 )
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 SLID, NEW_SLID = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "old.slid_in_last_step"),

@@ -18,7 +18,7 @@ from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.limits import (
     MAX_PENETRATION_TO_HALF_SIDE_RATIO,
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
-    exceeds_penetration_limit,
+    static_penetration_exceeds_limit,
 )
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
@@ -288,7 +288,7 @@ def plan_stack_simulation(
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
     # The slowest rocking is that of all stones above a joint.
-    slowest_period = np.array(
+    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array(
         [
             np.sqrt(
                 np.sqrt(
@@ -300,7 +300,6 @@ def plan_stack_simulation(
             for table in joints
         ]
     )
-    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest_period
     interval, samples = motion.sampling_interval, motion.sample_count
     rate = (square * delay)[which] * np.asarray(cases.damping_factor)
     steps, pace = steps_per_sample_and_step_control(
@@ -345,7 +344,7 @@ def plan_stack_simulation(
     }  # fmt: skip
     for name, values in columns.items():
         case_table[name] = values
-    penetration = np.array([float(table.mean_penetration_at_rest.max()) for table in joints])
+    sunk = np.array([float(table.mean_penetration_at_rest.max()) for table in joints])
     return StackSimulationPlan(
         model=model,
         motion=motion,
@@ -362,5 +361,5 @@ def plan_stack_simulation(
         first_simulated_sample=first,
         case_table=case_table,
         stays_at_rest=at_rest,
-        has_too_soft_contacts=exceeds_penetration_limit(penetration, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
+        has_too_soft_contacts=static_penetration_exceeds_limit(sunk, 2.0 * np.minimum(foot, reach).min(axis=1))[which],
     )

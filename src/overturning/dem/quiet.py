@@ -30,9 +30,9 @@ MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO: Final = 0.9
 
 def find_strong_motion_ranges(
     motion: Motion,
-    ground_row: NDArray[np.int64],
-    amplitude: FloatArray,
-    ground: FloatArray,
+    motion_row_by_case: NDArray[np.int64],
+    amplitude_factor: FloatArray,
+    base_accelerations: FloatArray,
     motion_threshold_g: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Return, for each case, the range of samples outside which the base motion is too weak to move a block at rest.
@@ -44,11 +44,11 @@ def find_strong_motion_ranges(
     ----------
     motion : Motion
         Input motion.
-    ground_row : ndarray, shape (n,)
-        Row of `ground` for each case.
-    amplitude : ndarray, shape (n,)
+    motion_row_by_case : ndarray, shape (n,)
+        Row of `base_accelerations` for each case.
+    amplitude_factor : ndarray, shape (n,)
         Factor on the motion.
-    ground : ndarray, shape (azimuths, samples)
+    base_accelerations : ndarray, shape (azimuths, samples)
         Acceleration along each azimuth, m/s².
     motion_threshold_g : ndarray, shape (n,)
         min(B/H, μ).
@@ -60,24 +60,26 @@ def find_strong_motion_ranges(
     stays_at_rest : ndarray of bool, shape (n,)
         True if the motion is below both thresholds for the whole record.
     """
-    count = ground_row.size
+    count = motion_row_by_case.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     stays_at_rest = np.zeros(count, np.bool_)
     lead = int(np.ceil(SIMULATED_LEAD_TIME_S / motion.sampling_interval))
-    samples = ground.shape[1]
+    samples = base_accelerations.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: all amplitudes share one pass over the record.
-    keys = [ground_row] if motion.up is None else [ground_row, amplitude]
+    keys = [motion_row_by_case] if motion.up is None else [motion_row_by_case, amplitude_factor]
     order = np.lexsort(keys[::-1])
     changes = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
     for group in np.split(order, np.flatnonzero(changes) + 1):
         if motion.up is None:
-            ratio = np.abs(ground[ground_row[group[0]]]) / STANDARD_GRAVITY
-            level = motion_threshold_g[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
+            ratio = np.abs(base_accelerations[motion_row_by_case[group[0]]]) / STANDARD_GRAVITY
+            level = motion_threshold_g[group] / np.maximum(np.abs(amplitude_factor[group]), 1e-300)
         else:
-            factor = amplitude[group[0]]
+            factor = amplitude_factor[group[0]]
             weight = STANDARD_GRAVITY + factor * motion.up
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.where(weight > 0, np.abs(factor * ground[ground_row[group[0]]]) / weight, np.inf)
+                ratio = np.where(
+                    weight > 0, np.abs(factor * base_accelerations[motion_row_by_case[group[0]]]) / weight, np.inf
+                )
             level = motion_threshold_g[group]
         # Only samples above the lowest level: a running maximum over all samples would take half of the time here.
         safe = SIMULATION_START_TO_ONSET_THRESHOLD_RATIO * level
@@ -122,7 +124,7 @@ def largest_acceleration_without_motion_g(
 
 
 def dynamic_to_static_force_ratio_upper_bound(
-    squared_frequency: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
+    omega_squared: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
     """Return an upper bound of the ratio of dynamic to static contact force for base motions with a single peak.
 
@@ -132,14 +134,14 @@ def dynamic_to_static_force_ratio_upper_bound(
 
     Parameters
     ----------
-    squared_frequency : ndarray
+    omega_squared : ndarray
         ω² of the slowest mode, 1/s².
     dashpot_to_spring_ratio_s : ndarray or float
         Dashpots over springs, s, so that ξ = ω · delay / 2.
     sampling_interval : float
         Time between samples, s.
     """
-    frequency = np.sqrt(squared_frequency)
+    frequency = np.sqrt(omega_squared)
     damping, phase = np.clip(0.5 * frequency * dashpot_to_spring_ratio_s, 1e-6, 0.999), frequency * sampling_interval
     fast = np.sqrt(1.0 - damping**2)
     first = (np.pi - 2.0 * np.arcsin(damping)) / fast

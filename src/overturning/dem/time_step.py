@@ -129,8 +129,8 @@ def rocking_time_constant(width: FloatArray, height: FloatArray) -> FloatArray:
 
 def longest_stable_step(
     scheme: IntegrationScheme,
-    squared_frequency: FloatArray,
-    damping_rate: FloatArray,
+    omega_squared: FloatArray,
+    two_xi_omega: FloatArray,
     block_rocking_time_constant: FloatArray | None = None,
 ) -> FloatArray:
     """Return the largest stable time step of each case, s.
@@ -144,28 +144,28 @@ def longest_stable_step(
     ----------
     scheme : IntegrationScheme
         The integration scheme.
-    squared_frequency : ndarray
+    omega_squared : ndarray
         ω² of the highest mode, 1/s².
-    damping_rate : ndarray
+    two_xi_omega : ndarray
         2 ξ_max ω of the highest mode, 1/s.
     block_rocking_time_constant : ndarray, optional
         1/p of the block, s (`rocking_time_constant`); None for a scene.
     """
     if scheme == IntegrationScheme.CUNDALL:
-        return 4.0 / (np.sqrt(damping_rate**2 + 4.0 * squared_frequency) + damping_rate)
+        return 4.0 / (np.sqrt(two_xi_omega**2 + 4.0 * omega_squared) + two_xi_omega)
     return (
-        2.0 * shortest_contact_time_constant(squared_frequency, damping_rate)
+        2.0 * shortest_contact_time_constant(omega_squared, two_xi_omega)
         if block_rocking_time_constant is None
         else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time_constant
     )
 
 
-def shortest_contact_time_constant(squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
+def shortest_contact_time_constant(omega_squared: FloatArray, two_xi_omega: FloatArray) -> FloatArray:
     """Return 1/ω of the highest contact mode, s; less above `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`."""
-    frequency = np.sqrt(squared_frequency)
+    frequency = np.sqrt(omega_squared)
     return np.asarray(
         DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED
-        / np.maximum(0.5 * damping_rate / frequency, DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED)
+        / np.maximum(0.5 * two_xi_omega / frequency, DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED)
         / frequency
     )
 
@@ -173,8 +173,8 @@ def shortest_contact_time_constant(squared_frequency: FloatArray, damping_rate: 
 def steps_per_sample(
     scheme: IntegrationScheme,
     time_step: float | str,
-    squared_frequency: FloatArray,
-    damping_rate: FloatArray,
+    omega_squared: FloatArray,
+    two_xi_omega: FloatArray,
     sampling_interval: float,
     block_rocking_time_constant: FloatArray | None = None,
 ) -> NDArray[np.int64]:
@@ -188,7 +188,7 @@ def steps_per_sample(
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    squared_frequency, damping_rate : ndarray
+    omega_squared, two_xi_omega : ndarray
         ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `longest_stable_step`.
     sampling_interval : float
         Time between samples, s.
@@ -205,10 +205,10 @@ def steps_per_sample(
     ArgumentError
         If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
-    stable = longest_stable_step(scheme, squared_frequency, damping_rate, block_rocking_time_constant)
+    stable = longest_stable_step(scheme, omega_squared, two_xi_omega, block_rocking_time_constant)
     return steps_per_sample_from_stable_step(
         stable,
-        stable * _automatic_to_stable_step_ratio(scheme, squared_frequency, damping_rate, block_rocking_time_constant),
+        stable * _automatic_to_stable_step_ratio(scheme, omega_squared, two_xi_omega, block_rocking_time_constant),
         time_step,
         sampling_interval,
     )
@@ -266,8 +266,8 @@ def requested_to_automatic_step_ratio(
 
 def _automatic_to_stable_step_ratio(
     scheme: IntegrationScheme,
-    squared_frequency: FloatArray,
-    damping_rate: FloatArray,
+    omega_squared: FloatArray,
+    two_xi_omega: FloatArray,
     block_rocking_time_constant: FloatArray | None,
 ) -> FloatArray | float:
     """Return the automatic time step of each case as a fraction of its longest stable step."""
@@ -278,7 +278,7 @@ def _automatic_to_stable_step_ratio(
         SCENE_AUTO_TO_STABLE_STEP_RATIO if block_rocking_time_constant is None else AUTO_TO_STABLE_STEP_RATIO[scheme]
     )
     return np.where(
-        0.5 * damping_rate / np.sqrt(squared_frequency) < DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED,
+        0.5 * two_xi_omega / np.sqrt(omega_squared) < DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED,
         0.5 * fraction,
         fraction,
     )

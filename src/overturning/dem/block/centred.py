@@ -45,13 +45,16 @@ MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY: Final = 0.25
 
 @njit(**INLINE_OPTIONS)
 def predict_corner_at_step_end(
-    side: float, block: BlockConstants, previous_corner: CornerState, extrapolated_block: BlockExtrapolatedToStepEnd
+    corner_sign: float,
+    block: BlockConstants,
+    previous_corner: CornerState,
+    extrapolated_block: BlockExtrapolatedToStepEnd,
 ) -> CornerPredictedAtStepEnd:
     """Predict position, velocity and spring stretch of a corner of a block at the end of a step (centred scheme).
 
     The spring of a corner that was not in contact starts unstretched.
     """
-    arm, drop = corner_x_and_depth_from_centre(side, block, extrapolated_block.cos, extrapolated_block.sin)
+    arm, drop = corner_x_and_depth_from_centre(corner_sign, block, extrapolated_block.cos, extrapolated_block.sin)
     stretch = previous_corner.tangential_stretch + ((extrapolated_block.centre_x + arm) - previous_corner.x_position)
     stretch = stretch if previous_corner.penetration > 0.0 else 0.0
     return CornerPredictedAtStepEnd(

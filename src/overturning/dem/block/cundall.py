@@ -56,7 +56,7 @@ class CornerContactForce(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def corner_contact_force(
-    side: float,
+    corner_sign: float,
     block: BlockConstants,
     state: BlockState,
     previous_corner: CornerState,
@@ -70,7 +70,7 @@ def corner_contact_force(
     `flat_landing_slides_mu_and_moment_factor`.
     """
     held, drifts, drift, tilting = flat_landing
-    arm, drop = corner_x_and_depth_from_centre(side, block, state.cos, state.sin)
+    arm, drop = corner_x_and_depth_from_centre(corner_sign, block, state.cos, state.sin)
     place, depth = state.centre_x + arm, drop - state.centre_z
     slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration
     inside, was = depth > 0.0, previous_corner.penetration > 0.0
@@ -107,15 +107,17 @@ def corner_contact_force(
 
 @njit(**INLINE_OPTIONS)
 def corner_dashpot_and_friction_power_per_mass(
-    corner_force: CornerContactForce, vx: float, vz: float, vw: float
+    corner_force: CornerContactForce, centre_vx: float, centre_vz: float, angular_velocity: float
 ) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = (
         corner_force.normal_force_less_spring_force_per_mass,
         corner_force.tangential_force_less_spring_force_per_mass,
     )
-    power = normal * (vz - corner_force.x_from_centre * vw) + tangential * (vx - corner_force.friction_lever_arm * vw)
-    return power - corner_force.spring_moment_beyond_friction_arm_per_mass * vw
+    power = normal * (centre_vz - corner_force.x_from_centre * angular_velocity) + tangential * (
+        centre_vx - corner_force.friction_lever_arm * angular_velocity
+    )
+    return power - corner_force.spring_moment_beyond_friction_arm_per_mass * angular_velocity
 
 
 @njit(**INLINE_OPTIONS)

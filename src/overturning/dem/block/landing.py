@@ -23,30 +23,41 @@ def flat_landing_time_left_after_step(block: BlockConstants, state: BlockState, 
 
 @njit(**INLINE_OPTIONS)
 def block_lands_flat(
-    block: BlockConstants, state: BlockState, left_corner: tuple[float, float], right_corner: tuple[float, float]
+    block: BlockConstants,
+    state: BlockState,
+    left_penetration_and_upward_velocity: tuple[float, float],
+    right_penetration_and_upward_velocity: tuple[float, float],
 ) -> bool:
     """True if both lower corners of a block strike the base in one impact (a flat landing).
 
-    `left_corner` and `right_corner` are the penetration (m) and upward velocity (m/s) of a corner after the step.
+    Penetration (m) and upward velocity (m/s) are those of the left and the right corner after the step.
 
     In a plastic landing the impulse on the block must not pull it down. The impulse of a dashpot is the dashpot
     constant times the penetration, which is positive as long as the corner is in the ground, so the dashpot may pull
     for a while.
     """
-    both = base_end_touches_within_time(
-        block.max_time_between_touches_of_one_impact, left_corner[0], left_corner[1]
-    ) & base_end_touches_within_time(block.max_time_between_touches_of_one_impact, right_corner[0], right_corner[1])
+    (left_depth, left_velocity), (right_depth, right_velocity), time = (
+        left_penetration_and_upward_velocity, right_penetration_and_upward_velocity,
+        block.max_time_between_touches_of_one_impact,
+    )  # fmt: skip
+    both = base_end_touches_within_time(time, left_depth, left_velocity) & base_end_touches_within_time(
+        time, right_depth, right_velocity
+    )
     return ((state.remaining_flat_landing_time > 0.0) | block_is_airborne(state)) & both
 
 
 @njit(**INLINE_OPTIONS)
 def flat_landing_slides_mu_and_moment_factor(
-    block: BlockConstants, is_flat_landing: bool, vx: float, vz: float
+    block: BlockConstants, is_flat_landing: bool, centre_vx: float, centre_vz: float
 ) -> tuple[bool, float, float]:
     """Return whether a block landing on both corners slides, ±μ, and the factor on the moment of friction.
 
-    The friction coefficient ±μ has the sign of `vx`. Velocities are those of the centre. If μ ≤ B/H, the resultant
-    impulse passes through the base, so that normal forces balance the whole moment of friction.
+    The friction coefficient ±μ has the sign of `centre_vx`. If μ ≤ B/H, the resultant impulse passes through the base,
+    so that normal forces balance the whole moment of friction.
     """
-    slides = is_flat_landing & base_slides_in_flat_landing(block.friction, vx, vz)
-    return slides, math.copysign(block.friction, vx), (block.flat_landing_friction_moment_factor if slides else 1.0)
+    slides = is_flat_landing & base_slides_in_flat_landing(block.friction, centre_vx, centre_vz)
+    return (
+        slides,
+        math.copysign(block.friction, centre_vx),
+        (block.flat_landing_friction_moment_factor if slides else 1.0),
+    )

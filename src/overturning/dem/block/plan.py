@@ -149,16 +149,16 @@ class BlockStepLengths(NamedTuple):
 def block_step_lengths(
     scheme: IntegrationScheme,
     numerics: NumericalOptions,
-    squared_frequency: FloatArray,
-    damping_rate: FloatArray,
+    omega_squared: FloatArray,
+    two_xi_omega: FloatArray,
     sampling_interval: float,
     rocking_time_constant: FloatArray,
 ) -> BlockStepLengths:
     """Return the lengths of the time steps of blocks, from the bounds of their highest frequency and damping rate.
 
-    `squared_frequency` is in 1/s², `damping_rate` in 1/s, `sampling_interval` and `rocking_time_constant` (1/p) in s.
+    `omega_squared` is in 1/s², `two_xi_omega` in 1/s, `sampling_interval` and `rocking_time_constant` (1/p) in s.
     """
-    square, rate, interval, period = squared_frequency, damping_rate, sampling_interval, rocking_time_constant
+    square, rate, interval, period = omega_squared, two_xi_omega, sampling_interval, rocking_time_constant
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
     if scheme == IntegrationScheme.CENTRED:

@@ -206,13 +206,16 @@ def _landing_time(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _base_motion_of_sample(
-    horizontal_acceleration: Any, vertical_acceleration: Any, scale_over_g: float, sample: int
+    horizontal_acceleration: Any, vertical_acceleration: Any, amplitude_factor_over_g: float, sample: int
 ) -> BaseAccelerationRampInG:
     """Return the base motion from a sample to the next, in units of g; `scale` multiplies the accelerations (m/s²)."""
-    a, u = (scale_over_g * horizontal_acceleration[sample], 1.0 + scale_over_g * vertical_acceleration[sample])
+    a, u = (
+        amplitude_factor_over_g * horizontal_acceleration[sample],
+        1.0 + amplitude_factor_over_g * vertical_acceleration[sample],
+    )
     return BaseAccelerationRampInG(
-        a, scale_over_g * horizontal_acceleration[sample + 1] - a, u,
-        1.0 + scale_over_g * vertical_acceleration[sample + 1] - u,
+        a, amplitude_factor_over_g * horizontal_acceleration[sample + 1] - a, u,
+        1.0 + amplitude_factor_over_g * vertical_acceleration[sample + 1] - u,
     )  # fmt: skip
 
 

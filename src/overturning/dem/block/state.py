@@ -327,10 +327,10 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
 
 @njit(**INLINE_OPTIONS)
 def corner_x_and_depth_from_centre(
-    side: float, block: BlockConstants, cosine: float, sine: float
+    corner_sign: float, block: BlockConstants, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Return a block's lower corner (`side` −1: left, 1: right) relative to its centre: along x and down, m."""
-    b, h = side * block.half_width, block.half_height
+    """Return a block's lower corner (`corner_sign` −1: left, 1: right) relative to its centre: along x and down, m."""
+    b, h = corner_sign * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 
 

@@ -333,8 +333,8 @@ def steps_per_sample_and_step_control(
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
     whole = kernel_step_control.longest_whole_step_in_rocking_time_constants * rocking_time_constant
     per_sample = partial(
-        steps_per_sample, IntegrationScheme.CUNDALL, squared_frequency=(2.0 / whole) ** 2,
-        damping_rate=np.zeros(whole.size), sampling_interval=sampling_interval,
+        steps_per_sample, IntegrationScheme.CUNDALL, omega_squared=(2.0 / whole) ** 2,
+        two_xi_omega=np.zeros(whole.size), sampling_interval=sampling_interval,
         block_rocking_time_constant=rocking_time_constant,
     )  # fmt: skip
     usual = per_sample("1 stable")

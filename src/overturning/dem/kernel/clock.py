@@ -41,15 +41,15 @@ class KernelStepControl(NamedTuple):
         """Largest number of times that a full-length step may be halved."""
         return int(self.ticks_per_whole_step).bit_length() - 1
 
-    def steps_before_length_doubles(self, squared_frequency: FloatArray, damping_rate: FloatArray) -> FloatArray:
+    def steps_before_length_doubles(self, omega_squared: FloatArray, two_xi_omega: FloatArray) -> FloatArray:
         """Return the number of steps after a contact change before the step length doubles, for each case.
 
-        `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s) of the highest mode of each
-        case, arrays of the same shape. The number grows if the damping ratio is below one half.
+        `omega_squared` is ω² (1/s²), `two_xi_omega` 2 ξ ω (1/s) of the highest mode of each case, arrays of the same
+        shape. The number grows if the damping ratio ξ is below one half.
         """
         return np.asarray(
             self.steps_before_doubling_after_contact_change
-            * np.clip(np.sqrt(squared_frequency) / np.maximum(damping_rate, 1e-300), 1.0, 8.0)
+            * np.clip(np.sqrt(omega_squared) / np.maximum(two_xi_omega, 1e-300), 1.0, 8.0)
         )
 
 

@@ -155,15 +155,15 @@ def largest_tilt_near_case_end(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def update_slide_end_and_check_case_continues(
-    state: Any, slide_end_row: int, sample: float, sliding_time: float, sampling_interval: float
+    state: Any, slide_end_index: int, sample: float, sliding_time: float, sampling_interval: float
 ) -> bool:
     """True if a case is simulated further at its end because a body still slides or spins.
 
-    At the first call, the sample at which friction has stopped the motion is stored in `state[slide_end_row]`, which is
-    0 before. `sliding_time` (s) is the time in which friction would stop the fastest slide or spin on its own, or 0. A
-    slide and a spin of one body slow each other down less than each would slow down on its own, and end together.
+    At the first call, the sample at which friction has stopped the motion is stored in `state[slide_end_index]`, which
+    is 0 before. `sliding_time` (s) is the time in which friction would stop the fastest slide or spin on its own, or 0.
+    A slide and a spin of one body slow each other down less than each would slow down on its own, and end together.
     """
     # The sample is not computed again: a cylinder that rolls on its rim without loss would be simulated for ever.
-    if state[slide_end_row] == 0.0:
-        state[slide_end_row] = sample + 3.0 * sliding_time / sampling_interval
-    return bool(sample < state[slide_end_row])
+    if state[slide_end_index] == 0.0:
+        state[slide_end_index] = sample + 3.0 * sliding_time / sampling_interval
+    return bool(sample < state[slide_end_index])

@@ -144,7 +144,7 @@ def is_rest_check_sample(sample: float) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def upcoming_motion_is_below_rest_limit(
-    ground: GroundMotion, ground_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
+    ground: GroundMotion, motion_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
 ) -> bool:
     """True if the base motion in a time window after `sample` cannot move a body at rest.
 
@@ -157,7 +157,7 @@ def upcoming_motion_is_below_rest_limit(
         int(sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
-        ground.largest_upcoming_horizontal_acceleration[ground_row, block, look],
+        ground.largest_upcoming_horizontal_acceleration[motion_row, block, look],
         ground.largest_upcoming_vertical_acceleration[block, look],
     )
     return bool(
@@ -168,7 +168,7 @@ def upcoming_motion_is_below_rest_limit(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_skippable_samples(
-    ground: GroundMotion, ground_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
+    ground: GroundMotion, motion_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
 ) -> int:
     """Return for how many samples from `sample` on, a multiple of the block size, a body at rest stays at rest.
 
@@ -176,7 +176,7 @@ def count_skippable_samples(
     """
     count = 0
     while upcoming_motion_is_below_rest_limit(
-        ground, ground_row, sample + count, amplitude_factor, rest_acceleration_limit_g
+        ground, motion_row, sample + count, amplitude_factor, rest_acceleration_limit_g
     ):
         count += SAMPLES_PER_REST_CHECK_BLOCK
     return count

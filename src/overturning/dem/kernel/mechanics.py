@@ -34,9 +34,9 @@ def normalise_cosine_and_sine(cosine: float, sine: float) -> tuple[float, float]
 
 
 @njit(**INLINE_OPTIONS)
-def clamp_magnitude(force: float, limit: float) -> float:
+def clamp_magnitude(force_or_stretch: float, limit: float) -> float:
     """Return a force, or the stretch of a spring, limited to ±limit; the sign is kept, also of zero."""
-    return math.copysign(limit, force) if abs(force) > limit else force
+    return math.copysign(limit, force_or_stretch) if abs(force_or_stretch) > limit else force_or_stretch
 
 
 @njit(**INLINE_OPTIONS)

@@ -183,14 +183,14 @@ def step_is_rejected(
     length_in_finest_steps: float,
     left: SolvedCornerContact,
     right: SolvedCornerContact,
-    max_travel_in_gentle_step_m: float = 1e-6,
+    max_corner_travel_without_halving_step_m: float = 1e-6,
 ) -> bool:
     """True if a step of `length_in_finest_steps` finest steps is rejected."""
     case_step_control, block = (
         step_control_of_case(BLOCK_STEP_CONTROL),
         BlockConstants(
             **dict.fromkeys(BlockConstants._fields, 1.0)
-            | {"max_corner_travel_without_halving_step": max_travel_in_gentle_step_m}
+            | {"max_corner_travel_without_halving_step": max_corner_travel_without_halving_step_m}
         ),
     )
     length = length_in_finest_steps * case_step_control.shortest_step_ticks

@@ -73,7 +73,8 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
             if not sleep:
                 resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
             advance_scene_one_step(
-                inputs.ground_motion.upward_acceleration, state, view_without_reference_counts(workspace.equation_matrix),
+                inputs.ground_motion.upward_acceleration, state,
+                view_without_reference_counts(workspace.equation_matrix),
                 view_without_reference_counts(workspace.nonzero_pattern),
                 view_without_reference_counts(workspace.active_pairs),
                 view_without_reference_counts(workspace.moves_relative_to_base), scene,

@@ -126,7 +126,10 @@ def step_is_short_enough_for_predicted_forces(
 
     Longer steps use the contact state after the last step.
     """
-    return step_attempt.length_in_ticks <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * case_step_control.shortest_step_ticks
+    return (
+        step_attempt.length_in_ticks
+        <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * case_step_control.shortest_step_ticks
+    )
 
 
 @njit(**INLINE_OPTIONS)

@@ -265,7 +265,8 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
             load_case(case_rows, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = StepContactChanges(
-            contact_changed=most.positive_if_contact_opened_or_closed > 0.0, motion_requires_shorter_step=False,
+            contact_changed=most.positive_if_contact_opened_or_closed > 0.0,
+            motion_requires_shorter_step=False,
             may_accept_despite_contact_change=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
             has_slip_reversal=most.has_friction_against_assumed_direction > 0.0,

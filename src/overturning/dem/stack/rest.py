@@ -88,7 +88,8 @@ def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count
         length = load_attempt(state, j).length_in_ticks
         most = (
             1.001
-            * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * load_rest(state, j).max_base_acceleration_at_rest_g
+            * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
+            * load_rest(state, j).max_base_acceleration_at_rest_g
             * GRAVITY
         )
         slow = most * (load_case(state, j).tick_length_s * length)

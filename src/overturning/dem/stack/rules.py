@@ -127,8 +127,8 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_row_by_case, lane_cases,
-        kernel_input.ground_motion, kernel_input.settings,
+        workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_row_by_case,
+        lane_cases, kernel_input.ground_motion, kernel_input.settings,
     )  # fmt: skip
 
 

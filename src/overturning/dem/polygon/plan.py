@@ -1,5 +1,6 @@
 """Plan of the cases of a scene of polygons: variants, time steps, and samples that can be skipped."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar, Final
@@ -184,11 +185,8 @@ def plan_scene_simulation(
         np.array([item.half_diagonal_of_scene_height_and_max_width for item in variants]) / (0.75 * scene.gravity)
     )[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
-    table["amplitude_factor"], table["friction_coefficient_if_law_has_none"], table["dashpot_factor"] = (
-        cases.amplitude,
-        cases.friction,
-        cases.damping_factor,
-    )
+    table["amplitude_factor"], table["dashpot_factor"] = cases.amplitude, cases.damping_factor
+    table["friction_coefficient_if_law_has_none"] = cases.friction
     table["last_sample_with_possible_motion_onset"] = np.inf
     table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
         MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest / motion.sampling_interval
@@ -198,24 +196,16 @@ def plan_scene_simulation(
     table["steps_before_doubling_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
     )[variant]
-    table["longest_step_at_rest_ticks"], table["long_steps_before_doubling"] = (
-        SCENE_STEP_CONTROL.ticks_per_whole_step,
-        SCENE_STEP_CONTROL.long_steps_before_doubling,
-    )
+    table["longest_step_at_rest_ticks"] = SCENE_STEP_CONTROL.ticks_per_whole_step
+    table["long_steps_before_doubling"] = SCENE_STEP_CONTROL.long_steps_before_doubling
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
-    rocking_groups_immovable_from_sample = np.full(
-        (cases.case_count, len(variants[0].lowest_and_last_index_of_rocking_groups)), np.inf
-    )
+    group_count = len(variants[0].lowest_and_last_index_of_rocking_groups)
+    groups_immovable_from = np.full((cases.case_count, group_count), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
-        quiet = partial(
-            find_strong_motion_ranges,
-            motion,
-            row,
-            np.asarray(cases.amplitude) / share,
-            ground[:, : motion.sample_count],
-        )
+        amplitude = np.asarray(cases.amplitude) / share
+        quiet = partial(find_strong_motion_ranges, motion, row, amplitude, ground[:, : motion.sample_count])
         onset = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
             onset[variant == number] = item.motion_onset_acceleration_g(np.asarray(cases.friction)[variant == number])
@@ -225,36 +215,44 @@ def plan_scene_simulation(
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
             rest_limit = _rest_acceleration_limits_g_of_cases(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
-        table["first_simulated_sample"], table["last_sample_with_possible_motion_onset"] = (
-            first,
-            np.where(onset <= 0, np.inf, calm),
-        )
-        # An element that starts to slide may slide off its support.
-        grip = np.zeros(cases.case_count)
-        for number, item in enumerate(variants):
-            grip[variant == number] = item.sliding_onset_acceleration_g(np.asarray(cases.friction)[variant == number])
-        alike = all(
-            np.array_equal(
-                item.lowest_and_last_index_of_rocking_groups, variants[0].lowest_and_last_index_of_rocking_groups
-            )
-            for item in variants
-        )
-        for part in range(len(variants[0].lowest_and_last_index_of_rocking_groups)):
-            safe = np.array([item.rocking_onset_acceleration_g_by_group[part] if alike else 0.0 for item in variants])[
-                variant
-            ]
-            rocking_groups_immovable_from_sample[:, part] = quiet(
-                np.minimum(UPLIFT_ACCELERATION_SAFETY_FACTOR * safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
-            )[1]
+        table["first_simulated_sample"] = first
+        table["last_sample_with_possible_motion_onset"] = np.where(onset <= 0, np.inf, calm)
+        groups_immovable_from = _samples_from_which_groups_cannot_rock(variants, variant, cases, quiet)
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
         base_accelerations=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
         first_simulated_sample=first, stays_at_rest=stays_at_rest,
         has_too_soft_contacts=np.array([item.contacts_too_soft_or_placement_invalid for item in variants])[variant],
         scene_variants=variants, scene_variant_index_by_case=variant,
-        case_table=table, rocking_groups_immovable_from_sample=rocking_groups_immovable_from_sample,
+        case_table=table, rocking_groups_immovable_from_sample=groups_immovable_from,
         arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
+
+
+def _samples_from_which_groups_cannot_rock(
+    scene_variants: list[PreparedScene],
+    variant_index_by_case: NDArray[np.int64],
+    cases: Cases,
+    find_ranges: Callable[[FloatArray], tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]],
+) -> FloatArray:
+    """Return the sample from which each group that can rock as one stays at rest, shape (cases, groups).
+
+    `find_ranges` is `find_strong_motion_ranges` of the motion, a function of the onset acceleration of each case, g.
+    """
+    friction = np.asarray(cases.friction)
+    # An element that starts to slide may slide off its support.
+    grip = np.zeros(cases.case_count)
+    for number, item in enumerate(scene_variants):
+        of_variant = variant_index_by_case == number
+        grip[of_variant] = item.sliding_onset_acceleration_g(friction[of_variant])
+    groups = scene_variants[0].lowest_and_last_index_of_rocking_groups
+    samples = np.zeros((cases.case_count, len(groups)))
+    alike = all(np.array_equal(item.lowest_and_last_index_of_rocking_groups, groups) for item in scene_variants)
+    for group in range(len(groups)):
+        uplift = [item.rocking_onset_acceleration_g_by_group[group] if alike else 0.0 for item in scene_variants]
+        safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[variant_index_by_case]
+        samples[:, group] = find_ranges(np.minimum(safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO)[1]
+    return samples
 
 
 def _rest_acceleration_limits_g_of_cases(

@@ -262,6 +262,19 @@ def _face_corner_table(stacks: list[list[StackStone]]) -> FloatArray:
     return outlines
 
 
+def _upper_bound_of_omega_squared(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
+    """Return an upper bound of the highest squared angular frequency of a stack on its contact springs, 1/s²."""
+    scale_factors = scale_factors_for_unit_mass_matrix(stones)
+    stiffness = scaled_stiffness_matrix_of_stack_at_rest(stones, joints, scale_factors)
+    return highest_eigenvalue(stiffness) * eigenvalue_bound_factor_for_inertia_products(stones)
+
+
+def _slowest_rocking_time_constant(joints: JointConstantsOfStack) -> float:
+    """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
+    side, height = joints.stones_above_mass_centre_to_side_distance, joints.stones_above_mass_centre_height_above_joint
+    return float(np.sqrt(np.sqrt(side**2 + height**2) / (0.75 * STANDARD_GRAVITY)).max())
+
+
 def plan_stack_simulation(
     model: Stack, motion: Motion, cases: Cases, numerics: NumericalOptions
 ) -> StackSimulationPlan:
@@ -274,34 +287,15 @@ def plan_stack_simulation(
     tables = np.stack([initial_stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     given = np.array([np.nan if (mu := stone.base_joint_friction) is None else mu for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
-    square = np.array(
-        [
-            highest_eigenvalue(
-                scaled_stiffness_matrix_of_stack_at_rest(stones, table, scale_factors_for_unit_mass_matrix(stones))
-            )
-            * eigenvalue_bound_factor_for_inertia_products(stones)
-            for stones, table in zip(stacks, joints, strict=True)
-        ]
-    )
+    square = np.array([_upper_bound_of_omega_squared(*stack) for stack in zip(stacks, joints, strict=True)])
     delay = np.array([float(table.dashpot_to_stiffness_ratios.max()) for table in joints])
     foot, reach = tables["centre_height"], tables["nearest_base_side_distance"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
-    # The slowest rocking is that of all stones above a joint.
-    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array(
-        [
-            np.sqrt(
-                np.sqrt(
-                    table.stones_above_mass_centre_to_side_distance**2
-                    + table.stones_above_mass_centre_height_above_joint**2
-                )
-                / (0.75 * STANDARD_GRAVITY)
-            ).max()
-            for table in joints
-        ]
-    )
+    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array([_slowest_rocking_time_constant(one) for one in joints])
     interval, samples = motion.sampling_interval, motion.sample_count
-    rate = (square * delay)[which] * np.asarray(cases.damping_factor)
+    damping = np.asarray(cases.damping_factor)
+    rate = (square * delay)[which] * damping
     steps, pace = steps_per_sample_and_step_control(
         numerics, square[which], rate, interval, STACK_TO_BODY_WHOLE_STEP_RATIO * period[which], STACK_STEP_CONTROL
     )
@@ -314,9 +308,7 @@ def plan_stack_simulation(
     )
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
-        rest_share = _rest_limit_to_onset_acceleration_ratios(
-            stacks, joints, which, np.asarray(cases.damping_factor), interval
-        )
+        rest_share = _rest_limit_to_onset_acceleration_ratios(stacks, joints, which, damping, interval)
     amplitude = np.asarray(cases.amplitude)
     row, cosines, along = base_accelerations_by_orientation(motion, cases)
     threshold = np.zeros(cases.case_count)
@@ -327,15 +319,14 @@ def plan_stack_simulation(
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([_least_overturning_energy(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
+    side = np.array([table.stones_above_mass_centre_to_side_distance.min() for table in joints])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
-        "stack": which, "amplitude_factor": amplitude, "damping_factor": cases.damping_factor,
+        "stack": which, "amplitude_factor": amplitude, "damping_factor": damping,
         "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
         "max_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
-        "min_side_distance_of_mass_centre_above_joint": np.array(
-            [table.stones_above_mass_centre_to_side_distance.min() for table in joints]
-        )[which],
+        "min_side_distance_of_mass_centre_above_joint": side[which],
         "max_share_of_onset_acceleration_at_rest": rest_share,
         "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],

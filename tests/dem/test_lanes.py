@@ -73,6 +73,13 @@ def state_array_filled_with_indices() -> np.ndarray:
     return np.arange(float(TUPLE_ROW_LAYOUT.size))
 
 
+def test_an_unused_field_that_no_tuple_of_the_layout_has_is_refused() -> None:
+    """A field renamed in its tuple only would be loaded and stored again, at the cost of run time."""
+    with pytest.raises(KeyError, match="springs"):
+        TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple, unused_fields=["spring", "springs"])
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(MassTuple, unused_fields=["spring"])  # a field of the other tuple only
+
+
 def test_the_rows_of_the_state_array_follow_the_fields_of_named_tuples() -> None:
     assert (TUPLE_ROW_LAYOUT.count, TUPLE_ROW_LAYOUT.size) == (6, 24)
     assert [

@@ -276,7 +276,11 @@ class TupleRowLayout:
             Path of field names to a nested tuple; "" for the whole tuple.
         unused_fields : collection of str
             Names of fields, at any depth, that a variant of a kernel does not need: they are loaded as 0, not stored.
+            A tuple need not have all of them; a name that no tuple of the layout has raises KeyError.
         """
+        unknown = set(unused_fields).difference(*(path.split(".") for _, path in self._rows))
+        if unknown:
+            raise KeyError(f"unused_fields: no tuple of the layout has {', '.join(sorted(unknown))}")
         kind, prefix = tuple_type, ""
         for name in field_path.split(".") if field_path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."

@@ -88,7 +88,7 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
         plan = replace(plan, numerics=replace(numerics, budget=budget))
         _, general = plan.simulate_cases_of_group(first, counter, np.zeros((motion.sample_count, 14)))
         # Both kernels have their origin at the middle of the base.
-        for column, name in ((8, "x"), (9, "z"), (10, "angle")):
+        for column, name in ((8, "centre_x"), (9, "centre_z"), (10, "angle")):
             np.testing.assert_allclose(general[: end - 1, column], fast[name][: end - 1], rtol=0, atol=1e-9)
     assert seen > 25
 

@@ -45,13 +45,15 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def point_normal_force_is_nearly_spring_force(body: BodyConstants, point_history: BodyContactPointState) -> float:
+def point_normal_force_is_nearly_spring_force(
+    body: BodyConstants, point_state_at_step_start: BodyContactPointState
+) -> float:
     """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
-    spring = body.point_normal_stiffness_per_mass * point_history.penetration
+    spring = body.point_normal_stiffness_per_mass * point_state_at_step_start.penetration
     return (
         1.0
-        if (point_history.penetration > 0.0)
-        & (abs(point_history.normal_force_per_mass - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
+        if (point_state_at_step_start.penetration > 0.0)
+        & (abs(point_state_at_step_start.normal_force_per_mass - spring) < MAX_DASHPOT_TO_SPRING_FORCE_AT_REST * spring)
         else 0.0
     )
 
@@ -62,13 +64,13 @@ def update_lowest_and_highest_base_vertex(
     base_contact: BaseContactState,
     body_axes: Matrix3,
     vertex: BodyVertex,
-    point_history: BodyContactPointState,
+    point_state_at_step_start: BodyContactPointState,
 ) -> BaseContactState:
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height, below, still = (
         matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z,
         vertex_belongs_to_base(body, vertex),
-        point_normal_force_is_nearly_spring_force(body, point_history),
+        point_normal_force_is_nearly_spring_force(body, point_state_at_step_start),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
@@ -95,24 +97,28 @@ def vertex_waits_until_extreme_vertices_rest(
     body: BodyConstants,
     base_contact: BaseContactState,
     vertex: BodyVertex,
-    vertex_height: float,
-    point_history: BodyContactPointState,
+    vertex_height_above_centre: float,
+    point_state_at_step_start: BodyContactPointState,
 ) -> bool:
     """True if a base vertex that lies between the ends of a landing base carries no load until both ends rest.
 
     The ends are the lowest and the highest base vertex. A rigid base that lands flat is stopped by the impulse at its
-    ends; springs in between would share this impulse. `vertex_height` is the height of the vertex relative to the
-    centre, m.
+    ends; springs in between would share this impulse. `vertex_height_above_centre` is the height of the vertex relative
+    to the centre, m.
     """
     slack = body.extreme_vertex_tolerance_to_height_range * (
         base_contact.highest_vertex_height_above_centre - base_contact.lowest_vertex_height_above_centre
     )
     between = (
-        (vertex_height > base_contact.lowest_vertex_height_above_centre + slack)
-        & (vertex_height < base_contact.highest_vertex_height_above_centre - slack)
+        (vertex_height_above_centre > base_contact.lowest_vertex_height_above_centre + slack)
+        & (vertex_height_above_centre < base_contact.highest_vertex_height_above_centre - slack)
         & vertex_belongs_to_base(body, vertex)
     )
-    return between & (point_history.penetration <= 0.0) & (not lowest_and_highest_base_points_rest(base_contact))
+    return (
+        between
+        & (point_state_at_step_start.penetration <= 0.0)
+        & (not lowest_and_highest_base_points_rest(base_contact))
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -126,10 +132,14 @@ def body_base_lands_flat(base_contact: BaseContactState) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def longest_landing_time_including_point(
-    longest_time: float, point_landing_time: float, point_penetration: float
+    longest_landing_time_so_far: float, remaining_landing_time_of_point: float, point_penetration: float
 ) -> float:
     """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
-    return point_landing_time if (point_penetration > 0.0) & (point_landing_time > longest_time) else longest_time
+    return (
+        remaining_landing_time_of_point
+        if (point_penetration > 0.0) & (remaining_landing_time_of_point > longest_landing_time_so_far)
+        else longest_landing_time_so_far
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -178,16 +188,18 @@ TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_body_base_lands_flat(state: Any, lane_count: int) -> bool:
+def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
     """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
-        number += 1 if body_base_lands_flat(load_base_contact(state, j)) else 0
+        number += 1 if body_base_lands_flat(load_base_contact(body_states, j)) else 0
     return number > 0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def set_tilting_friction_share_of_landing_bases(state: Any, vertex_rows: Any, row_count: int, lane_count: int) -> None:
+def set_tilting_friction_share_of_landing_bases(
+    body_states: Any, vertex_rows: Any, vertex_array_length: int, lane_count: int
+) -> None:
     """Set the tilting friction share of a flat landing to 1 for bodies that friction tilts while their base lands flat.
 
     The share is `BaseContactState.tilting_friction_share_in_flat_landing`. It is read only for bodies whose base lands
@@ -195,36 +207,50 @@ def set_tilting_friction_share_of_landing_bases(state: Any, vertex_rows: Any, ro
     it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal
     forces balance the moment of friction.
     """
-    for point in range(0, row_count, ARRAY_LENGTH_PER_VERTEX):
+    for point in range(0, vertex_array_length, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
-            body, v, edge = load_body(state, j), load_state(state, j).velocity_relative_to_base, load_vertex(one, j)
-            own = matrix_times_vector(transpose(load_frame(state, j)), Vector3(v.x, v.y, 0.0))
+            body, v, edge = (
+                load_body(body_states, j),
+                load_state(body_states, j).velocity_relative_to_base,
+                load_vertex(one, j),
+            )
+            own = matrix_times_vector(transpose(load_frame(body_states, j)), Vector3(v.x, v.y, 0.0))
             ahead = (
                 body.friction
                 * body.centre_height
                 * (edge.next_base_edge_outward_normal_x * own.x + edge.next_base_edge_outward_normal_y * own.y)
             )
             outside = edge.next_base_edge_distance_from_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
-            state[TILTING_FRICTION_SHARE_ROW_OFFSET + j] = (
-                1.0 if outside else state[TILTING_FRICTION_SHARE_ROW_OFFSET + j]
+            body_states[TILTING_FRICTION_SHARE_ROW_OFFSET + j] = (
+                1.0 if outside else body_states[TILTING_FRICTION_SHARE_ROW_OFFSET + j]
             )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_base_contacts(
-    state: Any, vertex_rows: Any, opposite_start_index: int, base_vertex_count: int, lane_count: int, has_rim: Any
+    body_states: Any,
+    vertex_rows: Any,
+    start_index_of_opposite_vertices: int,
+    base_vertex_count: int,
+    lane_count: int,
+    base_is_round: Any,
 ) -> None:
     """Update the contact state of each body's base, from the base vertices or from the points of a round rim.
 
-    The vertices form opposite pairs; the rows of the second vertices of the pairs start at index `opposite_start_index`
-    of `vertex_rows`.
+    The vertices form opposite pairs; the rows of the second vertices of the pairs start at index
+    `start_index_of_opposite_vertices` of `vertex_rows`.
     """
-    if has_rim:
+    if base_is_round:
         # The ends are the lowest and the highest point of the rim.
         for j in range(round_to_vector_multiple(lane_count)):
-            body, ahead = load_body(state, j), load_memory(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
-            behind = load_memory(vertex_rows[opposite_start_index : opposite_start_index + ARRAY_LENGTH_PER_VERTEX], j)
+            body, ahead = load_body(body_states, j), load_memory(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
+            behind = load_memory(
+                vertex_rows[
+                    start_index_of_opposite_vertices : start_index_of_opposite_vertices + ARRAY_LENGTH_PER_VERTEX
+                ],
+                j,
+            )
             landing = (
                 ahead.remaining_flat_landing_time
                 if ahead.remaining_flat_landing_time < behind.remaining_flat_landing_time
@@ -239,7 +265,7 @@ def update_base_contacts(
             )
             tilting = 0.0 if body.friction * body.centre_height <= body.round_base_radius_or_zero else 1.0
             store_base_contact(
-                state,
+                body_states,
                 j,
                 BaseContactState(
                     0.0,
@@ -256,25 +282,28 @@ def update_base_contacts(
     for j in range(round_to_vector_multiple(lane_count)):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
-        store_base_contact(state, j, first if few else other)
-    for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
+        store_base_contact(body_states, j, first if few else other)
+    for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
-            of_base = vertex_belongs_to_base(load_body(state, j), load_vertex(one, j))
-            left, least = one[LANDING_OF + j], state[SHORTEST + j]
-            state[SHORTEST + j] = left if of_base & (left < least) else least
-            longest = state[LONGEST + j]
-            state[LONGEST + j] = (
+            of_base = vertex_belongs_to_base(load_body(body_states, j), load_vertex(one, j))
+            left, least = one[LANDING_OF + j], body_states[SHORTEST + j]
+            body_states[SHORTEST + j] = left if of_base & (left < least) else least
+            longest = body_states[LONGEST + j]
+            body_states[LONGEST + j] = (
                 longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
             )
-    if any_body_base_lands_flat(state, lane_count):
-        set_tilting_friction_share_of_landing_bases(state, vertex_rows, 2 * opposite_start_index, lane_count)
+    if any_body_base_lands_flat(body_states, lane_count):
+        set_tilting_friction_share_of_landing_bases(
+            body_states, vertex_rows, 2 * start_index_of_opposite_vertices, lane_count
+        )
     if few:
         return
-    for point in range(0, 2 * opposite_start_index, ARRAY_LENGTH_PER_VERTEX):
+    for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
-            base_contact = load_base_contact(state, j)
-            store_base_contact(state, j, update_lowest_and_highest_base_vertex(
-                load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
+            base_contact = load_base_contact(body_states, j)
+            store_base_contact(body_states, j, update_lowest_and_highest_base_vertex(
+                load_body(body_states, j), base_contact, load_frame(body_states, j), load_vertex(one, j),
+                load_memory(one, j),
             ))  # fmt: skip

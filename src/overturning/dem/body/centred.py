@@ -52,12 +52,14 @@ MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
 
 
 @njit(**INLINE_OPTIONS)
-def acceleration_of_body_centre_relative_to_base(force_per_mass: Vector3, inertial_acceleration: Vector3) -> Vector3:
+def acceleration_of_body_centre_relative_to_base(
+    contact_force_per_mass: Vector3, inertial_xy_and_upward_base_acceleration: Vector3
+) -> Vector3:
     """Return the acceleration (m/s²) of a body's centre relative to the base, from contact force and base motion."""
     return Vector3(
-        force_per_mass.x + inertial_acceleration.x,
-        force_per_mass.y + inertial_acceleration.y,
-        force_per_mass.z - (GRAVITY + inertial_acceleration.z),
+        contact_force_per_mass.x + inertial_xy_and_upward_base_acceleration.x,
+        contact_force_per_mass.y + inertial_xy_and_upward_base_acceleration.y,
+        contact_force_per_mass.z - (GRAVITY + inertial_xy_and_upward_base_acceleration.z),
     )
 
 
@@ -66,30 +68,42 @@ def acceleration_of_body_centre_relative_to_base(force_per_mass: Vector3, inerti
 
 @njit(**INLINE_OPTIONS)
 def predict_body_at_step_end(
-    body: BodyConstants, state: BodyState, step_ticks: float, shaking: InertialAccelerations3D, ticks_per_sample: float
+    body: BodyConstants,
+    state_at_step_start: BodyState,
+    step_length_ticks: float,
+    inertial_accelerations: InertialAccelerations3D,
+    ticks_per_sample: float,
 ) -> BodyPredictedForStepEnd:
-    """Predict the state of a body at the end of a step (`step_ticks`), from the acceleration at the step's start."""
-    dt, tick = body.tick_length_s * step_ticks, state.ticks_since_sample_start + step_ticks
+    """Predict the state of a body at the end of a step with its acceleration and contact moment at the step's start."""
+    dt, tick = body.tick_length_s * step_length_ticks, state_at_step_start.ticks_since_sample_start + step_length_ticks
     half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     v, momentum = (
-        extrapolate_vector(state.velocity_relative_to_base, half, state.acceleration_relative_to_base),
-        extrapolate_vector(state.angular_momentum_per_mass, half, state.contact_moment_per_mass),
+        extrapolate_vector(
+            state_at_step_start.velocity_relative_to_base, half, state_at_step_start.acceleration_relative_to_base
+        ),
+        extrapolate_vector(
+            state_at_step_start.angular_momentum_per_mass, half, state_at_step_start.contact_moment_per_mass
+        ),
     )
     turn, spin = rotation_and_angular_velocity_after_step(
-        body.inverse_of_inertia_per_mass, state.rotation, momentum, state.contact_moment_per_mass, dt
+        body.inverse_of_inertia_per_mass,
+        state_at_step_start.rotation,
+        momentum,
+        state_at_step_start.contact_moment_per_mass,
+        dt,
     )
     at_end = Vector3(
-        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, tick, past),
-        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, tick, past),
-        base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_y, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
     )
     return BodyPredictedForStepEnd(
-        centre_position=extrapolate_vector(state.centre_position, dt, v),
+        centre_position=extrapolate_vector(state_at_step_start.centre_position, dt, v),
         rotation=turn,
         velocity_at_half_step=v,
         angular_momentum_per_mass_at_half_step=momentum,
-        end_velocity=extrapolate_vector(v, half, state.acceleration_relative_to_base),
+        end_velocity=extrapolate_vector(v, half, state_at_step_start.acceleration_relative_to_base),
         end_angular_velocity=spin,
         inertial_xy_and_upward_base_acceleration=at_end,
         half_step_length_s=half,
@@ -98,19 +112,22 @@ def predict_body_at_step_end(
 
 @njit(**INLINE_OPTIONS)
 def rim_point_position_from_centre(
-    body: BodyConstants, body_axes: Matrix3, lean_component: float, transverse_component: float
+    body: BodyConstants, body_axes: Matrix3, unit_component_along_lean: float, unit_component_across_lean: float
 ) -> Vector3:
     """Return the vector (m) from the centre of a body to one of four contact points on the rim of its round base.
 
-    `lean_component` and `transverse_component` (−1, 0 or 1) give the direction of the point from the axis: along the
-    direction in which the body leans, and across it. The lowest point of the rim is always one of the four points, and
-    all four carry equally if the rim lies flat. For an upright body the direction is arbitrary.
+    `unit_component_along_lean` and `unit_component_across_lean` (−1, 0 or 1) give the direction of the point from the
+    axis: along the direction in which the body leans, and across it. The lowest point of the rim is always one of the
+    four points, and all four carry equally if the rim lies flat. For an upright body the direction is arbitrary.
     """
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     leans = square > 1e-30
     one = 1.0 / math.sqrt(square if leans else 1.0)
     tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
-    a, b = body.round_base_radius_or_zero * lean_component, body.round_base_radius_or_zero * transverse_component
+    a, b = (
+        body.round_base_radius_or_zero * unit_component_along_lean,
+        body.round_base_radius_or_zero * unit_component_across_lean,
+    )
     return Vector3(
         (a * body_axes.zz * tx - b * ty) - body.centre_height * body_axes.xz,
         (a * body_axes.zz * ty + b * tx) - body.centre_height * body_axes.yz,
@@ -135,9 +152,9 @@ def step_is_short_enough_for_predicted_forces(
 @njit(**INLINE_OPTIONS)
 def flat_landing_slip_direction_and_tilt_share(
     body: BodyConstants,
-    lever_arm: Vector3,
-    velocity: Vector3,
-    spin: Vector3,
+    point_position_from_centre: Vector3,
+    centre_velocity: Vector3,
+    angular_velocity: Vector3,
     lands_flat_and_tilting_share: tuple[bool, float],
 ) -> tuple[float, float, bool, float]:
     """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
@@ -148,8 +165,11 @@ def flat_landing_slip_direction_and_tilt_share(
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = lands_flat_and_tilting_share
-    x, y = velocity.x - spin.z * lever_arm.y, velocity.y + spin.z * lever_arm.x
-    square, least = x * x + y * y, body.friction * velocity.z
+    x, y = (
+        centre_velocity.x - angular_velocity.z * point_position_from_centre.y,
+        centre_velocity.y + angular_velocity.z * point_position_from_centre.x,
+    )
+    square, least = x * x + y * y, body.friction * centre_velocity.z
     drifts = lands_flat & (square >= least * least)
     one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
     return x * one, y * one, drifts, (tilting if drifts else 1.0)
@@ -160,69 +180,66 @@ def predict_contact_point(
     body: BodyConstants,
     predicted_body: BodyPredictedForStepEnd,
     body_axes: Matrix3,
-    lever_arm: Vector3,
-    point_history: BodyContactPointState,
-    forces_decide_contact: bool,
-    has_rim: bool,
-    deferral_and_landing: tuple[bool, bool, float, float],
+    point_position_from_centre: Vector3,
+    point_state_at_step_start: BodyContactPointState,
+    predicted_forces_decide_contact: bool,
+    base_is_round: bool,
+    deferred_flat_landing_time_and_tilting_share: tuple[bool, bool, float, float],
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
-    If the step resolves the contact vibration (`forces_decide_contact`), the predicted forces decide about contact and
-    slip. In a longer step these forces would be too large; the state of the point after the last step is used.
-    `deferral_and_landing` holds whether the point carries load only later in a flat landing, whether the body lands
-    flat, the landing time of the point if it touches now (s), and the share of friction that tilts the base
-    (`BaseContactState.tilting_friction_share_in_flat_landing`).
+    If the step resolves the contact vibration (`predicted_forces_decide_contact`), the predicted forces decide about
+    contact and slip. In a longer step these forces would be too large; the state of the point after the last step is
+    used. `deferred_flat_landing_time_and_tilting_share` holds whether the point carries load only later in a flat
+    landing, whether the body lands flat, the landing time of the point if it touches now (s), and the share of friction
+    that tilts the base (`BaseContactState.tilting_friction_share_in_flat_landing`).
     """
-    deferred, flat, new_landing, base_tilting = deferral_and_landing
-    u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, lever_arm))
+    old, r = point_state_at_step_start, point_position_from_centre
+    deferred, flat, new_landing, base_tilting = deferred_flat_landing_time_and_tilting_share
+    u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, r))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (
-        predicted_body.half_step_length_s * (point_history.position_x_or_rim_point_velocity_x + u.x)
-        if has_rim
-        else (predicted_body.centre_position.x + lever_arm.x) - point_history.position_x_or_rim_point_velocity_x
+        predicted_body.half_step_length_s * (old.position_x_or_rim_point_velocity_x + u.x)
+        if base_is_round
+        else (predicted_body.centre_position.x + r.x) - old.position_x_or_rim_point_velocity_x
     )
     slip_y = (
-        predicted_body.half_step_length_s * (point_history.position_y_or_rim_point_velocity_y + u.y)
-        if has_rim
-        else (predicted_body.centre_position.y + lever_arm.y) - point_history.position_y_or_rim_point_velocity_y
+        predicted_body.half_step_length_s * (old.position_y_or_rim_point_velocity_y + u.y)
+        if base_is_round
+        else (predicted_body.centre_position.y + r.y) - old.position_y_or_rim_point_velocity_y
     )
-    was = point_history.penetration > 0.0
-    tx, ty = (
-        (point_history.tangential_spring_stretch_x + slip_x if was else 0.0),
-        (point_history.tangential_spring_stretch_y + slip_y if was else 0.0),
-    )
-    depth = -(predicted_body.centre_position.z + lever_arm.z)
+    was = old.penetration > 0.0
+    tx = old.tangential_spring_stretch_x + slip_x if was else 0.0
+    ty = old.tangential_spring_stretch_y + slip_y if was else 0.0
+    depth = -(predicted_body.centre_position.z + r.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.point_normal_stiffness_per_mass * depth - body.point_dashpot_constant_per_mass * u.z
     in_contact = (
-        ((n > 0.0) | flat) & (depth > 0.0) if forces_decide_contact else point_history.normal_force_per_mass != 0.0
+        ((n > 0.0) | flat) & (depth > 0.0) if predicted_forces_decide_contact else old.normal_force_per_mass != 0.0
     )
-    hx, hy = (
-        -(body.point_tangential_stiffness_per_mass * tx) - body.point_dashpot_constant_per_mass * u.x,
-        -(body.point_tangential_stiffness_per_mass * ty) - body.point_dashpot_constant_per_mass * u.y,
-    )
+    hx = -(body.point_tangential_stiffness_per_mass * tx) - body.point_dashpot_constant_per_mass * u.x
+    hy = -(body.point_tangential_stiffness_per_mass * ty) - body.point_dashpot_constant_per_mass * u.y
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if forces_decide_contact else point_history.normal_force_per_mass)
+    most = body.friction * (n if predicted_forces_decide_contact else old.normal_force_per_mass)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, lever_arm, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
+        body, r, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if forces_decide_contact else point_history.slid_in_last_step > 0.0
+    slides = square > most * most if predicted_forces_decide_contact else old.slid_in_last_step > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
     turn = angular_velocity_from_momentum(body.inverse_of_inertia_per_mass, body_axes, Vector3(
-        lever_arm.y - lever_arm.z * body.friction * dy, lever_arm.z * body.friction * dx - lever_arm.x,
-        body.friction * (lever_arm.x * dy - lever_arm.y * dx),
+        r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x,
+        body.friction * (r.x * dy - r.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * lever_arm.y - turn.y * lever_arm.x) > MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO
+    free = 1.0 + (turn.x * r.y - turn.y * r.x) > MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
-        position_from_centre=lever_arm,
+        position_from_centre=r,
         penetration=depth,
         tangential_spring_stretch_x=tx,
         tangential_spring_stretch_y=ty,
@@ -244,10 +261,10 @@ def predict_contact_point(
 
 @njit(**INLINE_OPTIONS)
 def ratio_of_friction_limit_to_sticking_force(
-    friction_limit: float, squared_holding_force: float, point_slides: bool
+    friction_limit: float, squared_sticking_force: float, is_assumed_to_slide: bool
 ) -> float:
     """Return the ratio, at most 1, of a sliding point's friction limit to the force that would make it stick."""
-    part = friction_limit / math.sqrt(squared_holding_force if point_slides else 1.0)
+    part = friction_limit / math.sqrt(squared_sticking_force if is_assumed_to_slide else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
 
@@ -255,10 +272,10 @@ def ratio_of_friction_limit_to_sticking_force(
 @njit(**INLINE_OPTIONS)
 def contact_force_and_derivatives_of_point(
     body: BodyConstants,
-    half_step_time: float,
+    half_step_length_s: float,
     predicted_point: PredictedContactPoint,
-    point_history: BodyContactPointState,
-    forces_decide_contact: bool,
+    point_state_at_step_start: BodyContactPointState,
+    predicted_forces_decide_contact: bool,
 ) -> ContactForcesAndNegatedDerivatives:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
@@ -274,8 +291,8 @@ def contact_force_and_derivatives_of_point(
         predicted_point.velocity,
     )
     press, stick = (
-        body.point_dashpot_constant_per_mass + half_step_time * body.point_normal_stiffness_per_mass,
-        body.point_dashpot_constant_per_mass + half_step_time * body.point_tangential_stiffness_per_mass,
+        body.point_dashpot_constant_per_mass + half_step_length_s * body.point_normal_stiffness_per_mass,
+        body.point_dashpot_constant_per_mass + half_step_length_s * body.point_tangential_stiffness_per_mass,
     )
     n = body.point_normal_stiffness_per_mass * predicted_point.penetration - body.point_dashpot_constant_per_mass * u.z
     hx, hy = (
@@ -285,11 +302,13 @@ def contact_force_and_derivatives_of_point(
         - body.point_dashpot_constant_per_mass * u.y,
     )
     part = ratio_of_friction_limit_to_sticking_force(
-        body.friction * (n if forces_decide_contact else point_history.normal_force_per_mass), hx * hx + hy * hy, slides
+        body.friction * (n if predicted_forces_decide_contact else point_state_at_step_start.normal_force_per_mass),
+        hx * hx + hy * hy,
+        slides,
     )
     mx, my = body.friction * predicted_point.friction_direction_x, body.friction * predicted_point.friction_direction_y
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
-    across = half_step_time * (stick * part if slides else stick)
+    across = half_step_length_s * (stick * part if slides else stick)
     gxx = across * (
         1.0 - predicted_point.friction_direction_x * predicted_point.friction_direction_x if slides else 1.0
     )
@@ -297,7 +316,7 @@ def contact_force_and_derivatives_of_point(
         1.0 - predicted_point.friction_direction_y * predicted_point.friction_direction_y if slides else 1.0
     )
     gxy = -(across * (predicted_point.friction_direction_x * predicted_point.friction_direction_y)) if slides else 0.0
-    gzz = half_step_time * press
+    gzz = half_step_length_s * press
     gxz, gyz = (mx * gzz if slides else 0.0), (my * gzz if slides else 0.0)
     n, fx, fy = (n if on else 0.0), (fx if on else 0.0), (fy if on else 0.0)
     gxx, gyy, gxy = (gxx if on else 0.0), (gyy if on else 0.0), (gxy if on else 0.0)
@@ -327,28 +346,29 @@ def contact_force_and_derivatives_of_point(
 @njit(**INLINE_OPTIONS)
 def solve_velocity_correction(
     body: BodyConstants,
-    state: BodyState,
+    state_at_step_start: BodyState,
     predicted_body: BodyPredictedForStepEnd,
-    contact_terms: ContactForcesAndNegatedDerivatives,
+    contact_terms_of_all_points: ContactForcesAndNegatedDerivatives,
 ) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a, b, c, d = (
-        contact_terms.half_step_times_force_per_velocity,
-        contact_terms.half_step_times_force_per_angular_velocity,
-        contact_terms.half_step_times_moment_per_velocity,
-        contact_terms.half_step_times_moment_per_angular_velocity,
+        contact_terms_of_all_points.half_step_times_force_per_velocity,
+        contact_terms_of_all_points.half_step_times_force_per_angular_velocity,
+        contact_terms_of_all_points.half_step_times_moment_per_velocity,
+        contact_terms_of_all_points.half_step_times_moment_per_angular_velocity,
     )
     u = scale_vector(
         predicted_body.half_step_length_s,
         minus(
             acceleration_of_body_centre_relative_to_base(
-                contact_terms.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
+                contact_terms_of_all_points.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
             ),
-            state.acceleration_relative_to_base,
+            state_at_step_start.acceleration_relative_to_base,
         ),
     )
     t = scale_vector(
-        predicted_body.half_step_length_s, minus(contact_terms.moment_per_mass, state.contact_moment_per_mass)
+        predicted_body.half_step_length_s,
+        minus(contact_terms_of_all_points.moment_per_mass, state_at_step_start.contact_moment_per_mass),
     )
     f = rotation_matrix(predicted_body.rotation)
     i = matrix_product(matrix_product(f, expand_symmetric_matrix(body.inertia_per_mass)), transpose(f))

@@ -99,27 +99,33 @@ SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def predict_bodies_at_step_end(state: Any, lane_count: int, ticks_per_sample: float) -> None:
+def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at the end of their steps, in parallel, with constant acceleration."""
     for j in range(round_to_vector_multiple(lane_count)):
         w = predict_body_at_step_end(
-            load_body(state, j),
-            load_state(state, j),
-            load_attempt(state, j).length_in_ticks,
-            load_shaking(state, j),
+            load_body(body_states, j),
+            load_state(body_states, j),
+            load_attempt(body_states, j).length_in_ticks,
+            load_shaking(body_states, j),
             ticks_per_sample,
         )
-        store_predicted(state, j, w)
-        store_frame(state, j, rotation_matrix(w.rotation))
+        store_predicted(body_states, j, w)
+        store_frame(body_states, j, rotation_matrix(w.rotation))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
+def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
     for j in range(round_to_vector_multiple(lane_count)):
-        body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
-        p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
+        body, w, f = load_body(body_states, j), load_predicted(body_states, j), load_frame(body_states, j)
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(body_states, j), load_attempt(body_states, j)
+        )
+        p, q, base_contact = (
+            load_vertex(vertex_rows, j),
+            load_vertex(opposite_rows, j),
+            load_base_contact(body_states, j),
+        )
         flat, new_landing = (
             body_base_lands_flat(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
@@ -129,122 +135,69 @@ def predict_contact_of_vertex_pair(state: Any, vertex_rows: Any, opposite_rows: 
             matrix_times_vector(f, q.position_from_centre_in_body_axes),
         )
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
-        store_point(
-            vertex_rows,
-            j,
-            predict_contact_point(
-                body,
-                w,
-                f,
-                a,
-                left,
-                fine,
-                False,
-                (
-                    vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left),
-                    flat,
-                    new_landing,
-                    base_contact.tilting_friction_share_in_flat_landing,
-                ),
-            ),
-        )
-        store_point(
-            opposite_rows,
-            j,
-            predict_contact_point(
-                body,
-                w,
-                f,
-                b,
-                right,
-                fine,
-                False,
-                (
-                    vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right),
-                    flat,
-                    new_landing,
-                    base_contact.tilting_friction_share_in_flat_landing,
-                ),
-            ),
-        )
+        waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left)
+        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        store_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
+        waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right)
+        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        store_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_contact_of_rim_point_pair(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, lean_component: float, transverse_component: float
+    body_states: Any,
+    point_rows: Any,
+    opposite_rows: Any,
+    lane_count: int,
+    unit_component_along_lean: float,
+    unit_component_across_lean: float,
 ) -> None:
     """Predict penetration, contact and sliding of two opposite rim points at the step end, for all cases.
 
-    `lean_component` and `transverse_component` select the points (see `rim_point_position_from_centre`).
+    `unit_component_along_lean` and `unit_component_across_lean` select the points (see
+    `rim_point_position_from_centre`).
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
-        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
+        body, w, f = load_body(body_states, j), load_predicted(body_states, j), load_frame(body_states, j)
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(body_states, j), load_attempt(body_states, j)
+        )
         left, right, between = (
             load_memory(point_rows, j),
             load_memory(opposite_rows, j),
-            (transverse_component != 0.0) & (not lowest_and_highest_base_points_rest(load_base_contact(state, j))),
+            (unit_component_across_lean != 0.0)
+            & (not lowest_and_highest_base_points_rest(load_base_contact(body_states, j))),
         )
-        base_contact = load_base_contact(state, j)
+        base_contact = load_base_contact(body_states, j)
         flat, new_landing = (
             body_base_lands_flat(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
         a, b = (
-            rim_point_position_from_centre(body, f, lean_component, transverse_component),
-            rim_point_position_from_centre(body, f, -lean_component, -transverse_component),
+            rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean),
+            rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean),
         )
-        store_point(
-            point_rows,
-            j,
-            predict_contact_point(
-                body,
-                w,
-                f,
-                a,
-                left,
-                fine,
-                True,
-                (
-                    between & (left.penetration <= 0.0),
-                    flat,
-                    new_landing,
-                    base_contact.tilting_friction_share_in_flat_landing,
-                ),
-            ),
-        )
-        store_point(
-            opposite_rows,
-            j,
-            predict_contact_point(
-                body,
-                w,
-                f,
-                b,
-                right,
-                fine,
-                True,
-                (
-                    between & (right.penetration <= 0.0),
-                    flat,
-                    new_landing,
-                    base_contact.tilting_friction_share_in_flat_landing,
-                ),
-            ),
-        )
+        waits = between & (left.penetration <= 0.0)
+        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        store_point(point_rows, j, predict_contact_point(body, w, f, a, left, fine, True, landing))
+        waits = between & (right.penetration <= 0.0)
+        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        store_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, True, landing))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_contact_terms_of_point_pair(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, is_not_first_pair: Any
+    body_states: Any, point_rows: Any, opposite_rows: Any, lane_count: int, none_if_first_pair: Any
 ) -> None:
     """Add two opposite contact points' terms to the equations for the body's velocities, for all cases in parallel.
 
-    `is_not_first_pair` is None for the first two points of a body: their terms replace those of the last step.
+    `none_if_first_pair` is None for the first two points of a body: their terms replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, half = load_body(state, j), load_predicted(state, j).half_step_length_s
-        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
+        body, half = load_body(body_states, j), load_predicted(body_states, j).half_step_length_s
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(body_states, j), load_attempt(body_states, j)
+        )
         a = contact_force_and_derivatives_of_point(
             body, half, load_point(point_rows, j), load_memory(point_rows, j), fine
         )
@@ -252,83 +205,94 @@ def add_contact_terms_of_point_pair(
             body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine
         )
         part = add_equations(a, b)
-        if is_not_first_pair is not None:
-            part = add_equations(load_equations(state, j), part)
-        store_equations(state, j, part)
+        if none_if_first_pair is not None:
+            part = add_equations(load_equations(body_states, j), part)
+        store_equations(body_states, j, part)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def solve_velocity_corrections(state: Any, lane_count: int) -> None:
+def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
     """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_change(state, j, solve_velocity_correction(
-            load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
+        store_change(body_states, j, solve_velocity_correction(
+            load_body(body_states, j), load_state(body_states, j), load_predicted(body_states, j),
+            load_equations(body_states, j),
         ))  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_point_pair_forces(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, is_not_first_pair: Any
+    body_states: Any, point_rows: Any, opposite_rows: Any, lane_count: int, base_is_round: Any, none_if_first_pair: Any
 ) -> None:
     """Compute the forces at two opposite contact points at the end of the step, for all cases in parallel.
 
-    `is_not_first_pair` is None for the first two points of a body: their forces replace those of the last step.
+    `none_if_first_pair` is None for the first two points of a body: their forces replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
-        fine = step_is_short_enough_for_predicted_forces(load_step_control(state, j), load_attempt(state, j))
+        body, w, d = load_body(body_states, j), load_predicted(body_states, j), load_change(body_states, j)
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(body_states, j), load_attempt(body_states, j)
+        )
         a, findings_a, next_a = compute_point_forces(
-            body, w, load_point(point_rows, j), load_memory(point_rows, j), d, fine, has_rim
+            body, w, load_point(point_rows, j), load_memory(point_rows, j), d, fine, base_is_round
         )
         b, findings_b, next_b = compute_point_forces(
-            body, w, load_point(opposite_rows, j), load_memory(opposite_rows, j), d, fine, has_rim
+            body, w, load_point(opposite_rows, j), load_memory(opposite_rows, j), d, fine, base_is_round
         )
         store_next(point_rows, j, next_a)
         store_next(opposite_rows, j, next_b)
         forces, findings = add_sum(a, b), larger_of(findings_a, findings_b)
-        if is_not_first_pair is not None:
-            forces, findings = add_sum(load_sum(state, j), forces), larger_of(load_largest(state, j), findings)
-        store_sum(state, j, forces)
-        store_largest(state, j, findings)
+        if none_if_first_pair is not None:
+            forces, findings = (
+                add_sum(load_sum(body_states, j), forces),
+                larger_of(load_largest(body_states, j), findings),
+            )
+        store_sum(body_states, j, forces)
+        store_largest(body_states, j, findings)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float, has_rim: Any) -> None:
+def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: float, base_is_round: Any) -> None:
     """Accept or reject the attempted step of each body, and choose the length of its next attempt."""
     for j in range(round_to_vector_multiple(lane_count)):
-        body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
-        most = load_largest(state, j)
-        w, d = load_predicted(state, j), load_change(state, j)
-        fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if has_rim else False
+        body, s, attempt, t = (
+            load_body(body_states, j),
+            load_state(body_states, j),
+            load_attempt(body_states, j),
+            load_sum(body_states, j),
+        )
+        most = load_largest(body_states, j)
+        w, d = load_predicted(body_states, j), load_change(body_states, j)
+        fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if base_is_round else False
         steady = base_acceleration_stays_below_limit(
-            load_shaking(state, j),
+            load_shaking(body_states, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
-            load_termination_limits(state, j).max_acceleration_for_sample_long_steps_g,
+            load_termination_limits(body_states, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = contact_changes_in_body_step(most, t.force_per_mass.z, fast, steady)
         again, sooner, following = accept_or_reject_and_choose_next_step(
             BODY_STEP_CONTROL,
-            load_step_control(state, j),
+            load_step_control(body_states, j),
             attempt,
             findings,
             s.ticks_since_sample_start + attempt.length_in_ticks,
             ticks_per_sample,
         )
-        accepted = BodyAfterAcceptedStep(s, load_peaks(state, j), load_account(state, j))
+        accepted = BodyAfterAcceptedStep(s, load_peaks(body_states, j), load_account(body_states, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
-        store_attempt(state, j, following)
-        store_rejection(state, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
-        store_state(state, j, again, accepted.state)
-        store_peaks(state, j, again, accepted.peak_values_so_far)
-        store_account(state, j, again, accepted.energy_account)
+        store_attempt(body_states, j, following)
+        store_rejection(body_states, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
+        store_state(body_states, j, again, accepted.state)
+        store_peaks(body_states, j, again, accepted.peak_values_so_far)
+        store_account(body_states, j, again, accepted.energy_account)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any, lane_count: int) -> None:
+def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step only whether the point slid."""
     for j in range(round_to_vector_multiple(lane_count)):
-        new, rejected = load_next(point_rows, j), load_rejection(state, j)
+        new, rejected = load_next(point_rows, j), load_rejection(body_states, j)
         store_memory(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
@@ -338,8 +302,8 @@ def store_contact_point_states_after_accepted_steps(state: Any, point_rows: Any,
 
 
 @cache
-def build_time_stepping_loop(has_rim: bool) -> Any:
-    """Return the compiled time-stepping loop for bodies with a round rim (`has_rim`) or with base vertices.
+def build_time_stepping_loop(base_is_round: bool) -> Any:
+    """Return the compiled time-stepping loop for bodies with a round rim (`base_is_round`) or with base vertices.
 
     The type of its argument `base_shape_loop_tag` makes the compiled names of the two variants differ.
     """
@@ -347,47 +311,47 @@ def build_time_stepping_loop(has_rim: bool) -> Any:
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def attempt_time_steps(
         base_shape_loop_tag: Any,  # noqa: ARG001
-        state: Any,
+        body_states: Any,
         vertex_rows: Any,
         vertex_count: int,
         base_vertex_count: int,
         lane_count: int,
-        step_count: int,
+        attempted_step_count: int,
         ticks_per_sample: float,
     ) -> None:
-        """Attempt `step_count` time steps of all bodies in parallel; a rejected step is attempted again."""
+        """Attempt `attempted_step_count` time steps of all bodies in parallel; a rejected step is attempted again."""
         half = vertex_count // 2 * ARRAY_LENGTH_PER_VERTEX
-        for _ in range(step_count):
-            predict_bodies_at_step_end(state, lane_count, ticks_per_sample)
-            update_base_contacts(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
+        for _ in range(attempted_step_count):
+            predict_bodies_at_step_end(body_states, lane_count, ticks_per_sample)
+            update_base_contacts(body_states, vertex_rows, half, base_vertex_count, lane_count, base_is_round)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one, other = (
                     vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
                     vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
                 )
-                if has_rim:
+                if base_is_round:
                     ahead = 1.0 if pair == 0 else 0.0
-                    predict_contact_of_rim_point_pair(state, one, other, lane_count, ahead, 1.0 - ahead)
+                    predict_contact_of_rim_point_pair(body_states, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
-                    predict_contact_of_vertex_pair(state, one, other, lane_count)
+                    predict_contact_of_vertex_pair(body_states, one, other, lane_count)
                 if pair == 0:
-                    add_contact_terms_of_point_pair(state, one, other, lane_count, None)
+                    add_contact_terms_of_point_pair(body_states, one, other, lane_count, None)
                 else:
-                    add_contact_terms_of_point_pair(state, one, other, lane_count, 1)
-            solve_velocity_corrections(state, lane_count)
+                    add_contact_terms_of_point_pair(body_states, one, other, lane_count, 1)
+            solve_velocity_corrections(body_states, lane_count)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one, other = (
                     vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
                     vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
                 )
                 if pair == 0:
-                    compute_point_pair_forces(state, one, other, lane_count, has_rim, None)
+                    compute_point_pair_forces(body_states, one, other, lane_count, base_is_round, None)
                 else:
-                    compute_point_pair_forces(state, one, other, lane_count, has_rim, 1)
-            accept_or_reject_steps(state, lane_count, ticks_per_sample, has_rim)
+                    compute_point_pair_forces(body_states, one, other, lane_count, base_is_round, 1)
+            accept_or_reject_steps(body_states, lane_count, ticks_per_sample, base_is_round)
             for point in range(0, 2 * half, ARRAY_LENGTH_PER_VERTEX):
                 store_contact_point_states_after_accepted_steps(
-                    state, vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX], lane_count
+                    body_states, vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX], lane_count
                 )
 
     return attempt_time_steps

@@ -45,33 +45,37 @@ MAX_LOWEST_RIM_POINT_ROTATION_TANGENT_IN_STEP: Final = 0.1
 @njit(**INLINE_OPTIONS)
 def point_spring_energy_loss_per_mass(
     body: BodyConstants,
-    point_history: BodyContactPointState,
-    penetration: float,
-    stretch_before_slip: tuple[float, float],
-    stretch_after_slip: tuple[float, float],
+    point_state_at_step_start: BodyContactPointState,
+    penetration_at_step_end: float,
+    tangential_stretch_before_slip: tuple[float, float],
+    tangential_stretch_after_slip: tuple[float, float],
 ) -> float:
     """Return the spring energy of a contact point that is lost in a step by slip or opening, per mass, m²/s².
 
-    `stretch_before_slip` is the tangential stretch before slip and `stretch_after_slip` that after slip, m.
+    `tangential_stretch_before_slip` is the tangential stretch before slip and `tangential_stretch_after_slip` that
+    after slip, m.
     """
-    kx, ky = stretch_after_slip
-    inside, was = penetration > 0.0, point_history.penetration > 0.0
-    sinking, over = penetration - point_history.penetration, penetration * point_history.penetration
+    kx, ky = tangential_stretch_after_slip
+    inside, was = penetration_at_step_end > 0.0, point_state_at_step_start.penetration > 0.0
+    sinking, over = (
+        penetration_at_step_end - point_state_at_step_start.penetration,
+        penetration_at_step_end * point_state_at_step_start.penetration,
+    )
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
-    stretched_x, stretched_y = stretch_before_slip[0] - kx, stretch_before_slip[1] - ky
+    stretched_x, stretched_y = tangential_stretch_before_slip[0] - kx, tangential_stretch_before_slip[1] - ky
     let_go = 0.5 * (
         body.point_tangential_stiffness_per_mass
         * (
-            (point_history.tangential_spring_stretch_x + kx) * stretched_x
-            + (point_history.tangential_spring_stretch_y + ky) * stretched_y
+            (point_state_at_step_start.tangential_spring_stretch_x + kx) * stretched_x
+            + (point_state_at_step_start.tangential_spring_stretch_y + ky) * stretched_y
         )
         + body.point_normal_stiffness_per_mass * over
     )
     let_go = let_go if inside | was else 0.0
     # A deferred point starts with a compressed spring.
     return (
-        let_go - 0.5 * body.point_normal_stiffness_per_mass * (penetration * penetration)
-        if inside & (point_history.penetration == 0.0)
+        let_go - 0.5 * body.point_normal_stiffness_per_mass * (penetration_at_step_end * penetration_at_step_end)
+        if inside & (point_state_at_step_start.penetration == 0.0)
         else let_go
     )
 
@@ -79,44 +83,57 @@ def point_spring_energy_loss_per_mass(
 @njit(**INLINE_OPTIONS)
 def contact_changes_of_point(
     predicted_point: PredictedContactPoint,
-    point_history: BodyContactPointState,
-    penetration: float,
-    force: Vector3,
-    velocity: Vector3,
-    friction_limit: float,
-    slips: bool,
-    forces_decide_contact: bool,
+    point_state_at_step_start: BodyContactPointState,
+    penetration_at_step_end: float,
+    contact_force_per_mass: Vector3,
+    point_velocity: Vector3,
+    friction_limit_per_mass: float,
+    point_slides: bool,
+    predicted_forces_decide_contact: bool,
 ) -> BodyContactChangesInStep:
     """Return the changes (opening, closing, sliding…) of one contact point of a body in an attempted step.
 
-    If the predicted forces decided about its contact (`forces_decide_contact`), sliding contrary to the assumption does
-    not count as a change.
+    If the predicted forces decided about its contact (`predicted_forces_decide_contact`), sliding contrary to the
+    assumption does not count as a change.
     """
-    carries, assumed, long = friction_limit > 0.0, predicted_point.is_assumed_to_slide > 0.0, not forces_decide_contact
-    deeper = predicted_point.penetration if predicted_point.penetration > penetration else penetration
-    wrong = carries & (slips != assumed)
+    carries, assumed, long = (
+        friction_limit_per_mass > 0.0,
+        predicted_point.is_assumed_to_slide > 0.0,
+        not predicted_forces_decide_contact,
+    )
+    deeper = (
+        predicted_point.penetration
+        if predicted_point.penetration > penetration_at_step_end
+        else penetration_at_step_end
+    )
+    wrong = carries & (point_slides != assumed)
     backwards = (
         carries
         & assumed
-        & (force.x * predicted_point.friction_direction_x + force.y * predicted_point.friction_direction_y < 0.0)
+        & (
+            contact_force_per_mass.x * predicted_point.friction_direction_x
+            + contact_force_per_mass.y * predicted_point.friction_direction_y
+            < 0.0
+        )
     )
     # In a long step the spring is stretched although the point comes back; the velocity shows this.
     back = (
         carries
-        & slips
+        & point_slides
         & (
             (
-                force.x * point_history.tangential_spring_stretch_x
-                + force.y * point_history.tangential_spring_stretch_y
+                contact_force_per_mass.x * point_state_at_step_start.tangential_spring_stretch_x
+                + contact_force_per_mass.y * point_state_at_step_start.tangential_spring_stretch_y
                 > 0.0
             )
-            | (force.x * velocity.x + force.y * velocity.y > 0.0)
+            | (contact_force_per_mass.x * point_velocity.x + contact_force_per_mass.y * point_velocity.y > 0.0)
         )
     )
-    changed = -penetration if point_history.penetration > 0.0 else deeper
+    changed = -penetration_at_step_end if point_state_at_step_start.penetration > 0.0 else deeper
     return BodyContactChangesInStep(
-        changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0, 1.0 if carries & (not slips) else 0.0,
-        1.0 if back & long else 0.0, 0.0 if force.z > 0.0 else 1.0, penetration,
+        changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0,
+        1.0 if carries & (not point_slides) else 0.0, 1.0 if back & long else 0.0,
+        0.0 if contact_force_per_mass.z > 0.0 else 1.0, penetration_at_step_end,
     )  # fmt: skip
 
 
@@ -125,14 +142,14 @@ def compute_point_forces(
     body: BodyConstants,
     predicted_body: BodyPredictedForStepEnd,
     predicted_point: PredictedContactPoint,
-    point_history: BodyContactPointState,
-    velocity_change: BodyVelocityCorrection,
-    forces_decide_contact: bool,
-    has_rim: bool,
+    point_state_at_step_start: BodyContactPointState,
+    velocity_correction: BodyVelocityCorrection,
+    predicted_forces_decide_contact: bool,
+    base_is_round: bool,
 ) -> tuple[ContactForceSum, BodyContactChangesInStep, BodyContactPointState]:
     """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
-    half, r = predicted_body.half_step_length_s, predicted_point.position_from_centre
-    e = plus(velocity_change.velocity, cross_product(velocity_change.angular_velocity, r))
+    half, r, old = predicted_body.half_step_length_s, predicted_point.position_from_centre, point_state_at_step_start
+    e = plus(velocity_correction.velocity, cross_product(velocity_correction.angular_velocity, r))
     u = plus(predicted_point.velocity, e)
     depth, tx, ty = (
         predicted_point.penetration - half * e.z,
@@ -140,7 +157,7 @@ def compute_point_forces(
         predicted_point.tangential_spring_stretch_y + half * e.y,
     )
     depth = 0.0 if (predicted_point.is_deferred_until_extreme_vertices_rest > 0.0) & (depth > 0.0) else depth
-    inside, was = depth > 0.0, point_history.penetration > 0.0
+    inside, was = depth > 0.0, old.penetration > 0.0
     spring = body.point_normal_stiffness_per_mass * depth if inside else 0.0
     n = spring - body.point_dashpot_constant_per_mass * u.z
     n = n if inside & ((predicted_point.body_lands_flat > 0.0) | (n > 0.0)) else 0.0
@@ -148,50 +165,40 @@ def compute_point_forces(
     most = body.friction * n
     stiffness, dashpot = body.point_tangential_stiffness_per_mass, body.point_dashpot_constant_per_mass
     hx, hy = -(stiffness * tx) - dashpot * u.x, -(stiffness * ty) - dashpot * u.y
-    spin = plus(predicted_body.end_angular_velocity, velocity_change.angular_velocity)
+    spin = plus(predicted_body.end_angular_velocity, velocity_correction.angular_velocity)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
-        body, r, plus(predicted_body.end_velocity, velocity_change.velocity), spin,
+        body, r, plus(predicted_body.end_velocity, velocity_correction.velocity), spin,
         (predicted_point.body_lands_flat > 0.0, predicted_point.tilting_friction_share_in_flat_landing),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
+    lands_flat = (predicted_point.body_lands_flat > 0.0) & inside
     fx, fy, kx, ky, slips = clamp_friction_and_stretch(
-        hx,
-        hy,
-        tx,
-        ty,
-        most,
-        body.point_tangential_compliance_times_mass,
-        ((predicted_point.body_lands_flat > 0.0) & inside, drifts),
+        hx, hy, tx, ty, most, body.point_tangential_compliance_times_mass, (lands_flat, drifts)
     )
     lever = Vector3(r.x, r.y, tilting * r.z)
     off = r.z - lever.z
     # Friction acts at the shortened lever arm; the springs are stretched at the point itself.
     sliding = (fx + stiffness * kx) * u.x + (fy + stiffness * ky) * u.y
     power = (spring - n) * u.z - (sliding + off * (fy * spin.x - fx * spin.y))
-    let_go = point_spring_energy_loss_per_mass(
-        body,
-        point_history,
-        depth,
-        (
-            predicted_point.tangential_spring_stretch_x + half * e.x,
-            predicted_point.tangential_spring_stretch_y + half * e.y,
-        ),
-        (kx, ky),
+    before_slip = (
+        predicted_point.tangential_spring_stretch_x + half * e.x,
+        predicted_point.tangential_spring_stretch_y + half * e.y,
     )
+    let_go = point_spring_energy_loss_per_mass(body, old, depth, before_slip, (kx, ky))
     # A contact that closed within the step acts from the first touch, not for half of the step.
     fresh = inside & (not was)
-    more = depth * (2.0 * half / (depth - point_history.penetration if fresh else 1.0)) - half if fresh else 0.0
+    more = depth * (2.0 * half / (depth - old.penetration if fresh else 1.0)) - half if fresh else 0.0
     landing = (
-        predicted_point.landing_time_left_if_touching_now if fresh else point_history.remaining_flat_landing_time
+        predicted_point.landing_time_left_if_touching_now if fresh else old.remaining_flat_landing_time
     ) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
     findings = contact_changes_of_point(
-        predicted_point, point_history, depth, force, u, most, slips, forces_decide_contact
+        predicted_point, old, depth, force, u, most, slips, predicted_forces_decide_contact
     )
     x, y = (
-        (u.x if has_rim else (predicted_body.centre_position.x + r.x) + half * e.x),
-        (u.y if has_rim else (predicted_body.centre_position.y + r.y) + half * e.y),
+        (u.x if base_is_round else (predicted_body.centre_position.x + r.x) + half * e.x),
+        (u.y if base_is_round else (predicted_body.centre_position.y + r.y) + half * e.y),
     )
     return (
         ContactForceSum(
@@ -213,10 +220,12 @@ def compute_point_forces(
 
 @njit(**INLINE_OPTIONS)
 def lowest_rim_point_moves_too_far_in_step(
-    state: BodyState, predicted_body: BodyPredictedForStepEnd, largest_contact_changes: BodyContactChangesInStep
+    state_at_step_start: BodyState,
+    predicted_body: BodyPredictedForStepEnd,
+    largest_contact_changes: BodyContactChangesInStep,
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by too large an angle in the step."""
-    a, b = rotation_matrix(state.rotation), rotation_matrix(predicted_body.rotation)
+    a, b = rotation_matrix(state_at_step_start.rotation), rotation_matrix(predicted_body.rotation)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
         (largest_contact_changes.has_unloaded_point > 0.0)
@@ -227,43 +236,47 @@ def lowest_rim_point_moves_too_far_in_step(
 
 @njit(**INLINE_OPTIONS)
 def base_acceleration_stays_below_limit(
-    shaking: InertialAccelerations3D,
-    end_acceleration: Vector3,
+    inertial_accelerations: InertialAccelerations3D,
+    inertial_xy_and_up_acceleration_at_step_end: Vector3,
     ticks_per_sample: float,
-    max_horizontal_to_vertical_ratio: float,
+    max_horizontal_to_effective_gravity_ratio: float,
 ) -> bool:
     """True if the base acceleration stays below a limit at the end of this step and of the next sample.
 
-    The horizontal base acceleration must be below `max_horizontal_to_vertical_ratio` × (gravity + upward base
+    The horizontal base acceleration must be below `max_horizontal_to_effective_gravity_ratio` × (gravity + upward base
     acceleration). Above this limit, sample-long steps would let the springs vibrate too strongly, with too much sliding
     and rocking.
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
-        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_x, end, ticks_per_sample),
-        base_acceleration_in_this_or_next_sample(shaking.inertial_acceleration_y, end, ticks_per_sample),
-        base_acceleration_in_this_or_next_sample(shaking.upward_base_acceleration, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_y, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(
+            inertial_accelerations.upward_base_acceleration, end, ticks_per_sample
+        ),
     )
     first, second = (
-        max_horizontal_to_vertical_ratio * (GRAVITY + end_acceleration.z),
-        max_horizontal_to_vertical_ratio * (GRAVITY + up),
+        max_horizontal_to_effective_gravity_ratio * (GRAVITY + inertial_xy_and_up_acceleration_at_step_end.z),
+        max_horizontal_to_effective_gravity_ratio * (GRAVITY + up),
     )
-    below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
-        x * x + y * y < second * second
-    )
+    below = (
+        inertial_xy_and_up_acceleration_at_step_end.x * inertial_xy_and_up_acceleration_at_step_end.x
+        + inertial_xy_and_up_acceleration_at_step_end.y * inertial_xy_and_up_acceleration_at_step_end.y
+        < first * first
+    ) & (x * x + y * y < second * second)
     return below & (first > 0.0) & (second > 0.0)
 
 
 @njit(**INLINE_OPTIONS)
 def contact_changes_in_body_step(
     largest_contact_changes: BodyContactChangesInStep,
-    normal_force: float,
+    normal_force_per_mass: float,
     lowest_rim_point_moves_too_far: bool,
-    shaking_is_weak: bool,
+    base_acceleration_is_below_limit: bool,
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
-    slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force > 0.0)
-    stands = shaking_is_weak & (largest_contact_changes.has_unloaded_point == 0.0)
+    slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force_per_mass > 0.0)
+    stands = base_acceleration_is_below_limit & (largest_contact_changes.has_unloaded_point == 0.0)
     return StepContactChanges(
         contact_changed=largest_contact_changes.positive_if_contact_opened_or_closed > 0.0,
         motion_requires_shorter_step=lowest_rim_point_moves_too_far,
@@ -287,64 +300,66 @@ class BodyAfterAcceptedStep(NamedTuple):
 @njit(**INLINE_OPTIONS)
 def complete_body_step(
     body: BodyConstants,
-    previous_step: BodyAfterAcceptedStep,
+    body_at_step_start: BodyAfterAcceptedStep,
     predicted_body: BodyPredictedForStepEnd,
-    velocity_change: BodyVelocityCorrection,
-    contact_sum: ContactForceSum,
-    largest_penetration: float,
-    step_ticks: float,
+    velocity_correction: BodyVelocityCorrection,
+    contact_force_sum: ContactForceSum,
+    largest_penetration_at_step_end: float,
+    step_length_ticks: float,
 ) -> BodyAfterAcceptedStep:
-    """Return a body's state, peak values and energy account after a step; `largest_penetration` in m."""
-    (s, peaks, account), half = previous_step, predicted_body.half_step_length_s
+    """Return a body's state, peak values and energy account after a step; `largest_penetration_at_step_end` in m."""
+    (s, peaks, account), half = body_at_step_start, predicted_body.half_step_length_s
     a, push, tick = (
         acceleration_of_body_centre_relative_to_base(
-            contact_sum.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
+            contact_force_sum.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
         ),
         predicted_body.inertial_xy_and_upward_base_acceleration,
-        s.ticks_since_sample_start + step_ticks,
+        s.ticks_since_sample_start + step_length_ticks,
     )
     v = plus(
         extrapolate_vector(predicted_body.velocity_at_half_step, half, a),
-        contact_sum.extra_impulse_per_mass_of_early_contacts,
+        contact_force_sum.extra_impulse_per_mass_of_early_contacts,
     )
     momentum = plus(
-        extrapolate_vector(predicted_body.angular_momentum_per_mass_at_half_step, half, contact_sum.moment_per_mass),
-        contact_sum.extra_angular_impulse_per_mass_of_early_contacts,
+        extrapolate_vector(
+            predicted_body.angular_momentum_per_mass_at_half_step, half, contact_force_sum.moment_per_mass
+        ),
+        contact_force_sum.extra_angular_impulse_per_mass_of_early_contacts,
     )
     place, turn = (
-        extrapolate_vector(predicted_body.centre_position, half, velocity_change.velocity),
-        rotate_quaternion(predicted_body.rotation, half, velocity_change.angular_velocity),
+        extrapolate_vector(predicted_body.centre_position, half, velocity_correction.velocity),
+        rotate_quaternion(predicted_body.rotation, half, velocity_correction.angular_velocity),
     )
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
-    torque = contact_sum.moment_per_mass.z + (place.x * a.y - place.y * a.x)
+    torque = contact_force_sum.moment_per_mass.z + (place.x * a.y - place.y * a.x)
     account = BodyEnergyAndMomentumAccount(
         account.base_motion_work_per_mass + half * (account.base_motion_power_per_mass_at_step_end + power),
         account.lost_energy_per_mass
         + (
-            half * (account.dissipated_power_per_mass_at_step_end + contact_sum.dissipated_power_per_mass)
-            + contact_sum.lost_spring_energy_per_mass
+            half * (account.dissipated_power_per_mass_at_step_end + contact_force_sum.dissipated_power_per_mass)
+            + contact_force_sum.lost_spring_energy_per_mass
         ),
         account.supplied_vertical_angular_momentum_per_mass
         + (
             half * (account.vertical_moment_per_mass_at_step_end + torque)
             + (
-                contact_sum.extra_angular_impulse_per_mass_of_early_contacts.z
+                contact_force_sum.extra_angular_impulse_per_mass_of_early_contacts.z
                 + (
-                    place.x * contact_sum.extra_impulse_per_mass_of_early_contacts.y
-                    - place.y * contact_sum.extra_impulse_per_mass_of_early_contacts.x
+                    place.x * contact_force_sum.extra_impulse_per_mass_of_early_contacts.y
+                    - place.y * contact_force_sum.extra_impulse_per_mass_of_early_contacts.x
                 )
             )
         ),
         power,
-        contact_sum.dissipated_power_per_mass,
+        contact_force_sum.dissipated_power_per_mass,
         torque,
     )
     lean, x, y = (lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz)
     peaks = BodyPeakValues(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
         updated_maximum(peaks.peak_squared_base_slip, x * x + y * y),
-        updated_maximum(peaks.peak_penetration, largest_penetration),
+        updated_maximum(peaks.peak_penetration, largest_penetration_at_step_end),
         tick if lean < body.critical_lean_squared_sine else peaks.last_upright_tick_in_sample,
     )
     return BodyAfterAcceptedStep(
@@ -355,7 +370,7 @@ def complete_body_step(
             angular_momentum_per_mass=momentum,
             angular_velocity=predicted_body.end_angular_velocity,
             acceleration_relative_to_base=a,
-            contact_moment_per_mass=contact_sum.moment_per_mass,
+            contact_moment_per_mass=contact_force_sum.moment_per_mass,
             ticks_since_sample_start=tick,
         ),
         peaks,

@@ -132,12 +132,16 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 @njit(**INLINE_OPTIONS)
 def energy_per_mass_to_tilt_body_over_edge(
-    body: BodyConstants, edge_distance: float, tilt_squared_sine: float
+    body: BodyConstants, base_edge_distance_from_centre: float, tilt_squared_sine: float
 ) -> float:
     """Return the energy per mass (m²/s²) to tilt a body over an edge; `tilt_squared_sine` is sin² of the tilt."""
     square = min(tilt_squared_sine, body.critical_lean_squared_sine)
     return float(
-        GRAVITY * (edge_distance * np.sqrt(square) - body.centre_height * square / (1.0 + np.sqrt(1.0 - square)))
+        GRAVITY
+        * (
+            base_edge_distance_from_centre * np.sqrt(square)
+            - body.centre_height * square / (1.0 + np.sqrt(1.0 - square))
+        )
     )
 
 
@@ -148,25 +152,25 @@ def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def squared_base_speed_including_spin(body: BodyConstants, state: BodyState, edge_distance: float) -> float:
+def squared_base_speed_including_spin(body: BodyConstants, state: BodyState, radius_for_spin_speed: float) -> float:
     """Return the squared base speed v² + (ω r)² of a body, m²/s², from its translation and its spin.
 
     v is the horizontal velocity of the base, ω the spin about the vertical, and r the distance of a base edge
-    (`edge_distance`).
+    (`radius_for_spin_speed`).
     """
     w, f = angular_velocity_of_state(body, state), rotation_matrix(state.rotation)
     v = plus(
         state.velocity_relative_to_base,
         cross_product(w, Vector3(-body.centre_height * f.xz, -body.centre_height * f.yz, -body.centre_height * f.zz)),
     )
-    turn = w.z * edge_distance
+    turn = w.z * radius_for_spin_speed
     return float((v.x * v.x + v.y * v.y) + turn * turn)
 
 
 @njit(**INLINE_OPTIONS)
-def body_will_slide_noticeably(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
+def body_will_slide_noticeably(body: BodyConstants, state: BodyState, base_edge_distance_from_centre: float) -> bool:
     """True if an upright body will slide or spin on by more than a negligible distance until friction stops it."""
-    square = squared_base_speed_including_spin(body, state, edge_distance)
+    square = squared_base_speed_including_spin(body, state, base_edge_distance_from_centre)
     return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * GRAVITY * body.friction)
 
 
@@ -205,18 +209,18 @@ def body_has_fallen(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
-    state: Any,
+    body_states: Any,
     vertex_rows: Any,
     base_vertex_count: int,
     lane: int,
     ticks_per_sample: float,
-    last_sample: float,
+    record_sample_count: float,
     fall_limits_by_lean_sector: Any,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
-    body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
-    course, limits = load_course(state, lane), load_limits(state, lane)
+    body, s, peaks = load_body(body_states, lane), load_state(body_states, lane), load_peaks(body_states, lane)
+    course, limits = load_course(body_states, lane), load_limits(body_states, lane)
     if not np.isfinite(state_sum_for_finite_check(s)) or peaks.peak_penetration > limits.max_penetration:
         return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.rotation), limits, fall_limits_by_lean_sector):
@@ -233,7 +237,7 @@ def case_status(
         and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count
     ):
         return CaseStatus.SIMULATED
-    if sample < last_sample:
+    if sample < record_sample_count:
         return CASE_NOT_ENDED
     now = body_energy_per_mass(body, s, vertex_rows, count, lane)
     stands = now < course.overturning_energy and body_is_below_critical_tilt(body, s)
@@ -251,8 +255,10 @@ def case_status(
         np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine),
         s.centre_position.z - body.centre_height,
     )
-    late_tilt = largest_tilt_near_case_end(state[LATE_TILT + lane], course, sample, last_sample, tilt, rise)
-    state[LATE_TILT + lane] = late_tilt
+    late_tilt = largest_tilt_near_case_end(
+        body_states[LATE_TILT + lane], course, sample, record_sample_count, tilt, rise
+    )
+    body_states[LATE_TILT + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
@@ -265,7 +271,7 @@ def case_status(
         gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.inverse_of_inertia_per_mass.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if update_slide_end_and_check_case_continues(
-            state, SLIDE_END + lane, sample, time, body.tick_length_s * ticks_per_sample
+            body_states, SLIDE_END + lane, sample, time, body.tick_length_s * ticks_per_sample
         ):
             return CASE_NOT_ENDED
     return CaseStatus.SIMULATED
@@ -273,21 +279,26 @@ def case_status(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def body_rests_upright_on_all_base_vertices(
-    state: Any, vertex_rows: Any, vertex_count: int, base_vertex_count: int, lane: int, rest_limit: float
+    body_states: Any,
+    vertex_rows: Any,
+    vertex_count: int,
+    base_vertex_count: int,
+    lane: int,
+    rest_acceleration_limit_g: float,
 ) -> bool:
     """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
-    body, s, held = load_body(state, lane), load_state(state, lane), 0
+    body, s, held = load_body(body_states, lane), load_state(body_states, lane), 0
     w, turning = (
         s.angular_velocity,
         matrix_times_vector(expand_symmetric_matrix(body.inverse_of_inertia_per_mass), s.contact_moment_per_mass),
     )
     speed = vector_length(s.velocity_relative_to_base) + body.centre_height * vector_length(w)
-    step = body.tick_length_s * state[NEXT_STEP_TICKS_ROW_OFFSET + lane]
+    step = body.tick_length_s * body_states[NEXT_STEP_TICKS_ROW_OFFSET + lane]
     if not body_is_still(
         speed,
         vector_length(s.acceleration_relative_to_base) + body.centre_height * vector_length(turning),
         step,
-        rest_limit,
+        rest_acceleration_limit_g,
     ):
         return False
     for i in range(vertex_count):
@@ -304,12 +315,16 @@ def body_rests_upright_on_all_base_vertices(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results(
-    state: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_limits_by_lean_sector: Any
+    body_states: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_limits_by_lean_sector: Any
 ) -> None:
     """Write the results of the case in column `lane` of the state array into `result_row`."""
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
-    body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
-    account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
+    body, s, peaks = load_body(body_states, lane), load_state(body_states, lane), load_peaks(body_states, lane)
+    account, course, limits = (
+        load_account(body_states, lane),
+        load_course(body_states, lane),
+        load_limits(body_states, lane),
+    )
     f = rotation_matrix(s.rotation)
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_limits_by_lean_sector)
     result_row.fallen = 1.0 if fallen else 0.0
@@ -350,13 +365,17 @@ def write_case_results(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_body_trajectory_row(
-    state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+    body_states: Any, lane: int, sampling_interval_s: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
-    body, s, shaking = load_body(state, lane), load_state(state, lane), load_inertial_accelerations(state, lane)
+    body, s, shaking = (
+        load_body(body_states, lane),
+        load_state(body_states, lane),
+        load_inertial_accelerations(body_states, lane),
+    )
     trajectory_row.time = (
-        load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
-    ) * sampling_interval
+        load_course(body_states, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
+    ) * sampling_interval_s
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.centre_position
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.rotation
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity_relative_to_base

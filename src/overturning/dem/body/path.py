@@ -13,19 +13,22 @@ from overturning.model.results import CaseResults
 from overturning.model.variables import BODY_OUTCOME_VARIABLES
 
 
-def rotate_to_east_north_up(components: FloatArray, direction_cosines: tuple[float, float]) -> FloatArray:
+def rotate_to_east_north_up(
+    vectors_along_xyz: FloatArray, orientation_cosines_north_east: tuple[float, float]
+) -> FloatArray:
     """Convert vectors, shape (…, 3), from the x, y and z axes of a body's frame to east, north and up.
 
-    `direction_cosines` are those of the orientation, north and east: x points towards it, y 90° anticlockwise from it.
+    `orientation_cosines_north_east` are those of the orientation, north and east: x points towards it, y 90°
+    anticlockwise from it.
     """
-    cosine, sine = direction_cosines
-    x, y, z = np.moveaxis(components, -1, 0)
+    cosine, sine = orientation_cosines_north_east
+    x, y, z = np.moveaxis(vectors_along_xyz, -1, 0)
     return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 
 
-def axes_that_are_vertical_at_rest(quaternion: FloatArray) -> FloatArray:
+def axes_that_are_vertical_at_rest(rest_to_current_quaternions_wxyz: FloatArray) -> FloatArray:
     """Return the body axis that is vertical at rest, unit vectors of shape (…, 3), from quaternions (w, x, y, z)."""
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    w, x, y, z = np.moveaxis(rest_to_current_quaternions_wxyz, -1, 0)
     return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
 
 
@@ -42,7 +45,9 @@ class BodyTrajectory:
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
-        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_cosines_north_east)
+        to_east_north_up = partial(
+            rotate_to_east_north_up, orientation_cosines_north_east=self.orientation_cosines_north_east
+        )
 
         def vectors_from_columns(*column_names: str) -> FloatArray:
             """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""

@@ -166,17 +166,20 @@ class BodySimulationPlan(SimulationPlan3D):
 
 
 def sample_ranges_able_to_move_body_at_rest(
-    motion: Motion, amplitude: FloatArray, motion_threshold: FloatArray, skips_quiet_samples: bool
+    motion: Motion,
+    amplitude_factor_by_case: FloatArray,
+    onset_acceleration_g_by_case: FloatArray,
+    skips_quiet_samples: bool,
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
     """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest."""
-    count = amplitude.size
+    count = amplitude_factor_by_case.size
     if not skips_quiet_samples:
         return np.zeros(count, np.int64), np.full(count, np.inf), np.zeros(count, np.bool_)
     # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
     # vector is convex, so that its maximum is at a sample.
     strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
     first, calm, rests = find_strong_motion_ranges(
-        motion, np.zeros(count, np.int64), amplitude, strongest, motion_threshold
+        motion, np.zeros(count, np.int64), amplitude_factor_by_case, strongest, onset_acceleration_g_by_case
     )
     return first, calm.astype(np.float64), rests
 
@@ -283,48 +286,51 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
 
 
 def _max_base_acceleration_g_at_rest_by_case(
-    solids: list[RigidSolid],
-    solid_indices: NDArray[np.int64],
-    contact_constants: FloatArray,
-    dashpot: FloatArray,
-    friction: FloatArray,
-    sampling_interval: float,
+    solids_by_size: list[RigidSolid],
+    solid_index_by_case: NDArray[np.int64],
+    stiffnesses_and_dashpot_per_mass_by_solid: FloatArray,
+    point_dashpot_constant_per_mass_by_case: FloatArray,
+    friction_by_case: FloatArray,
+    sampling_interval_s: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a body at rest stays at rest, for each case, shape (cases,).
 
-    See `overturning.dem.quiet.largest_acceleration_without_motion_g`. `contact_constants` are those per
-    mass of each solid, shape (solids, 3); `solid_indices`, `dashpot` (1/s) and `friction` have a value for each case,
-    shape (n,).
+    See `overturning.dem.quiet.largest_acceleration_without_motion_g`. `stiffnesses_and_dashpot_per_mass_by_solid` are
+    those per mass of each solid, shape (solids, 3); `solid_index_by_case`, `point_dashpot_constant_per_mass_by_case`
+    (1/s) and `friction_by_case` have a value for each case, shape (n,).
     """
     slowest, unloads = (
-        np.array([function(body) for body in solids])
+        np.array([function(body) for body in solids_by_size])
         for function in (smallest_squared_frequency_on_unit_springs, unloading_acceleration_g_and_min_to_mean_load)
     )
-    ratio = np.array([body.min_base_edge_distance_from_centre / body.centre_height for body in solids])
-    stiffer = np.maximum(*contact_constants[solid_indices, :2].T)
+    ratio = np.array([body.min_base_edge_distance_from_centre / body.centre_height for body in solids_by_size])
+    stiffer = np.maximum(*stiffnesses_and_dashpot_per_mass_by_solid[solid_index_by_case, :2].T)
     rings = dynamic_to_static_force_ratio_upper_bound(
-        (np.minimum(*contact_constants[:, :2].T) * slowest)[solid_indices], dashpot / stiffer, sampling_interval
+        (np.minimum(*stiffnesses_and_dashpot_per_mass_by_solid[:, :2].T) * slowest)[solid_index_by_case],
+        point_dashpot_constant_per_mass_by_case / stiffer,
+        sampling_interval_s,
     )
     return largest_acceleration_without_motion_g(
-        ratio[solid_indices], friction * unloads[solid_indices, 1], unloads[solid_indices, 0], rings,
-        MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+        ratio[solid_index_by_case], friction_by_case * unloads[solid_index_by_case, 1],
+        unloads[solid_index_by_case, 0], rings, MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     )  # fmt: skip
 
 
 def steps_per_sample_and_step_control(
     numerics: NumericalOptions,
-    squared_frequency: FloatArray,
-    damping_rate: FloatArray,
-    sampling_interval: float,
-    rocking_time_constant: FloatArray,
+    contact_omega_squared_by_case: FloatArray,
+    contact_two_xi_omega_by_case: FloatArray,
+    sampling_interval_s: float,
+    rocking_time_constant_s_by_case: FloatArray,
     kernel_step_control: KernelStepControl = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
     """Return the full steps per sample of n cases, shape (n,), and the columns of their step control by name.
 
     The columns are arrays of shape (n,).
 
-    `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time_constant` 1/p (s),
-    each of shape (n,). `kernel_step_control` holds the step control of the kernel.
+    `contact_omega_squared_by_case` is ω² (1/s²), `contact_two_xi_omega_by_case` twice the damping rate (1/s),
+    `rocking_time_constant_s_by_case` 1/p (s), each of shape (n,). `kernel_step_control` holds the step control of the
+    kernel.
 
     Raises
     ------
@@ -332,33 +338,35 @@ def steps_per_sample_and_step_control(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = kernel_step_control.longest_whole_step_in_rocking_time_constants * rocking_time_constant
+    whole = kernel_step_control.longest_whole_step_in_rocking_time_constants * rocking_time_constant_s_by_case
     per_sample = partial(
         steps_per_sample, IntegrationScheme.CUNDALL, omega_squared=(2.0 / whole) ** 2,
-        two_xi_omega=np.zeros(whole.size), sampling_interval=sampling_interval,
-        block_rocking_time_constant=rocking_time_constant,
+        two_xi_omega=np.zeros(whole.size), sampling_interval=sampling_interval_s,
+        block_rocking_time_constant=rocking_time_constant_s_by_case,
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick, contact = (
-        sampling_interval / steps / kernel_step_control.ticks_per_whole_step,
-        shortest_contact_time_constant(squared_frequency, damping_rate),
+        sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step,
+        shortest_contact_time_constant(contact_omega_squared_by_case, contact_two_xi_omega_by_case),
     )
-    share = np.minimum(sampling_interval / steps / whole, 1.0)
+    share = np.minimum(sampling_interval_s / steps / whole, 1.0)
     most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
     finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(squared_frequency) * sampling_interval >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE) & (
-        damping_rate >= np.sqrt(squared_frequency)
+    rigid = (np.sqrt(contact_omega_squared_by_case) * sampling_interval_s >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE) & (
+        contact_two_xi_omega_by_case >= np.sqrt(contact_omega_squared_by_case)
     )
     return steps, {
         "shortest_step_ticks": finest,
         "longest_step_at_rest_ticks": kernel_step_control.ticks_per_whole_step
         * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_before_doubling_after_contact_change": np.round(
-            kernel_step_control.steps_before_length_doubles(squared_frequency, damping_rate) * steps / usual
+            kernel_step_control.steps_before_length_doubles(contact_omega_squared_by_case, contact_two_xi_omega_by_case)
+            * steps
+            / usual
         ),
         "long_steps_before_doubling": np.round(kernel_step_control.long_steps_before_doubling * steps / usual),
     }
@@ -378,7 +386,13 @@ def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDA
     return row, cosines[row], along
 
 
-def _largest_penetration_at_rest(body: RigidSolid, rest_pose: FloatArray) -> float:
+def _largest_penetration_at_rest(body: RigidSolid, rest_position_and_rotation_vector: FloatArray) -> float:
     """Return the largest penetration (m) of a base vertex into the ground, in the pose of a body at rest."""
     x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
-    return float(np.max(body.centre_height - rest_pose[2] - (rest_pose[3] * y - rest_pose[4] * x)))
+    return float(
+        np.max(
+            body.centre_height
+            - rest_position_and_rotation_vector[2]
+            - (rest_position_and_rotation_vector[3] * y - rest_position_and_rotation_vector[4] * x)
+        )
+    )

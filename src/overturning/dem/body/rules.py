@@ -160,9 +160,9 @@ def allocate_workspace(kernel_input: Any) -> Any:
     return BodyWorkspace(state, state[STATE_ROW_COUNT * PARALLEL_CASE_COUNT :])
 
 
-def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load the initial state of the 3-D body of case number `case` into column `lane` of the state arrays."""
-    given = kernel_input.cases[case]
+def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
+    """Load the initial state of the 3-D body of case number `case_index` into column `lane` of the state arrays."""
+    given = kernel_input.cases[case_index]
     body, points, interval = (
         kernel_input.body_constants_by_size[given.body],
         kernel_input.vertices_and_base_edges_by_size[given.body],
@@ -180,13 +180,13 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     )
 
 
-def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+def update_sample_and_load_motion(kernel_input: Any, workspace: Any, case_index_by_lane: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale each quaternion to length 1."""
     start_sample_and_load_base_motion(
         workspace.state,
         lane_count,
         kernel_input.motion_row_by_case,
-        lane_cases,
+        case_index_by_lane,
         kernel_input.ground_motion,
         kernel_input.settings,
     )
@@ -194,10 +194,10 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def start_sample_and_load_base_motion(
-    state: Any,
+    body_states: Any,
     lane_count: int,
     motion_row_by_case: Any,
-    lane_cases: Any,
+    case_index_by_lane: Any,
     ground_motion: Any,
     queue_settings: SettingsOfParallelCases,
 ) -> None:
@@ -210,28 +210,28 @@ def start_sample_and_load_base_motion(
         1.0 / queue_settings.ticks_per_sample,
     )
     for j in range(round_to_vector_multiple(lane_count)):
-        s = load_state(state, j)
-        store_rotation_quaternion(state, j, normalise_quaternion(s.rotation))
+        s = load_state(body_states, j)
+        store_rotation_quaternion(body_states, j, normalise_quaternion(s.rotation))
         begun = next_sample_tick_and_last_upright_time(
-            load_course(state, j), s.ticks_since_sample_start, state[LAST_UPRIGHT + j], ticks, interval
+            load_course(body_states, j), s.ticks_since_sample_start, body_states[LAST_UPRIGHT + j], ticks, interval
         )
-        state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
-        state[LAST_UPRIGHT + j] = -1.0
+        body_states[SAMPLE + j], body_states[TICK + j], body_states[UPRIGHT_UNTIL + j] = begun
+        body_states[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
     for j in range(round_to_vector_multiple(lane_count)):
-        course = load_course(state, j)
-        if state[LOADED + j] == course.current_sample + 1.0:
+        course = load_course(body_states, j)
+        if body_states[LOADED + j] == course.current_sample + 1.0:
             continue
-        state[LOADED + j] = course.current_sample + 1.0
+        body_states[LOADED + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
-        horizontal = along[motion_row_by_case[lane_cases[j]]]
+        horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
         store_shaking(
-            state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
+            body_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 
 
 def attempt_steps_until_next_check(
-    kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
+    kernel_input: Any, workspace: Any, lane_count: int, trajectory_buffer: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Advance all bodies in parallel by one sample; return the first one's trajectory and its number of rows."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
@@ -241,16 +241,23 @@ def attempt_steps_until_next_check(
         kernel_input.vertices_and_base_edges_by_size.shape[1],
         kernel_input.base_vertex_count,
     )
-    if trajectory.shape[0] > 0:
-        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, settings.max_trajectory_rows)
-        if trajectory.shape[0] == recorded_row_count:
-            return trajectory, -1
+    if trajectory_buffer.shape[0] > 0:
+        trajectory_buffer = grow_trajectory_array(
+            trajectory_buffer, recorded_row_count + 1, settings.max_trajectory_rows
+        )
+        if trajectory_buffer.shape[0] == recorded_row_count:
+            return trajectory_buffer, -1
         write_body_trajectory_row(
-            workspace.state, 0, settings.sampling_interval, settings.ticks_per_sample, trajectory[recorded_row_count]
+            workspace.state,
+            0,
+            settings.sampling_interval,
+            settings.ticks_per_sample,
+            trajectory_buffer[recorded_row_count],
         )
         recorded_row_count += (
             1
-            if recorded_row_count == 0 or trajectory[recorded_row_count].time > trajectory[recorded_row_count - 1].time
+            if recorded_row_count == 0
+            or trajectory_buffer[recorded_row_count].time > trajectory_buffer[recorded_row_count - 1].time
             else 0
         )
     time_stepping_loop_by_tag(marker)(
@@ -263,15 +270,17 @@ def attempt_steps_until_next_check(
         settings.attempted_steps_between_end_checks,
         settings.ticks_per_sample,
     )
-    return trajectory, recorded_row_count
+    return trajectory_buffer, recorded_row_count
 
 
-def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
-    """Set `end_marks_out` to 1 for each case that may have ended, else 0; return the number of ones."""
+def mark_possibly_ended_cases(
+    kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flags_out: Any
+) -> int:
+    """Set `possible_end_flags_out` to 1 for each case that may have ended, else 0; return the number of ones."""
     return mark_possibly_ended_body_cases(
         workspace.state,
         active_lane_count,
-        end_marks_out,
+        possible_end_flags_out,
         kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
     )
@@ -279,53 +288,57 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_ended_body_cases(
-    state: Any, active_lane_count: int, end_marks_out: Any, ticks_per_sample: float, last_sample: float
+    body_states: Any,
+    active_lane_count: int,
+    possible_end_flags_out: Any,
+    ticks_per_sample: float,
+    record_sample_count: float,
 ) -> int:
     """Mark and count the cases that may have ended: a fall, an invalid state, or no strong motion left."""
     count = 0.0
     for j in range(active_lane_count):
-        s, limits = load_state(state, j), load_limits(state, j)
+        s, limits = load_state(body_states, j), load_limits(body_states, j)
         sound = (rotation_matrix(s.rotation).zz > limits.fall_tilt_cosine) & (
-            load_peaks(state, j).peak_penetration <= limits.max_penetration
+            load_peaks(body_states, j).peak_penetration <= limits.max_penetration
         )
-        end_marks_out[j] = (
+        possible_end_flags_out[j] = (
             0.0
             if case_cannot_have_ended(
-                load_course(state, j),
+                load_course(body_states, j),
                 s.ticks_since_sample_start,
                 ticks_per_sample,
-                last_sample,
+                record_sample_count,
                 state_sum_for_finite_check(s),
                 sound,
             )
             else 1.0
         )
     for j in range(active_lane_count):
-        count += end_marks_out[j]
+        count += possible_end_flags_out[j]
     return int(count)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def mark_possibly_resting_bodies(state: Any, active_lane_count: int) -> int:
+def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> int:
     """Mark and count, by a quick test, the cases whose body may be at rest (see `CaseRestState`)."""
     number = 0
     for j in range(active_lane_count):
         s, length, least = (
-            load_state(state, j),
-            state[LENGTH + j],
-            MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * state[REST_LIMIT + j] * GRAVITY,
+            load_state(body_states, j),
+            body_states[LENGTH + j],
+            MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_LIMIT + j] * GRAVITY,
         )
         v, a, most = s.velocity_relative_to_base, s.acceleration_relative_to_base, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
-        slow = 2.0 * abs(v.z) < most * (load_body(state, j).tick_length_s * length)
+        slow = 2.0 * abs(v.z) < most * (load_body(body_states, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & still & slow
-        state[AT_REST + j] = 1.0 if may else 0.0
+        body_states[AT_REST + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
 
 def skip_quiet_samples_of_resting_cases(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
+    kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
 ) -> None:
     """Skip, for each case with a body at rest, the samples whose base motion is too weak to move the body."""
     settings, state, ground, row, base = (
@@ -345,19 +358,21 @@ def skip_quiet_samples_of_resting_cases(
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and upcoming_motion_is_below_rest_limit(
-            ground, row[lane_cases[j]], now, course.amplitude_factor, rest_limit
+            ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
         )
         if quiet and body_rests_upright_on_all_base_vertices(state, workspace.vertex_rows, count, base, j, rest_limit):
-            samples = count_skippable_samples(ground, row[lane_cases[j]], now, course.amplitude_factor, rest_limit)
+            samples = count_skippable_samples(
+                ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
+            )
             state[SAMPLE + j] += samples
-            skipped_sample_counts_out[j] += samples
+            skipped_samples_by_lane_out[j] += samples
 
 
-def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `CASE_NOT_ENDED` if it has not ended."""
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:
+    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
     end, sectors = (
         float(kernel_input.settings.sample_count),
-        kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case].body],
+        kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case_index].body],
     )
     return case_status(
         workspace.state,
@@ -370,10 +385,10 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
     )
 
 
-def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of case number `case`, stored in column `lane`, into `kernel_input.results`."""
-    sectors = kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case].body]
-    write_case_results(workspace.state, workspace.vertex_rows, lane, status, kernel_input.results[case], sectors)
+def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case_index: int, status: int) -> None:
+    """Write the results of case number `case_index`, stored in column `lane`, into `kernel_input.results`."""
+    sectors = kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case_index].body]
+    write_case_results(workspace.state, workspace.vertex_rows, lane, status, kernel_input.results[case_index], sectors)
 
 
 register_model_functions(

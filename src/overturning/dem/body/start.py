@@ -59,58 +59,60 @@ ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_fi
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_body_state(
-    state: Any, vertex_rows: Any, lane: int, case_parameters: Any, body_constants: Any, vertices_and_base_edges: Any,
-    sampling_interval: float, ticks_per_sample: float,
+    body_states: Any, vertex_rows: Any, lane: int, case_table_row: Any, body_table_row: Any,
+    vertices_and_base_edges: Any, sampling_interval_s: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip
     """Write the constants and initial state of a body and its vertices into column `lane` of both state arrays."""
     for row in range(STATE_ROW_COUNT):
-        state[row * PARALLEL_CASE_COUNT + lane] = 0.0
-    body = body_constants_of_case(case_parameters, body_constants, sampling_interval / ticks_per_sample)
+        body_states[row * PARALLEL_CASE_COUNT + lane] = 0.0
+    body = body_constants_of_case(case_table_row, body_table_row, sampling_interval_s / ticks_per_sample)
     begin = write_vertex_states_and_return_body_state(
-        vertex_rows, lane, body, case_parameters.start, vertices_and_base_edges
+        vertex_rows, lane, body, case_table_row.start, vertices_and_base_edges
     )
-    store_body(state, lane, body)
+    store_body(body_states, lane, body)
     case_step_control = CaseStepControl(
-        case_parameters.shortest_step_ticks,
-        case_parameters.longest_step_at_rest_ticks,
-        case_parameters.steps_before_doubling_after_contact_change,
-        case_parameters.long_steps_before_doubling,
+        case_table_row.shortest_step_ticks,
+        case_table_row.longest_step_at_rest_ticks,
+        case_table_row.steps_before_doubling_after_contact_change,
+        case_table_row.long_steps_before_doubling,
     )
-    store_step_control(state, lane, case_step_control)
-    store_state(state, lane, begin)
+    store_step_control(body_states, lane, case_step_control)
+    store_state(body_states, lane, begin)
     store_attempt(
-        state,
+        body_states,
         lane,
         NextStepToAttempt(
-            case_parameters.shortest_step_ticks, case_parameters.steps_before_doubling_after_contact_change, 0.0
+            case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change, 0.0
         ),
     )
-    store_peaks(state, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0))
+    store_peaks(
+        body_states, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0)
+    )
     barrier = GRAVITY * (
         np.sqrt(
-            body_constants.min_base_edge_distance_from_centre * body_constants.min_base_edge_distance_from_centre
-            + body_constants.centre_height * body_constants.centre_height
+            body_table_row.min_base_edge_distance_from_centre * body_table_row.min_base_edge_distance_from_centre
+            + body_table_row.centre_height * body_table_row.centre_height
         )
-        - body_constants.centre_height
+        - body_table_row.centre_height
     )
-    store_course(state, lane, CaseProgress(
-        case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
-        case_parameters.end_sample_if_undecided,
-        case_parameters.first_simulated_sample * sampling_interval,
+    store_course(body_states, lane, CaseProgress(
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.last_onset_sample,
+        case_table_row.end_sample_if_undecided,
+        case_table_row.first_simulated_sample * sampling_interval_s,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
     ))  # fmt: skip
-    state[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
-    store_limits(state, lane, BodyTerminationLimits(
-        angular_momentum_per_mass_about_vertical_axis(begin), body_constants.min_base_edge_distance_from_centre,
-        body_constants.fall_tilt_cosine,
-        body_constants.max_penetration, case_parameters.max_acceleration_for_sample_long_steps_g,
+    body_states[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_table_row.rest_acceleration_limit_g
+    store_limits(body_states, lane, BodyTerminationLimits(
+        angular_momentum_per_mass_about_vertical_axis(begin), body_table_row.min_base_edge_distance_from_centre,
+        body_table_row.fall_tilt_cosine,
+        body_table_row.max_penetration, case_table_row.max_acceleration_for_sample_long_steps_g,
     ))  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_length_s: float) -> BodyConstants:
+def body_constants_of_case(case_table_row: Any, body_table_row: Any, tick_length_s: float) -> BodyConstants:
     """Return a body's constants combined with the contact law of a case; `tick_length_s` (s) is the time unit."""
-    c, ks = body_constants, case_parameters.point_tangential_stiffness_per_mass
+    c, ks = body_table_row, case_table_row.point_tangential_stiffness_per_mass
     return BodyConstants(
         inverse_of_inertia_per_mass=SymmetricMatrix(
             c.inverse_of_inertia_per_mass_xx,
@@ -130,37 +132,50 @@ def body_constants_of_case(case_parameters: Any, body_constants: Any, tick_lengt
         ),
         centre_height=c.centre_height,
         round_base_radius_or_zero=c.round_base_radius_or_zero,
-        point_normal_stiffness_per_mass=case_parameters.point_normal_stiffness_per_mass,
+        point_normal_stiffness_per_mass=case_table_row.point_normal_stiffness_per_mass,
         point_tangential_stiffness_per_mass=ks,
         point_tangential_compliance_times_mass=1.0 / ks if ks > 0.0 else 0.0,
-        point_dashpot_constant_per_mass=case_parameters.point_dashpot_constant_per_mass,
-        friction=case_parameters.friction,
+        point_dashpot_constant_per_mass=case_table_row.point_dashpot_constant_per_mass,
+        friction=case_table_row.friction,
         critical_lean_squared_sine=c.critical_lean_squared_sine,
         extreme_vertex_tolerance_to_height_range=c.extreme_vertex_tolerance_to_height_range,
         tick_length_s=tick_length_s,
         flat_landing_duration_s=FLAT_LANDING_DURATION_IN_DECAY_TIMES
-        * case_parameters.point_dashpot_constant_per_mass
-        / case_parameters.point_normal_stiffness_per_mass,
+        * case_table_row.point_dashpot_constant_per_mass
+        / case_table_row.point_normal_stiffness_per_mass,
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_vertex_states_and_return_body_state(
-    vertex_rows: Any, lane: int, body: BodyConstants, start: Any, vertex_positions: Any
+    vertex_rows: Any, lane: int, body: BodyConstants, initial_state_row: Any, vertices_and_base_edges: Any
 ) -> BodyState:
     """Write a body's vertices at their start positions into column `lane`; return the body's initial state.
 
-    `start` (type `INITIAL_STATE_DTYPE`) has the pose and velocities; the initial acceleration and moment are those of
-    gravity and springs.
+    `initial_state_row` (type `INITIAL_STATE_DTYPE`) has the pose and velocities; the initial acceleration and moment
+    are those of gravity and springs.
     """
-    place, turn = Vector3(start.x, start.y, start.z), Quaternion(start.qw, start.qx, start.qy, start.qz)
-    v, w, f = Vector3(start.vx, start.vy, start.vz), Vector3(start.wx, start.wy, start.wz), rotation_matrix(turn)
+    place, turn = (
+        Vector3(initial_state_row.x, initial_state_row.y, initial_state_row.z),
+        Quaternion(initial_state_row.qw, initial_state_row.qx, initial_state_row.qy, initial_state_row.qz),
+    )
+    v, w, f = (
+        Vector3(initial_state_row.vx, initial_state_row.vy, initial_state_row.vz),
+        Vector3(initial_state_row.wx, initial_state_row.wy, initial_state_row.wz),
+        rotation_matrix(turn),
+    )
     az, mx, my = -GRAVITY, 0.0, 0.0
-    for i in range(vertex_positions.shape[0]):
+    for i in range(vertices_and_base_edges.shape[0]):
         one = vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX]
-        own = Vector3(vertex_positions[i, 0], vertex_positions[i, 1], vertex_positions[i, 2])
+        own = Vector3(vertices_and_base_edges[i, 0], vertices_and_base_edges[i, 1], vertices_and_base_edges[i, 2])
         arm = matrix_times_vector(f, own)
-        store_vertex(one, lane, BodyVertex(own, vertex_positions[i, 3], vertex_positions[i, 4], vertex_positions[i, 5]))
+        store_vertex(
+            one,
+            lane,
+            BodyVertex(
+                own, vertices_and_base_edges[i, 3], vertices_and_base_edges[i, 4], vertices_and_base_edges[i, 5]
+            ),
+        )
         # Velocity is stored for points of a rim, position for vertices.
         known = plus(v, cross_product(w, arm)) if body.round_base_radius_or_zero > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)

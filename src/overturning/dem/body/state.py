@@ -344,17 +344,18 @@ VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def inertial_accelerations_until_next_sample(
-    horizontal: Any, up: Any, sample: int, amplitude_factor: float, samples_per_tick: float
-) -> InertialAccelerations3D:
-    """Return the inertial accelerations in the frame of the base, × a factor, linear from `sample` to the next one.
+    base_acceleration_xy: Any, upward_base_acceleration: Any, sample_index: int, amplitude_factor: float,
+    samples_per_tick: float,
+) -> InertialAccelerations3D:  # fmt: skip
+    """Return the inertial accelerations in the frame of the base, × a factor, linear from a sample to the next one.
 
-    `horizontal` holds the accelerations of the base along x and y, shape (2, samples), and `up` its upward
-    acceleration, m/s². The inertial accelerations are opposite to those of the base.
+    `base_acceleration_xy` holds the accelerations of the base along x and y, shape (2, samples), m/s². Only the
+    horizontal ones change their sign: the upward one remains that of the base.
     """
     return InertialAccelerations3D(
-        linear_base_acceleration_of_sample(horizontal[0], sample, -amplitude_factor, samples_per_tick),
-        linear_base_acceleration_of_sample(horizontal[1], sample, -amplitude_factor, samples_per_tick),
-        linear_base_acceleration_of_sample(up, sample, amplitude_factor, samples_per_tick),
+        linear_base_acceleration_of_sample(base_acceleration_xy[0], sample_index, -amplitude_factor, samples_per_tick),
+        linear_base_acceleration_of_sample(base_acceleration_xy[1], sample_index, -amplitude_factor, samples_per_tick),
+        linear_base_acceleration_of_sample(upward_base_acceleration, sample_index, amplitude_factor, samples_per_tick),
     )
 
 
@@ -369,16 +370,16 @@ def angular_velocity_from_momentum(
 
 @njit(**INLINE_OPTIONS)
 def rotation_and_angular_velocity_after_step(
-    inverse_of_inertia_per_mass: SymmetricMatrix, rotation_at_start: Quaternion, momentum_per_mass_at_mid_step: Vector3,
-    moment_per_mass: Vector3, step_length: float,
+    inverse_of_inertia_per_mass: SymmetricMatrix, rotation_at_step_start: Quaternion,
+    angular_momentum_per_mass_at_half_step: Vector3, contact_moment_per_mass: Vector3, step_length_s: float,
 ) -> tuple[Quaternion, Vector3]:  # fmt: skip
     """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""
-    half, inverse, momentum = 0.5 * step_length, inverse_of_inertia_per_mass, momentum_per_mass_at_mid_step
-    w = angular_velocity_from_momentum(inverse, rotation_matrix(rotation_at_start), momentum)
-    mid_turn = rotate_quaternion(rotation_at_start, half, w)
+    half, inverse, momentum = 0.5 * step_length_s, inverse_of_inertia_per_mass, angular_momentum_per_mass_at_half_step
+    w = angular_velocity_from_momentum(inverse, rotation_matrix(rotation_at_step_start), momentum)
+    mid_turn = rotate_quaternion(rotation_at_step_start, half, w)
     w = angular_velocity_from_momentum(inverse, rotation_matrix(mid_turn), momentum)
-    end_turn = rotate_quaternion(rotation_at_start, step_length, w)
-    end_momentum = extrapolate_vector(momentum, half, moment_per_mass)
+    end_turn = rotate_quaternion(rotation_at_step_start, step_length_s, w)
+    end_momentum = extrapolate_vector(momentum, half, contact_moment_per_mass)
     return end_turn, angular_velocity_from_momentum(inverse, rotation_matrix(end_turn), end_momentum)
 
 

@@ -16,11 +16,11 @@ MAX_CACHED_SOLIDS: Final = 4096
 """Number of solids whose statics are kept: planning computes the same solids for each record of a study."""
 
 
-def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness_per_mass: float) -> FloatArray:
+def body_pose_at_rest_on_springs(body: RigidSolid, vertex_normal_stiffness_per_mass: float) -> FloatArray:
     """Return the pose of a body at rest on its base springs: centre (m) and small rotation vector (rad), shape (6,).
 
     The penetration is a linear function of position; vertices that it would lift carry no load.
-    `normal_stiffness_per_mass` is the stiffness of a vertex per mass, 1/s².
+    `vertex_normal_stiffness_per_mass` is the stiffness of a vertex per mass, 1/s².
     """
     x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
     on = np.ones(body.base_vertex_count, np.bool_)
@@ -29,7 +29,7 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness_per_mass: fl
         # fsum does not depend on the order: symmetric bodies stay symmetric to the last digit.
         matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
         plane = solve_positive_definite_system(
-            matrix, np.array([STANDARD_GRAVITY / normal_stiffness_per_mass, 0.0, 0.0])
+            matrix, np.array([STANDARD_GRAVITY / vertex_normal_stiffness_per_mass, 0.0, 0.0])
         )
         if plane is None:
             break
@@ -41,7 +41,7 @@ def body_pose_at_rest_on_springs(body: RigidSolid, normal_stiffness_per_mass: fl
         [
             0.0,
             0.0,
-            body.centre_height - STANDARD_GRAVITY / (body.base_vertex_count * normal_stiffness_per_mass),
+            body.centre_height - STANDARD_GRAVITY / (body.base_vertex_count * vertex_normal_stiffness_per_mass),
             0.0,
             0.0,
             0.0,
@@ -90,7 +90,9 @@ def unloading_acceleration_g_and_min_to_mean_load(body: RigidSolid) -> tuple[flo
     return (float(np.min(own / change)), least * body.base_vertex_count) if least > 0.0 else (0.0, 0.0)
 
 
-def _mass_scaled_stiffness_of_unit_springs(body: RigidSolid, vertex_indices: NDArray[np.int64]) -> FloatArray:
+def _mass_scaled_stiffness_of_unit_springs(
+    body: RigidSolid, vertex_indices_with_springs: NDArray[np.int64]
+) -> FloatArray:
     """Return the 6 × 6 stiffness matrix, scaled to unit mass and inertia, of a body on unit springs at vertices."""
     inertia = body.inertia_per_mass
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
@@ -101,7 +103,7 @@ def _mass_scaled_stiffness_of_unit_springs(body: RigidSolid, vertex_indices: NDA
     c22 = math.sqrt(inertia[2, 2] - c20 * c20 - c21 * c21)
     root = np.array([[c00, 0.0, 0.0], [c10, c11, 0.0], [c20, c21, c22]])
     matrix = np.zeros((6, 6))
-    for x, y, z in body.contact_points_from_centre_of_mass[vertex_indices]:
+    for x, y, z in body.contact_points_from_centre_of_mass[vertex_indices_with_springs]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
         each = np.concatenate([np.eye(3), _multiply_by_inverse_transposed_cholesky_factor(turn, root)], axis=1)
@@ -109,10 +111,12 @@ def _mass_scaled_stiffness_of_unit_springs(body: RigidSolid, vertex_indices: NDA
     return matrix
 
 
-def _multiply_by_inverse_transposed_cholesky_factor(matrix: FloatArray, inertia_root: FloatArray) -> FloatArray:
+def _multiply_by_inverse_transposed_cholesky_factor(
+    matrix_to_multiply: FloatArray, inertia_per_mass_cholesky_factor: FloatArray
+) -> FloatArray:
     """Return A C⁻ᵀ for a 3 × 3 matrix A and the lower triangular Cholesky root C of an inertia tensor."""
     out = np.zeros((3, 3))
     for k in range(3):
-        known = sum((out[:, i] * inertia_root[k, i] for i in range(k)), start=np.zeros(3))
-        out[:, k] = (matrix[:, k] - known) / inertia_root[k, k]
+        known = sum((out[:, i] * inertia_per_mass_cholesky_factor[k, i] for i in range(k)), start=np.zeros(3))
+        out[:, k] = (matrix_to_multiply[:, k] - known) / inertia_per_mass_cholesky_factor[k, k]
     return out

@@ -164,25 +164,28 @@ MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD: Final = np.radians(179.0)
 """Fall tilt above which a body can only rest upside down, where its tilt approaches 180° without reaching it, rad."""
 
 
-def initial_conditions_at_rest(rest_pose: FloatArray) -> NDArray[np.void]:
+def initial_conditions_at_rest(rest_position_and_rotation_vector: FloatArray) -> NDArray[np.void]:
     """Convert a static equilibrium pose, shape (6,), to a record of initial conditions with zero velocities."""
-    half = 0.5 * rest_pose[3:]
+    half = 0.5 * rest_position_and_rotation_vector[3:]
     begin = np.zeros((), INITIAL_STATE_DTYPE)
-    begin["x"], begin["y"], begin["z"] = rest_pose[:3]
+    begin["x"], begin["y"], begin["z"] = rest_position_and_rotation_vector[:3]
     begin["qw"], begin["qx"], begin["qy"], begin["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))
     return begin
 
 
-def body_and_vertex_tables(solids: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
+def body_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
     """Return the kernel's input tables of the bodies: constants (type `BODY_TABLE_DTYPE`) and vertices.
 
     An odd number of vertices is padded with a vertex at the centre of the body.
     """
-    count = len(solids[0].contact_points_from_centre_of_mass)
-    points, table = np.zeros((len(solids), count + count % 2, 6)), np.zeros(len(solids), BODY_TABLE_DTYPE)
+    count = len(solids_by_size[0].contact_points_from_centre_of_mass)
+    points, table = (
+        np.zeros((len(solids_by_size), count + count % 2, 6)),
+        np.zeros(len(solids_by_size), BODY_TABLE_DTYPE),
+    )
     points[:, :, 5] = EDGE_DISTANCE_PLACEHOLDER_M
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    for index, body in enumerate(solids):
+    for index, body in enumerate(solids_by_size):
         points[index, :count, :3] = body.contact_points_from_centre_of_mass
         if body.rim_radius == 0.0:
             points[index, : body.base_vertex_count, 3:5], points[index, : body.base_vertex_count, 5] = (

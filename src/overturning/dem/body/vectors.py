@@ -64,9 +64,13 @@ def scale_vector(factor: float, v: Vector3) -> Vector3:
 
 
 @njit(**INLINE_OPTIONS)
-def extrapolate_vector(start: Vector3, time: float, rate: Vector3) -> Vector3:
+def extrapolate_vector(vector_at_start: Vector3, duration: float, constant_rate: Vector3) -> Vector3:
     """Return a vector extrapolated at a constant rate: start + time × rate."""
-    return Vector3(start.x + time * rate.x, start.y + time * rate.y, start.z + time * rate.z)
+    return Vector3(
+        vector_at_start.x + duration * constant_rate.x,
+        vector_at_start.y + duration * constant_rate.y,
+        vector_at_start.z + duration * constant_rate.z,
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -154,17 +158,21 @@ def rotation_matrix(quaternion: Quaternion) -> Matrix3:
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector3) -> Quaternion:
-    """Return the rotation `q` after a further `time` (s) at constant angular velocity (rad/s), by a series."""
-    h = Vector3(0.5 * (time * angular_velocity.x), 0.5 * (time * angular_velocity.y), 0.5 * (time * angular_velocity.z))
+def rotate_quaternion(initial_rotation: Quaternion, duration_s: float, angular_velocity: Vector3) -> Quaternion:
+    """Return a rotation continued for a duration (s) at a constant angular velocity (rad/s, axes of the base)."""
+    h = Vector3(
+        0.5 * (duration_s * angular_velocity.x),
+        0.5 * (duration_s * angular_velocity.y),
+        0.5 * (duration_s * angular_velocity.z),
+    )
     square = dot_product(h, h)
     c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
     a = scale_vector(1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)), h)
     return Quaternion(
-        c * q.w - ((a.x * q.x + a.y * q.y) + a.z * q.z),
-        (c * q.x + a.x * q.w) + (a.y * q.z - a.z * q.y),
-        (c * q.y + a.y * q.w) + (a.z * q.x - a.x * q.z),
-        (c * q.z + a.z * q.w) + (a.x * q.y - a.y * q.x),
+        c * initial_rotation.w - ((a.x * initial_rotation.x + a.y * initial_rotation.y) + a.z * initial_rotation.z),
+        (c * initial_rotation.x + a.x * initial_rotation.w) + (a.y * initial_rotation.z - a.z * initial_rotation.y),
+        (c * initial_rotation.y + a.y * initial_rotation.w) + (a.z * initial_rotation.x - a.x * initial_rotation.z),
+        (c * initial_rotation.z + a.z * initial_rotation.w) + (a.x * initial_rotation.y - a.y * initial_rotation.x),
     )
 
 

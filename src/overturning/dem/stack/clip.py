@@ -31,7 +31,7 @@ PATCH_PERIMETER_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRe
 
 @njit(**INLINE_OPTIONS)
 def clip_side_by_half_plane(
-    clip: SidePartInContactPatch, depth_inside_at_begin: float, depth_inside_at_end: float
+    side_part: SidePartInContactPatch, depth_inside_at_begin: float, depth_inside_at_end: float
 ) -> SidePartInContactPatch:
     """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
     crosses = (depth_inside_at_begin < 0.0) != (depth_inside_at_end < 0.0)
@@ -39,39 +39,47 @@ def clip_side_by_half_plane(
     outside = (depth_inside_at_begin < 0.0) & (depth_inside_at_end < 0.0)
     begin = (
         share
-        if crosses & (depth_inside_at_begin < 0.0) & (share > clip.begin_side_fraction)
-        else clip.begin_side_fraction
+        if crosses & (depth_inside_at_begin < 0.0) & (share > side_part.begin_side_fraction)
+        else side_part.begin_side_fraction
     )
-    end = share if crosses & (depth_inside_at_end < 0.0) & (share < clip.end_side_fraction) else clip.end_side_fraction
-    return SidePartInContactPatch(begin, (-1.0 if outside else end), clip.length)
+    end = (
+        share
+        if crosses & (depth_inside_at_end < 0.0) & (share < side_part.end_side_fraction)
+        else side_part.end_side_fraction
+    )
+    return SidePartInContactPatch(begin, (-1.0 if outside else end), side_part.length)
 
 
 @njit(**INLINE_OPTIONS)
-def set_length_of_clipped_side(clip: SidePartInContactPatch, whole_side_length: float) -> SidePartInContactPatch:
+def set_length_of_clipped_side(side_part: SidePartInContactPatch, whole_side_length: float) -> SidePartInContactPatch:
     """Return the clipped part of a face's side with its length, m; `whole_side_length` is that of the whole side, m."""
-    part = clip.end_side_fraction - clip.begin_side_fraction
+    part = side_part.end_side_fraction - side_part.begin_side_fraction
     return SidePartInContactPatch(
-        clip.begin_side_fraction, clip.end_side_fraction, whole_side_length * part if part > 0.0 else 0.0
+        side_part.begin_side_fraction, side_part.end_side_fraction, whole_side_length * part if part > 0.0 else 0.0
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def reset_clipped_side(point: Any, lane_count: int) -> None:
+def reset_clipped_side(side_rows: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_clip(point, j, SidePartInContactPatch(0.0, 1.0, 0.0))
+        store_clip(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> None:
+def clip_base_side(base_side_rows: Any, next_base_corner_rows: Any, lower_side_rows: Any, lane_count: int) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        a, b, limit = load_place(point, j), load_place(next_corner, j), load_outline(side, j)
+        a, b, limit = (
+            load_place(base_side_rows, j),
+            load_place(next_base_corner_rows, j),
+            load_outline(lower_side_rows, j),
+        )
         store_clip(
-            point,
+            base_side_rows,
             j,
             clip_side_by_half_plane(
-                load_clip(point, j),
+                load_clip(base_side_rows, j),
                 limit.next_side_distance_from_face_centre
                 - (
                     limit.next_side_outward_normal_x * a.x_in_joint_frame
@@ -87,27 +95,33 @@ def clip_base_side(point: Any, next_corner: Any, side: Any, lane_count: int) -> 
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_clipped_base_side_length(joint_rows: Any, point: Any, next_corner: Any, lane_count: int) -> None:
+def add_clipped_base_side_length(
+    joint_rows: Any, base_side_rows: Any, next_base_corner_rows: Any, lane_count: int
+) -> None:
     """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
     for j in range(round_to_vector_multiple(lane_count)):
-        a, b = load_place(point, j), load_place(next_corner, j)
+        a, b = load_place(base_side_rows, j), load_place(next_base_corner_rows, j)
         clip = set_length_of_clipped_side(
-            load_clip(point, j),
+            load_clip(base_side_rows, j),
             math.sqrt((b.x_in_joint_frame - a.x_in_joint_frame) ** 2 + (b.y_in_joint_frame - a.y_in_joint_frame) ** 2),
         )
-        store_clip(point, j, clip)
+        store_clip(base_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def clip_base_sides(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+def clip_base_sides(
+    joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
+) -> None:
     """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
-    for i in range(upper_count):
-        point, following = slice_contact_point_rows(points, i), (i + 1) % upper_count
-        next_corner = slice_contact_point_rows(points, following)
+    for i in range(base_corner_count):
+        point, following = slice_contact_point_rows(joint_point_rows, i), (i + 1) % base_corner_count
+        next_corner = slice_contact_point_rows(joint_point_rows, following)
         reset_clipped_side(point, lane_count)
-        for k in range(lower_count):
-            clip_base_side(point, next_corner, slice_contact_point_rows(points, upper_count + k), lane_count)
+        for k in range(lower_face_corner_count):
+            clip_base_side(
+                point, next_corner, slice_contact_point_rows(joint_point_rows, base_corner_count + k), lane_count
+            )
         add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
 
 
@@ -120,32 +134,40 @@ def double_signed_triangle_area(a: ContactPointPosition, b: ContactPointPosition
 
 
 @njit(**INLINE_OPTIONS)
-def normal_slope_at_crossing_of_sides(lower: FaceCorner, a: ContactPointPosition, b: ContactPointPosition) -> float:
+def normal_slope_at_crossing_of_sides(
+    lower_side_start_corner: FaceCorner, a: ContactPointPosition, b: ContactPointPosition
+) -> float:
     """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
 
     The normal is perpendicular to both sides; the slope is that across the side of the lower face.
     """
-    across = lower.next_side_outward_normal_x * (
+    across = lower_side_start_corner.next_side_outward_normal_x * (
         b.x_in_joint_frame - a.x_in_joint_frame
-    ) + lower.next_side_outward_normal_y * (b.y_in_joint_frame - a.y_in_joint_frame)
+    ) + lower_side_start_corner.next_side_outward_normal_y * (b.y_in_joint_frame - a.y_in_joint_frame)
     slope = (a.base_height_above_lower_face - b.base_height_above_lower_face) / (across if across != 0.0 else 1.0)
     return slope if (across != 0.0) & (slope > 0.0) else 0.0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clear_overhang_and_normal_slopes(side: Any, lane_count: int) -> None:
+def clear_overhang_and_normal_slopes(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_rim_side(side, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
+        store_rim_side(lower_side_rows, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, lane_count: int) -> None:
+def clip_side_of_lower_face(
+    lower_side_rows: Any,
+    next_lower_corner_rows: Any,
+    base_side_start_corner_rows: Any,
+    base_side_end_corner_rows: Any,
+    lane_count: int,
+) -> None:
     """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        a, b = load_place(begin, j), load_place(end, j)
-        c, d = load_outline(side, j), load_outline(next_corner, j)
-        old, rim = load_clip(side, j), load_rim_side(side, j)
+        a, b = load_place(base_side_start_corner_rows, j), load_place(base_side_end_corner_rows, j)
+        c, d = load_outline(lower_side_rows, j), load_outline(next_lower_corner_rows, j)
+        old, rim = load_clip(lower_side_rows, j), load_rim_side(lower_side_rows, j)
         new = clip_side_by_half_plane(
             old,
             double_signed_triangle_area(a, b, c.x_from_face_centre, c.y_from_face_centre),
@@ -155,9 +177,9 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
         beyond = (
             c.next_side_outward_normal_x * a.x_in_joint_frame + c.next_side_outward_normal_y * a.y_in_joint_frame
         ) - c.next_side_distance_from_face_centre
-        store_clip(side, j, new)
+        store_clip(lower_side_rows, j, new)
         store_rim_side(
-            side,
+            lower_side_rows,
             j,
             BaseOverhangAtSide(
                 max_base_corner_overhang=beyond
@@ -174,32 +196,40 @@ def clip_side_of_lower_face(side: Any, next_corner: Any, begin: Any, end: Any, l
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_clipped_lower_side_length(joint_rows: Any, side: Any, next_corner: Any, lane_count: int) -> None:
+def add_clipped_lower_side_length(
+    joint_rows: Any, lower_side_rows: Any, next_lower_corner_rows: Any, lane_count: int
+) -> None:
     """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
     for j in range(round_to_vector_multiple(lane_count)):
-        c, d = load_outline(side, j), load_outline(next_corner, j)
+        c, d = load_outline(lower_side_rows, j), load_outline(next_lower_corner_rows, j)
         clip = set_length_of_clipped_side(
-            load_clip(side, j),
+            load_clip(lower_side_rows, j),
             math.sqrt(
                 (d.x_from_face_centre - c.x_from_face_centre) ** 2 + (d.y_from_face_centre - c.y_from_face_centre) ** 2
             ),
         )
-        store_clip(side, j, clip)
+        store_clip(lower_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def clip_sides_of_lower_face(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> None:
+def clip_sides_of_lower_face(
+    joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
+) -> None:
     """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
-    for k in range(lower_count):
-        following = (k + 1) % lower_count
-        side = slice_contact_point_rows(points, upper_count + k)
-        next_corner = slice_contact_point_rows(points, upper_count + following)
+    for k in range(lower_face_corner_count):
+        following = (k + 1) % lower_face_corner_count
+        side = slice_contact_point_rows(joint_point_rows, base_corner_count + k)
+        next_corner = slice_contact_point_rows(joint_point_rows, base_corner_count + following)
         reset_clipped_side(side, lane_count)
         clear_overhang_and_normal_slopes(side, lane_count)
-        for i in range(upper_count):
-            n = (i + 1) % upper_count
+        for i in range(base_corner_count):
+            n = (i + 1) % base_corner_count
             clip_side_of_lower_face(
-                side, next_corner, slice_contact_point_rows(points, i), slice_contact_point_rows(points, n), lane_count
+                side,
+                next_corner,
+                slice_contact_point_rows(joint_point_rows, i),
+                slice_contact_point_rows(joint_point_rows, n),
+                lane_count,
             )
         add_clipped_lower_side_length(joint_rows, side, next_corner, lane_count)

@@ -120,30 +120,39 @@ SLID, NEW_SLID = (
 
 @njit(**INLINE_OPTIONS)
 def relative_velocity_change_of_joint(
-    upper: StoneVelocityCorrection, lower: StoneVelocityCorrection, arms: tuple[Vector3, Vector3], axes: Matrix3
+    upper_velocity_correction: StoneVelocityCorrection,
+    lower_velocity_correction: StoneVelocityCorrection,
+    contact_origin_from_upper_and_lower_centre: tuple[Vector3, Vector3],
+    contact_frame_axes: Matrix3,
 ) -> tuple[Vector3, Vector3]:
     """Return the change of the upper stone's velocity and angular velocity relative to the lower one."""
-    to_face = transpose(axes)
+    to_face = transpose(contact_frame_axes)
     velocity = minus(
-        plus(upper.velocity, cross_product(upper.angular_velocity, arms[0])),
-        plus(lower.velocity, cross_product(lower.angular_velocity, arms[1])),
+        plus(
+            upper_velocity_correction.velocity,
+            cross_product(upper_velocity_correction.angular_velocity, contact_origin_from_upper_and_lower_centre[0]),
+        ),
+        plus(
+            lower_velocity_correction.velocity,
+            cross_product(lower_velocity_correction.angular_velocity, contact_origin_from_upper_and_lower_centre[1]),
+        ),
     )
     return matrix_times_vector(to_face, velocity), matrix_times_vector(
-        to_face, minus(upper.angular_velocity, lower.angular_velocity)
+        to_face, minus(upper_velocity_correction.angular_velocity, lower_velocity_correction.angular_velocity)
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_relative_velocity_changes(
-    upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
+    upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int, none_unless_on_ground: Any
 ) -> None:
     """Store the solved change of the relative velocity of a stone and its support at their contact, in all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        stone, one = load_predicted(upper_rows, j), load_change(upper_rows, j)
-        if on_ground is None:
-            below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
+        stone, one = load_predicted(upper_stone_rows, j), load_change(upper_stone_rows, j)
+        if none_unless_on_ground is None:
+            below, (axes, origin) = load_predicted(lower_stone_rows, j), load_joint_pose(joint_rows, j)
             arms = (minus(origin, stone.centre_position), minus(origin, below.centre_position))
-            velocity, spin = relative_velocity_change_of_joint(one, load_change(lower_rows, j), arms, axes)
+            velocity, spin = relative_velocity_change_of_joint(one, load_change(lower_stone_rows, j), arms, axes)
         else:
             velocity, spin = (
                 plus(one.velocity, cross_product(one.angular_velocity, scale_vector(-1.0, stone.centre_position))),
@@ -155,12 +164,12 @@ def store_relative_velocity_changes(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+def compute_point_normal_force(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Compute the normal force at one contact point of two stones at the end of the step, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
+        joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point_rows, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
-        old = load_point(point, j)
+        old = load_point(point_rows, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
             (load_time(case_rows, j).half_step_length_s, contact_points_land_together(landing),
@@ -168,17 +177,17 @@ def compute_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
              point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
              landing.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S),
         )  # fmt: skip
-        store_next_point(point, j, new)
+        store_next_point(point_rows, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))
         store_findings(case_rows, j, larger_of(load_findings(case_rows, j), findings))
         store_losses(case_rows, j, add_losses(load_losses(case_rows, j), losses))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_force_times_pressure_centre_distance(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
     for j in range(round_to_vector_multiple(lane_count)):
-        total, place, new = load_point_sum(joint_rows, j), load_place(point, j), load_next_point(point, j)
+        total, place, new = load_point_sum(joint_rows, j), load_place(point_rows, j), load_next_point(point_rows, j)
         one = 1.0 / (total.normal_force if total.normal_force > 0.0 else 1.0)
         x, y = (
             place.x_in_joint_frame - total.normal_force_times_x * one,
@@ -193,7 +202,12 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point: Any, lane_c
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_joint_force_and_moment(
-    case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int, on_ground: Any
+    case_rows: Any,
+    upper_stone_rows: Any,
+    lower_stone_rows: Any,
+    joint_rows: Any,
+    lane_count: int,
+    none_unless_on_ground: Any,
 ) -> None:
     """Compute force and moment between a stone and its support at the end of the step; add them to both."""
     for j in range(round_to_vector_multiple(lane_count)):
@@ -209,14 +223,14 @@ def compute_joint_force_and_moment(
             (load_point_sum(joint_rows, j), load_arm(joint_rows, j).force_times_pressure_centre_distance),
             (change.force_or_velocity, change.moment_or_angular_velocity),
             load_history(joint_rows, j),
-            (load_time(case_rows, j).half_step_length_s, fine, flat, load_constants(upper_rows, j).centre_height),
+            (load_time(case_rows, j).half_step_length_s, fine, flat, load_constants(upper_stone_rows, j).centre_height),
         )
         store_next_history(joint_rows, j, new)
         store_findings(case_rows, j, larger_of(load_findings(case_rows, j), findings))
         store_losses(case_rows, j, add_losses(load_losses(case_rows, j), losses))
-        stone, total = load_predicted(upper_rows, j), load_sum(upper_rows, j)
-        if on_ground is None:
-            below, (axes, origin) = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j)
+        stone, total = load_predicted(upper_stone_rows, j), load_sum(upper_stone_rows, j)
+        if none_unless_on_ground is None:
+            below, (axes, origin) = load_predicted(lower_stone_rows, j), load_joint_pose(joint_rows, j)
             at_end = Wrench(
                 matrix_times_vector(axes, at_end.force_or_velocity),
                 matrix_times_vector(axes, at_end.moment_or_angular_velocity),
@@ -225,29 +239,31 @@ def compute_joint_force_and_moment(
                 matrix_times_vector(axes, early.force_or_velocity),
                 matrix_times_vector(axes, early.moment_or_angular_velocity),
             )
-            arm, other = minus(origin, below.centre_position), load_sum(lower_rows, j)
-            store_sum(lower_rows, j, StoneContactForceSums(
+            arm, other = minus(origin, below.centre_position), load_sum(lower_stone_rows, j)
+            store_sum(lower_stone_rows, j, StoneContactForceSums(
                 wrench_minus(other.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
                 wrench_minus(other.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.centre_position)
-        store_sum(upper_rows, j, StoneContactForceSums(
+        store_sum(upper_stone_rows, j, StoneContactForceSums(
             wrench_plus(total.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
             wrench_plus(total.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
         ))  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point: Any, lane_count: int) -> None:
+def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Mark each contact of two stones that has a loaded point other than a corner of the upper stone's base.
 
     Such a base extends beyond the rim of the face below.
     """
     for j in range(round_to_vector_multiple(lane_count)):
         joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j] = select(
-            point[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0, 1.0, joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j]
+            point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0,
+            1.0,
+            joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j],
         )
 
 
@@ -294,7 +310,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: Any) -> None:
+def complete_stone_step(case_rows: Any, stone_rows: Any, lane_count: int, none_unless_lowest_stone: Any) -> None:
     """Store a stone's new state in stacks whose step is accepted, and add the work that the ground does on it."""
     for j in range(round_to_vector_multiple(lane_count)):
         half, again, push = (
@@ -302,9 +318,9 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
             load_rejection(case_rows, j).is_step_rejected > 0.0,
             load_inertial(case_rows, j),
         )
-        constants, p = load_constants(rows, j), load_predicted(rows, j)
-        change, total, peaks = load_change(rows, j), load_sum(rows, j), load_peaks(rows, j)
-        present = rows[IS_SIMULATED_ROW_OFFSET + j] > 0.0
+        constants, p = load_constants(stone_rows, j), load_predicted(stone_rows, j)
+        change, total, peaks = load_change(stone_rows, j), load_sum(stone_rows, j), load_peaks(stone_rows, j)
+        present = stone_rows[IS_SIMULATED_ROW_OFFSET + j] > 0.0
         one = 1.0 / constants.mass
         f, m, i, t = (
             total.force_and_moment_at_step_end.force_or_velocity,
@@ -321,7 +337,7 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
         tick = load_time(case_rows, j).ticks_since_sample_start
         skip = again | (not present)
         store_stone_unless(
-            rows,
+            stone_rows,
             j,
             skip,
             StoneState(
@@ -335,14 +351,14 @@ def complete_stone_step(case_rows: Any, rows: Any, lane_count: int, is_first: An
                 contact_moment_per_mass=moment,
             ),
         )
-        store_peaks_unless(rows, j, skip, StonePeakTilt(
+        store_peaks_unless(stone_rows, j, skip, StonePeakTilt(
             updated_maximum(peaks.peak_lean_squared_sine, lean),
             tick if lean < constants.critical_lean_squared_sine_on_contact_patch else peaks.last_upright_tick_in_sample
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0
         account, losses = load_account(case_rows, j), load_losses(case_rows, j)
-        if is_first is not None:
+        if none_unless_lowest_stone is not None:
             account = StackEnergyAccount(
                 account.base_motion_work + half * account.base_motion_power_at_step_end,
                 account.lost_energy
@@ -370,7 +386,9 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_contact_point_states_after_accepted_steps(case_rows: Any, point: Any, lane_count: int) -> None:
+def store_contact_point_states_after_accepted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_point_unless(point, j, load_rejection(case_rows, j).is_step_rejected > 0.0, load_next_point(point, j))
+        store_point_unless(
+            point_rows, j, load_rejection(case_rows, j).is_step_rejected > 0.0, load_next_point(point_rows, j)
+        )

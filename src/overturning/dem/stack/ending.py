@@ -92,14 +92,14 @@ def stone_state_sum_for_finite_check(state: StoneState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
+def stone_kinetic_energy(stone_constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
     spin = angular_velocity_from_momentum(
-        constants.inverse_of_inertia_per_mass, rotation_matrix(state.rotation), state.angular_momentum_per_mass
+        stone_constants.inverse_of_inertia_per_mass, rotation_matrix(state.rotation), state.angular_momentum_per_mass
     )
     return float(
         0.5
-        * constants.mass
+        * stone_constants.mass
         * (
             dot_product(state.velocity_relative_to_base, state.velocity_relative_to_base)
             + dot_product(state.angular_momentum_per_mass, spin)
@@ -109,27 +109,28 @@ def stone_kinetic_energy(constants: StoneConstants, state: StoneState) -> float:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_energy(
-    state: Any, lane: int, stone_count: int, max_corner_count: int, reference_centre_heights: Any
+    stack_states: Any, lane: int, stone_count: int, max_corner_count: int, reference_height_by_stone: Any
 ) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
-    `reference_centre_heights` holds the height of each centre from which its potential energy is counted, m.
+    `reference_height_by_stone` holds the height of each centre from which its potential energy is counted, m.
     """
     total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (
-            stone.centre_position.z - reference_centre_heights[s]
+            stone.centre_position.z - reference_height_by_stone[s]
         )
         at = first + s * size
-        joint, old = load_joint(state[at : at + JOINT_SIZE], lane), load_history(state[at : at + JOINT_SIZE], lane)
+        joint_rows = stack_states[at : at + JOINT_SIZE]
+        joint, old = load_joint(joint_rows, lane), load_history(joint_rows, lane)
         total += 0.5 * joint.tangential_stiffness * squared_length(old.tangential_spring_stretch)
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
-            point = load_point(state[begin : begin + P], lane)
+            point = load_point(stack_states[begin : begin + P], lane)
             depth = max(point.penetration, 0.0)
             total += 0.5 * joint.normal_stiffness * point.joint_stiffness_share * depth * depth
     return total
@@ -137,23 +138,24 @@ def stack_energy(
 
 @njit(**INLINE_OPTIONS)
 def pose_relative_to_stone_below(
-    upper: StoneState, lower_place: Vector3, lower_axes: Matrix3
+    upper_stone: StoneState, lower_stone_centre: Vector3, lower_stone_axes: Matrix3
 ) -> tuple[Vector3, Matrix3]:
     """Return position (m) and axes of a stone in the frame that moves with the stone below it."""
-    to_lower = transpose(lower_axes)
-    return matrix_times_vector(to_lower, minus(upper.centre_position, lower_place)), matrix_product(
-        to_lower, rotation_matrix(upper.rotation)
+    to_lower = transpose(lower_stone_axes)
+    return matrix_times_vector(to_lower, minus(upper_stone.centre_position, lower_stone_centre)), matrix_product(
+        to_lower, rotation_matrix(upper_stone.rotation)
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def base_corner_hangs_below_supporting_face(
-    state: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int
+    stack_states: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int
 ) -> bool:
     """True if a corner of a stone's base lies well below its supporting face: the stone tips over the face's rim."""
     below, lower, rows = (
-        slice_stone_rows(state, stone_index - 1), load_constants(slice_stone_rows(state, stone_index - 1), lane),
-        slice_stone_rows(state, stone_index),
+        slice_stone_rows(stack_states, stone_index - 1),
+        load_constants(slice_stone_rows(stack_states, stone_index - 1), lane),
+        slice_stone_rows(stack_states, stone_index),
     )  # fmt: skip
     upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
     axes = rotation_matrix(base.rotation)
@@ -162,8 +164,8 @@ def base_corner_hangs_below_supporting_face(
         CASE_SIZE + stone_count * STONE_SIZE + stone_index * state_array_length_per_joint(max_corner_count) + JOINT_SIZE
     )
     lowest = 0.0
-    for i in range(int(load_joint(state[at - JOINT_SIZE : at], lane).upper_base_corner_count)):
-        corner = load_outline(state[at + i * P : at + (i + 1) * P], lane)
+    for i in range(int(load_joint(stack_states[at - JOINT_SIZE : at], lane).upper_base_corner_count)):
+        corner = load_outline(stack_states[at + i * P : at + (i + 1) * P], lane)
         height = (
             turn.zx * corner.x_from_face_centre + turn.zy * corner.y_from_face_centre
         ) - upper.centre_height * turn.zz
@@ -172,60 +174,61 @@ def base_corner_hangs_below_supporting_face(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def centre_drop_from_rest_position_on_support(state: Any, lane: int, stone_index: int) -> float:
+def centre_drop_from_rest_position_on_support(stack_states: Any, lane: int, stone_index: int) -> float:
     """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
-    rows = slice_stone_rows(state, stone_index)
+    rows = slice_stone_rows(stack_states, stone_index)
     upper, stone = load_constants(rows, lane), load_stone(rows, lane)
     if stone_index == 0:
         return upper.centre_height - stone.centre_position.z
-    below = slice_stone_rows(state, stone_index - 1)
+    below = slice_stone_rows(stack_states, stone_index - 1)
     base = load_stone(below, lane)
     apart, _ = pose_relative_to_stone_below(stone, base.centre_position, rotation_matrix(base.rotation))
     return load_constants(below, lane).upper_face_height_above_centre + upper.centre_height - apart.z
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def lowest_newly_fallen_stone_index(state: Any, lane: int, stone_count: int, max_corner_count: int) -> int:
+def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: int, max_corner_count: int) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         axes = rotation_matrix(stone.rotation)
         if (
             axes.zz <= constants.fall_tilt_cosine
-            or centre_drop_from_rest_position_on_support(state, lane, s) > constants.max_centre_drop_without_fall
+            or centre_drop_from_rest_position_on_support(stack_states, lane, s) > constants.max_centre_drop_without_fall
         ):
             return s
         leans = lean_as_squared_sine(axes) > constants.critical_lean_squared_sine_on_whole_base
-        if s > 0 and leans and base_corner_hangs_below_supporting_face(state, lane, s, stone_count, max_corner_count):
+        leans = s > 0 and leans
+        if leans and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count):
             return s
     return stone_count
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stop_simulating_fallen_and_upper_stones(
-    state: Any,
+    stack_states: Any,
     lane: int,
     stone_count: int,
     max_corner_count: int,
     ticks_per_sample: float,
-    reference_centre_heights: Any,
+    reference_height_by_stone: Any,
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
     The energy account continues with the stones that remain.
     """
-    fallen = lowest_newly_fallen_stone_index(state, lane, stone_count, max_corner_count)
+    fallen = lowest_newly_fallen_stone_index(stack_states, lane, stone_count, max_corner_count)
     if fallen == stone_count:
         return False
-    before = stack_energy(state, lane, stone_count, max_corner_count, reference_centre_heights)
+    before = stack_energy(stack_states, lane, stone_count, max_corner_count, reference_height_by_stone)
     start_of_sample, tick = (
-        load_course(state, lane).current_sample * ticks_per_sample, load_case(state, lane).tick_length_s,
+        load_course(stack_states, lane).current_sample * ticks_per_sample, load_case(stack_states, lane).tick_length_s,
     )  # fmt: skip
     for s in range(fallen, stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
         if not outcome.is_simulated > 0.0:
             continue
@@ -236,15 +239,15 @@ def stop_simulating_fallen_and_upper_stones(
             < constants.critical_lean_squared_sine_on_contact_patch
         )
         slid_off = slid_off or (
-            s > 0 and base_corner_hangs_below_supporting_face(state, lane, s, stone_count, max_corner_count)
+            s > 0 and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count)
         )
         store_outcome(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
-    account = load_account(state, lane)
-    gone = before - stack_energy(state, lane, stone_count, max_corner_count, reference_centre_heights)
+    account = load_account(stack_states, lane)
+    gone = before - stack_energy(stack_states, lane, stone_count, max_corner_count, reference_height_by_stone)
     store_account(
-        state,
+        stack_states,
         lane,
         StackEnergyAccount(
             account.base_motion_work,
@@ -259,23 +262,23 @@ def stop_simulating_fallen_and_upper_stones(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stop_fallen_stones_and_return_status(
-    state: Any,
+    stack_states: Any,
     lane: int,
     stone_count: int,
     max_corner_count: int,
     ticks_per_sample: float,
-    last_sample: float,
-    stones_at_rest: Any,
+    record_sample_count: float,
+    stone_table_rows: Any,
 ) -> int:
     """Stop simulating a fallen stone and those above it; return the `CaseStatus` after a sample, or `CASE_NOT_ENDED`.
 
-    `stones_at_rest` has the rows of the stack in the kernel's table of stones.
+    `stone_table_rows` has the rows of the stack in the kernel's table of stones.
     """
-    case, course, time = load_case(state, lane), load_course(state, lane), load_time(state, lane)
+    case, course, time = load_case(stack_states, lane), load_course(stack_states, lane), load_time(stack_states, lane)
     kinetic, loaded = 0.0, True
     first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         stone = load_stone(rows, lane)
@@ -283,52 +286,52 @@ def stop_fallen_stones_and_return_status(
             return CaseStatus.UNSTABLE
         kinetic += stone_kinetic_energy(load_constants(rows, lane), stone)
         at = first + s * size
-        loaded = loaded and load_history(state[at : at + JOINT_SIZE], lane).normal_force > 0.0
-    if load_account(state, lane).peak_penetration > case.max_penetration:
+        loaded = loaded and load_history(stack_states[at : at + JOINT_SIZE], lane).normal_force > 0.0
+    if load_account(stack_states, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_simulating_fallen_and_upper_stones(
-        state, lane, stone_count, max_corner_count, ticks_per_sample, stones_at_rest.centre_height_at_rest
+        stack_states, lane, stone_count, max_corner_count, ticks_per_sample, stone_table_rows.centre_height_at_rest
     ):
         return CaseStatus.SIMULATED
     sample = course.current_sample + time.ticks_since_sample_start / ticks_per_sample
     if (
-        sample >= min(course.last_onset_sample, last_sample)
+        sample >= min(course.last_onset_sample, record_sample_count)
         and kinetic < case.max_kinetic_energy_at_rest
         and loaded
-        and all_contact_points_carry_load(state, lane, stone_count, max_corner_count)
+        and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
         least = MIN_ONSET_TO_LONG_STEP_ACCELERATION_AT_END * case.max_acceleration_for_sample_long_steps_g
         if (
-            sample >= last_sample
-            or onset_acceleration_g_of_current_stack_state(state, lane, stone_count, max_corner_count) >= least
+            sample >= record_sample_count
+            or onset_acceleration_g_of_current_stack_state(stack_states, lane, stone_count, max_corner_count) >= least
         ):
             return CaseStatus.SIMULATED
-    if sample < course.end_sample_if_undecided or sample < last_sample:
+    if sample < course.end_sample_if_undecided or sample < record_sample_count:
         return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
-    sliding_time = time_until_upright_stack_stops_sliding(state, lane, stone_count, max_corner_count)
+    sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count)
     if update_slide_end_and_check_case_continues(
-        state, SLIDE_END + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
+        stack_states, SLIDE_END + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
-    stands = stack_cannot_fall(state, lane, max_corner_count, stones_at_rest)
+    stands = stack_cannot_fall(stack_states, lane, max_corner_count, stone_table_rows)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stack_cannot_fall(state: Any, lane: int, max_corner_count: int, stones_at_rest: Any) -> bool:
+def stack_cannot_fall(stack_states: Any, lane: int, max_corner_count: int, stone_table_rows: Any) -> bool:
     """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
 
     Overturning needs the energy `CaseProgress.overturning_energy`. A slip on another stone shortens the supported base:
     if a share s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has
     no rim, changes nothing. A joint is the contact of a stone with its support.
     """
-    case, course = load_case(state, lane), load_course(state, lane)
+    case, course = load_case(stack_states, lane), load_course(stack_states, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
     slip, x, y, start_x, start_y = 0.0, 0.0, 0.0, 0.0, 0.0
-    for s in range(stones_at_rest.size):
-        rows, start = slice_stone_rows(state, s), stones_at_rest[s].start
+    for s in range(stone_table_rows.size):
+        rows, start = slice_stone_rows(stack_states, s), stone_table_rows[s].start
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         own = rotation_matrix(stone.rotation)
         if (
@@ -346,53 +349,48 @@ def stack_cannot_fall(state: Any, lane: int, max_corner_count: int, stones_at_re
         )
         start_x, start_y = start.x, start.y
     left = max(1.0 - slip / case.min_side_distance_of_mass_centre_above_joint, 0.0)
-    energy = (
-        stack_energy(state, lane, stones_at_rest.size, max_corner_count, stones_at_rest.centre_height_at_rest)
-        - course.initial_energy
-    )
+    heights = stone_table_rows.centre_height_at_rest
+    energy = stack_energy(stack_states, lane, stone_table_rows.size, max_corner_count, heights) - course.initial_energy
     return bool(energy < course.overturning_energy * left * left)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_stack_results(
-    state: Any,
+    stack_states: Any,
     lane: int,
     stone_count: int,
     max_corner_count: int,
     status: int,
-    reference_centre_heights: Any,
+    reference_height_by_stone: Any,
     result_row: Any,
-    stone_results: Any,
+    stone_result_rows: Any,
 ) -> None:
-    """Write the results of the case in column `lane` into `result_row`, and one row of `stone_results` per stone."""
-    account, course = load_account(state, lane), load_course(state, lane)
-    balance = (
-        (stack_energy(state, lane, stone_count, max_corner_count, reference_centre_heights) - course.initial_energy)
-        - account.base_motion_work
-        + account.lost_energy
-    )
+    """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
+    account, course = load_account(stack_states, lane), load_course(stack_states, lane)
+    energy = stack_energy(stack_states, lane, stone_count, max_corner_count, reference_height_by_stone)
+    balance = (energy - course.initial_energy) - account.base_motion_work + account.lost_energy
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
     result_row.peak_penetration = account.peak_penetration
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
         own = rotation_matrix(stone.rotation)
         fallen = not outcome.is_simulated > 0.0 and status == CaseStatus.SIMULATED
-        stone_results[s].fallen = 1.0 if fallen else 0.0
-        stone_results[s].slid_off_support = outcome.slid_off_support
-        stone_results[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan
-        stone_results[s].peak_lean_squared_sine = max(
+        stone_result_rows[s].fallen = 1.0 if fallen else 0.0
+        stone_result_rows[s].slid_off_support = outcome.slid_off_support
+        stone_result_rows[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan
+        stone_result_rows[s].peak_lean_squared_sine = max(
             load_peaks(rows, lane).peak_lean_squared_sine, lean_as_squared_sine(own)
         )
         place, turn = pose_relative_to_stone_below(stone, below, axes)
-        stone_results[s].slip_x_on_support_at_end, stone_results[s].slip_y_on_support_at_end = (
+        stone_result_rows[s].slip_x_on_support_at_end, stone_result_rows[s].slip_y_on_support_at_end = (
             place.x - constants.centre_height * turn.xz, place.y - constants.centre_height * turn.yz,
         )  # fmt: skip
         # The axes of what the stone stands on, seen along its normal; not by angles, whose last digits differ.
         cosine, sine = axes.xx + axes.yy, axes.yx - axes.xy
         one = 1.0 / math.sqrt(cosine * cosine + sine * sine)
-        stone_results[s].support_twist_cosine, stone_results[s].support_twist_sine = one * cosine, one * sine
-        stone_results[s].twist_relative_to_support_rad = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
-        stone_results[s].stone_axis_x_at_end, stone_results[s].stone_axis_y_at_end = own.xz, own.yz
+        stone_result_rows[s].support_twist_cosine, stone_result_rows[s].support_twist_sine = one * cosine, one * sine
+        stone_result_rows[s].twist_relative_to_support_rad = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
+        stone_result_rows[s].stone_axis_x_at_end, stone_result_rows[s].stone_axis_y_at_end = own.xz, own.yz
         below, axes = stone.centre_position, own

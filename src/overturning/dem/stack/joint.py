@@ -31,76 +31,92 @@ from overturning.dem.stack.state import ContactEnergyLosses, StackContactChanges
 
 @njit(**INLINE_OPTIONS)
 def tangential_contact_force(
-    joint: JointConstants, stretch: TangentTwistVector, velocity: TangentTwistVector
+    joint_constants: JointConstants, tangential_spring_stretch: TangentTwistVector, slip_velocity: TangentTwistVector
 ) -> TangentTwistVector:
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
-    k, h = joint.tangential_stiffness, joint.tangential_dashpot
+    k, h = joint_constants.tangential_stiffness, joint_constants.tangential_dashpot
     return TangentTwistVector(
-        -(k * stretch.x) - h * velocity.x,
-        -(k * stretch.y) - h * velocity.y,
-        -(k * stretch.twist_times_radius) - h * velocity.twist_times_radius,
+        -(k * tangential_spring_stretch.x) - h * slip_velocity.x,
+        -(k * tangential_spring_stretch.y) - h * slip_velocity.y,
+        -(k * tangential_spring_stretch.twist_times_radius) - h * slip_velocity.twist_times_radius,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def flat_landing_slip_direction(
-    joint: JointConstants, velocity: Vector3, spin: Vector3, centre_height: float, position: tuple[float, float, float]
+    joint_constants: JointConstants,
+    relative_velocity_at_origin: Vector3,
+    relative_angular_velocity: Vector3,
+    centre_height_above_base: float,
+    pressure_centre_xy_and_mean_force_distance: tuple[float, float, float],
 ) -> tuple[TangentTwistVector, bool]:
     """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
     Only the part of the rotation about the normal is included; see
-    `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `position` holds the centre of pressure and the mean
-    distance of the forces from it, m.
+    `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `pressure_centre_xy_and_mean_force_distance` holds
+    the centre of pressure and the mean distance of the forces from it, m.
     """
-    cx, cy, arm = position
+    cx, cy, arm = pressure_centre_xy_and_mean_force_distance
     slip = TangentTwistVector(
-        (velocity.x + spin.y * centre_height) - spin.z * cy, (velocity.y - spin.x * centre_height) + spin.z * cx,
-        arm * spin.z,
+        (relative_velocity_at_origin.x + relative_angular_velocity.y * centre_height_above_base)
+        - relative_angular_velocity.z * cy,
+        (relative_velocity_at_origin.y - relative_angular_velocity.x * centre_height_above_base)
+        + relative_angular_velocity.z * cx,
+        arm * relative_angular_velocity.z,
     )  # fmt: skip
     square = squared_length(slip)
-    up = velocity.z + (spin.x * cy - spin.y * cx)
-    return unit_tangent_twist_vector(slip), base_slides_in_flat_landing(joint.friction, math.sqrt(square), up) & (
-        square > 0.0
-    )
+    up = relative_velocity_at_origin.z + (relative_angular_velocity.x * cy - relative_angular_velocity.y * cx)
+    return unit_tangent_twist_vector(slip), base_slides_in_flat_landing(
+        joint_constants.friction, math.sqrt(square), up
+    ) & (square > 0.0)
 
 
 @njit(**INLINE_OPTIONS)
 def slip_velocity_at_contact(
-    velocity: Vector3, spin: Vector3, point_x: float, point_y: float, mean_force_distance: float
+    relative_velocity_at_origin: Vector3,
+    relative_angular_velocity: Vector3,
+    point_x: float,
+    point_y: float,
+    mean_force_distance_from_pressure_centre: float,
 ) -> TangentTwistVector:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
     return TangentTwistVector(
-        velocity.x - spin.z * point_y, velocity.y + spin.z * point_x, mean_force_distance * spin.z
+        relative_velocity_at_origin.x - relative_angular_velocity.z * point_y,
+        relative_velocity_at_origin.y + relative_angular_velocity.z * point_x,
+        mean_force_distance_from_pressure_centre * relative_angular_velocity.z,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def spring_stretch_after_step(
-    stretch: TangentTwistVector,
-    half_step: float,
+    stretch_at_step_start: TangentTwistVector,
+    half_step_length_s: float,
     slip_velocity_at_start: TangentTwistVector,
     slip_velocity_at_end: TangentTwistVector,
 ) -> TangentTwistVector:
     """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
     first, second = slip_velocity_at_start, slip_velocity_at_end
     return TangentTwistVector(
-        stretch.x + half_step * (first.x + second.x),
-        stretch.y + half_step * (first.y + second.y),
-        stretch.twist_times_radius + half_step * (first.twist_times_radius + second.twist_times_radius),
+        stretch_at_step_start.x + half_step_length_s * (first.x + second.x),
+        stretch_at_step_start.y + half_step_length_s * (first.y + second.y),
+        stretch_at_step_start.twist_times_radius
+        + half_step_length_s * (first.twist_times_radius + second.twist_times_radius),
     )
 
 
 @njit(**INLINE_OPTIONS)
 def predict_friction(
-    joint: JointConstants, frame: JointRelativeMotion, sums: JointNormalForceSums, previous: JointContactState,
-    half_step: float, state: tuple[bool, bool, float],
+    joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
+    joint_state_at_step_start: JointContactState, half_step_length_s: float,
+    forces_decide_lands_flat_and_centre_height: tuple[bool, bool, float],
 ) -> JointFrictionInStepEquations:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations.
 
-    `state` holds whether the predicted forces decide about sliding, whether the base lands flat, and the height of the
-    centre of the upper stone above its base.
+    `forces_decide_lands_flat_and_centre_height` holds whether the predicted forces decide about sliding, whether the
+    base lands flat, and the height of the centre of the upper stone above its base.
     """
-    forces_decide_contact, lands_flat, centre_height = state
+    joint, frame, sums, previous = joint_constants, relative_motion, normal_force_sums, joint_state_at_step_start
+    forces_decide_contact, lands_flat, centre_height = forces_decide_lands_flat_and_centre_height
     was, loaded = previous.normal_force > 0.0, sums.normal_force > 0.0
     one = 1.0 / (sums.normal_force if loaded else 1.0)
     cx = previous.pressure_centre_x if was else (sums.normal_force_times_x * one if loaded else 0.0)
@@ -110,7 +126,7 @@ def predict_friction(
     stretch = scale_tangent_twist_vector(
         1.0 if was else 0.0,
         spring_stretch_after_step(
-            previous.tangential_spring_stretch, half_step, previous.slip_velocity_at_pressure_centre, velocity
+            previous.tangential_spring_stretch, half_step_length_s, previous.slip_velocity_at_pressure_centre, velocity
         ),
     )
     force = tangential_contact_force(joint, stretch, velocity)
@@ -134,21 +150,19 @@ def predict_friction(
 
 @njit(**INLINE_OPTIONS)
 def joint_equation_terms(
-    joint: JointConstants,
-    sums: JointNormalForceSums,
-    friction: JointFrictionInStepEquations,
-    half_step: float,
+    joint_constants: JointConstants,
+    normal_force_sums: JointNormalForceSums,
+    assumed_friction: JointFrictionInStepEquations,
+    half_step_length_s: float,
     friction_limiting_normal_force: float,
 ) -> JointEquations:
     """Return the predicted force and moment between two stones about the lower face's centre, with derivatives.
 
     `friction_limiting_normal_force` is the normal force that limits friction across the direction of sliding, N.
     """
-    in_contact, slides, d = (
-        friction.is_assumed_loaded > 0.0,
-        friction.is_assumed_to_slide > 0.0,
-        friction.friction_direction,
-    )
+    joint, sums, friction = joint_constants, normal_force_sums, assumed_friction
+    in_contact, slides = friction.is_assumed_loaded > 0.0, friction.is_assumed_to_slide > 0.0
+    d = friction.friction_direction
     held = tangential_contact_force(joint, friction.tangential_spring_stretch, friction.slip_velocity_at_friction_point)
     part = ratio_of_friction_limit_to_sticking_force(
         joint.friction * friction_limiting_normal_force, squared_length(held), slides
@@ -160,7 +174,7 @@ def joint_equation_terms(
         (mt * sums.normal_force if slides else held.twist_times_radius),
     )  # fmt: skip
     fx, fy, ft = (fx if in_contact else 0.0), (fy if in_contact else 0.0), (ft if in_contact else 0.0)
-    stick = half_step * (joint.tangential_dashpot + half_step * joint.tangential_stiffness)
+    stick = half_step_length_s * (joint.tangential_dashpot + half_step_length_s * joint.tangential_stiffness)
     across = stick * part if slides else stick
     across = across if in_contact else 0.0
     along = across if slides else 0.0
@@ -171,12 +185,8 @@ def joint_equation_terms(
         across - along * (d.twist_times_radius * d.twist_times_radius),
     )
     cx, cy, cz = friction.friction_point_x, friction.friction_point_y, friction.friction_point_height_above_lower_face
-    arm, g, gx, gy = (
-        friction.mean_force_distance_from_pressure_centre,
-        sums.half_step_impulse_per_velocity,
-        sums.half_step_impulse_per_velocity_times_x,
-        sums.half_step_impulse_per_velocity_times_y,
-    )
+    arm, g = friction.mean_force_distance_from_pressure_centre, sums.half_step_impulse_per_velocity
+    gx, gy = sums.half_step_impulse_per_velocity_times_x, sums.half_step_impulse_per_velocity_times_y
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
     xv, xw = Vector3(a, b, mx * g), Vector3(mx * gy, -(mx * gx), (b * cx - a * cy) + ta * arm)
     yv, yw = Vector3(b, c, my * g), Vector3(my * gy, -(my * gx), (c * cx - b * cy) + tb * arm)
@@ -222,17 +232,27 @@ def joint_equation_terms(
 
 @njit(**INLINE_OPTIONS)
 def compare_friction_with_assumption(
-    direction: TangentTwistVector, force: TangentTwistVector, velocity: TangentTwistVector,
-    stretch: TangentTwistVector,
-    state: tuple[bool, bool, bool], slides: tuple[bool, bool],
+    assumed_direction: TangentTwistVector, end_friction_force: TangentTwistVector,
+    end_slip_velocity: TangentTwistVector, stretch_at_step_start: TangentTwistVector,
+    has_friction_is_loaded_and_keeps_last_state: tuple[bool, bool, bool], assumed_and_actual_sliding: tuple[bool, bool],
 ) -> StackContactChangesInStep:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
-    `direction` is the assumed direction of friction, `stretch` that of its springs at the step's start. `state` holds
-    whether friction has a limit above 0, whether the contact carries a force, and whether the contact state of the last
-    step was assumed; `slides` whether the contact was assumed to slide and whether it slides.
+    `assumed_direction` is the assumed direction of friction, `stretch_at_step_start` that of its springs at the step's
+    start. `has_friction_is_loaded_and_keeps_last_state` holds whether friction has a limit above 0, whether the contact
+    carries a force, and whether the contact state of the last step was assumed; `assumed_and_actual_sliding` whether
+    the contact was assumed to slide and whether it slides.
     """
-    (carries, loaded, coarse), (assumed, slips) = state, slides
+    direction, force, velocity, stretch = (
+        assumed_direction,
+        end_friction_force,
+        end_slip_velocity,
+        stretch_at_step_start,
+    )
+    (carries, loaded, coarse), (assumed, slips) = (
+        has_friction_is_loaded_and_keeps_last_state,
+        assumed_and_actual_sliding,
+    )
     wrong = carries & (slips != assumed)
     backwards = (
         carries
@@ -267,40 +287,38 @@ def compare_friction_with_assumption(
 
 @njit(**INLINE_OPTIONS)
 def solve_joint_contact(
-    joint: JointConstants, frame: JointRelativeMotion, friction: JointFrictionInStepEquations,
-    points: tuple[JointPointForceAndImpulse, float], change: tuple[Vector3, Vector3], previous: JointContactState,
-    step: tuple[float, bool, bool, float],
+    joint_constants: JointConstants, relative_motion: JointRelativeMotion,
+    assumed_friction: JointFrictionInStepEquations,
+    point_sums_and_force_times_distance: tuple[JointPointForceAndImpulse, float],
+    relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
+    half_step_decided_flat_and_centre_height: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactEnergyLosses, JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
-    `points` holds the sums over the contact points and Σ n r (normal force × distance from the centre of pressure,
-    N·m); `step` half of the step (s), whether the predicted forces decided about sliding, whether the base lands flat,
-    and the height of the upper stone's centre above its base (m).
+    `point_sums_and_force_times_distance` holds the sums over the contact points and Σ normal force × distance from the
+    pressure centre (N·m); `half_step_decided_flat_and_centre_height` half of the step (s), whether predicted forces
+    decided about sliding, whether the base lands flat, and the height of the upper stone's centre above its base (m).
     """
-    half_step, forces_decide_contact, lands_flat, centre_height = step
-    ends, arm_sum = points
-    cx, cy, arm = (
-        friction.friction_point_x,
-        friction.friction_point_y,
-        friction.mean_force_distance_from_pressure_centre,
-    )
+    joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_correction
+    half_step, forces_decide_contact, lands_flat, centre_height = half_step_decided_flat_and_centre_height
+    ends, arm_sum = point_sums_and_force_times_distance
+    cx, cy = friction.friction_point_x, friction.friction_point_y
+    arm = friction.mean_force_distance_from_pressure_centre
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.slip_velocity_at_friction_point
-    velocity = TangentTwistVector(
-        first.x + more.x, first.y + more.y, first.twist_times_radius + more.twist_times_radius
-    )
-    loaded = ends.normal_force > 0.0
-    zero = TangentTwistVector(0.0, 0.0, 0.0)
+    twist = first.twist_times_radius + more.twist_times_radius
+    velocity = TangentTwistVector(first.x + more.x, first.y + more.y, twist)
+    loaded, zero = ends.normal_force > 0.0, TangentTwistVector(0.0, 0.0, 0.0)
     stretch = scale_tangent_twist_vector(
         1.0 if loaded else 0.0, spring_stretch_after_step(friction.tangential_spring_stretch, half_step, more, zero)
     )
     most = joint.friction * ends.normal_force
     force = tangential_contact_force(joint, stretch, velocity)
-    at_origin, spin = plus(frame.velocity_at_origin, change[0]), plus(frame.angular_velocity, change[1])
+    at_origin = plus(relative_motion.velocity_at_origin, change[0])
+    spin = plus(relative_motion.angular_velocity, change[1])
     slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
-    hx = -slip.x if drifts else force.x
-    hy = -slip.y if drifts else force.y
+    hx, hy = (-slip.x if drifts else force.x), (-slip.y if drifts else force.y)
     ht = -slip.twist_times_radius if drifts else force.twist_times_radius
     square = squared_length(TangentTwistVector(hx, hy, ht))
     # The equations of a joint assumed to slide contain no dashpot, so its force without a limit would be unstable.
@@ -320,11 +338,13 @@ def solve_joint_contact(
         ((fx + k * kept.x) * (velocity.x + spin.y * cz) + (fy + k * kept.y) * (velocity.y - spin.x * cz))
         + (ft + k * kept.twist_times_radius) * velocity.twist_times_radius
     ) + k * cz * (kept.x * spin.y - kept.y * spin.x)
-    s = previous.tangential_spring_stretch
+    s = joint_state_at_step_start.tangential_spring_stretch
     released = ((s.x + kept.x) * (stretch.x - kept.x) + (s.y + kept.y) * (stretch.y - kept.y)) + (
         s.twist_times_radius + kept.twist_times_radius
     ) * (stretch.twist_times_radius - kept.twist_times_radius)
-    let_go = 0.5 * k * (released if loaded else (squared_length(s) if previous.normal_force > 0.0 else 0.0))
+    let_go = (
+        0.5 * k * (released if loaded else (squared_length(s) if joint_state_at_step_start.normal_force > 0.0 else 0.0))
+    )
     findings = compare_friction_with_assumption(
         friction.friction_direction, TangentTwistVector(fx, fy, ft), velocity, s,
         (most > 0.0, loaded, not forces_decide_contact), (friction.is_assumed_to_slide > 0.0, slips),

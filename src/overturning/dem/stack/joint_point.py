@@ -22,71 +22,79 @@ MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 
 
 @njit(**INLINE_OPTIONS)
-def point_opening_rate(frame: JointRelativeMotion, position: ContactPointPosition) -> float:
+def point_opening_rate(relative_motion: JointRelativeMotion, point_position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
-    return frame.velocity_at_origin.z + (
-        frame.angular_velocity.x * position.y_in_joint_frame - frame.angular_velocity.y * position.x_in_joint_frame
+    return relative_motion.velocity_at_origin.z + (
+        relative_motion.angular_velocity.x * point_position.y_in_joint_frame
+        - relative_motion.angular_velocity.y * point_position.x_in_joint_frame
     )
 
 
 @njit(**INLINE_OPTIONS)
 def predicted_force_per_share_and_contact_flag(
-    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
-    state: tuple[bool, bool, bool],
+    joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
+    point_state_at_step_start: ContactPointState, forces_decide_lands_flat_and_is_deferred: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
     """Return a contact point's predicted normal force over its stiffness share, N, and True if it is in contact.
 
     In a step that resolves the contact vibration the predicted forces decide about contact, in a longer one the contact
     state after the last step. A point that did not belong to the contact patch before has no such state.
     """
-    forces_decide_contact, lands_flat, waits = state
-    depth = -position.base_height_above_lower_face - previous.penetration_offset_of_deferred_contact
-    pressure = joint.normal_stiffness * depth - joint.normal_dashpot * point_opening_rate(frame, position)
+    forces_decide_contact, lands_flat, waits = forces_decide_lands_flat_and_is_deferred
+    depth = (
+        -point_position.base_height_above_lower_face - point_state_at_step_start.penetration_offset_of_deferred_contact
+    )
+    pressure = joint_constants.normal_stiffness * depth - joint_constants.normal_dashpot * point_opening_rate(
+        relative_motion, point_position
+    )
     now = ((pressure > 0.0) | lands_flat) & (depth > 0.0)
-    decides = forces_decide_contact | (previous.joint_stiffness_share == 0.0)
-    touches = now if decides else previous.force_per_stiffness_share != 0.0
-    return pressure, touches & (position.joint_stiffness_share > 0.0) & (not waits)
+    decides = forces_decide_contact | (point_state_at_step_start.joint_stiffness_share == 0.0)
+    touches = now if decides else point_state_at_step_start.force_per_stiffness_share != 0.0
+    return pressure, touches & (point_position.joint_stiffness_share > 0.0) & (not waits)
 
 
 @njit(**INLINE_OPTIONS)
 def normal_force_sum_terms_of_point(
-    joint: JointConstants,
-    half_step: float,
-    position: ContactPointPosition,
-    force_per_stiffness_share: float,
-    in_contact: bool,
+    joint_constants: JointConstants,
+    half_step_length_s: float,
+    point_position: ContactPointPosition,
+    normal_force_per_stiffness_share: float,
+    is_assumed_in_contact: bool,
 ) -> JointNormalForceSums:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
-    n = position.joint_stiffness_share * force_per_stiffness_share if in_contact else 0.0
-    rate = joint.normal_dashpot + half_step * joint.normal_stiffness
-    g = half_step * (position.joint_stiffness_share * rate) if in_contact else 0.0
-    gx, gy = g * position.x_in_joint_frame, g * position.y_in_joint_frame
+    n = point_position.joint_stiffness_share * normal_force_per_stiffness_share if is_assumed_in_contact else 0.0
+    rate = joint_constants.normal_dashpot + half_step_length_s * joint_constants.normal_stiffness
+    g = half_step_length_s * (point_position.joint_stiffness_share * rate) if is_assumed_in_contact else 0.0
+    gx, gy = g * point_position.x_in_joint_frame, g * point_position.y_in_joint_frame
     return JointNormalForceSums(
         n,
-        n * position.x_in_joint_frame,
-        n * position.y_in_joint_frame,
+        n * point_position.x_in_joint_frame,
+        n * point_position.y_in_joint_frame,
         g,
         gx,
         gy,
-        gx * position.x_in_joint_frame,
-        gx * position.y_in_joint_frame,
-        gy * position.y_in_joint_frame,
+        gx * point_position.x_in_joint_frame,
+        gx * point_position.y_in_joint_frame,
+        gy * point_position.y_in_joint_frame,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def solve_point_contact(
-    joint: JointConstants, frame: JointRelativeMotion, position: ContactPointPosition, previous: ContactPointState,
-    change: tuple[Vector3, Vector3], step: tuple[float, bool, float, bool, bool],
+    joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
+    point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
+    half_step_flat_time_deferred_and_has_points: tuple[float, bool, float, bool, bool],
 ) -> tuple[JointPointForceAndImpulse, StackContactChangesInStep, ContactEnergyLosses, ContactPointState]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
-    `change` is the change of the relative velocity at the origin and of the relative angular velocity. `step` holds
-    half of the step (s), whether the base lands flat, the landing time of a point that touches now (s), whether the
-    point carries load only later in the landing, and whether the joint has points since the last step, which it has not
-    when a case begins.
+    `relative_velocity_and_spin_correction` is the change of the relative velocity at the origin and of the relative
+    angular velocity. `half_step_flat_time_deferred_and_has_points` holds half of the step (s), whether the base lands
+    flat, the landing time of a point that touches now (s), whether the point carries load only later in the landing,
+    and whether the joint has points since the last step, which it has not when a case begins.
     """
-    half_step, lands_flat, new_landing, waits, joint_has_points = step
+    joint, position, previous = joint_constants, point_position, point_state_at_step_start
+    change = relative_velocity_and_spin_correction
+    half_step, lands_flat, new_landing, waits, joint_has_points = half_step_flat_time_deferred_and_has_points
     w = position.joint_stiffness_share
     counts, had = w > 0.0, previous.joint_stiffness_share > 0.0
     joins = joint_has_points & (not had)
@@ -97,7 +105,8 @@ def solve_point_contact(
     unloaded = previous.penetration_offset_of_deferred_contact
     offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
-    predicted_rate, before = point_opening_rate(frame, position), -position.base_height_above_lower_face - offset
+    predicted_rate = point_opening_rate(relative_motion, position)
+    before = -position.base_height_above_lower_face - offset
     rate = predicted_rate + rise
     depth = before - half_step * rise
     inside, was = (depth > 0.0) & (not waits), previous.penetration > 0.0

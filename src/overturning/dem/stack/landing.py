@@ -27,96 +27,112 @@ PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 
 
 @njit(**INLINE_OPTIONS)
-def contact_points_land_together(landing: RemainingFlatLandingTimes) -> bool:
+def contact_points_land_together(landing_times_and_heights: RemainingFlatLandingTimes) -> bool:
     """True if all contact points of two stones touch down in one impact, a flat landing.
 
     Dashpots may pull during this impact.
     """
-    return (landing.shortest_time_of_points > 0.0) & (
-        landing.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
+    return (landing_times_and_heights.shortest_time_of_points > 0.0) & (
+        landing_times_and_heights.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
     )
 
 
 @njit(**INLINE_OPTIONS)
 def point_contact_is_deferred(
-    joint: JointConstants,
-    landing: RemainingFlatLandingTimes,
-    position: ContactPointPosition,
-    previous: ContactPointState,
-    base_corner_distance_inside_rim: float,
+    joint_constants: JointConstants,
+    landing_times_and_heights: RemainingFlatLandingTimes,
+    point_position: ContactPointPosition,
+    point_state_at_step_start: ContactPointState,
+    min_base_corner_distance_inside_rim: float,
 ) -> bool:
     """True if a contact point between the two ends of a base that lands flat carries no load yet.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
     up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim
-    of the face below (`base_corner_distance_inside_rim`, m, negative beyond it): the points where both rims cross move
-    along them, and would be deferred again and again.
+    of the face below (`min_base_corner_distance_inside_rim`, m, negative beyond it): the points where both rims cross
+    move along them, and would be deferred again and again.
     """
-    spread = landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
+    spread = (
+        landing_times_and_heights.highest_point_height_above_lower_face
+        - landing_times_and_heights.lowest_point_height_above_lower_face
+    )
     is_open = (
-        (previous.penetration <= 0.0)
-        & (previous.joint_stiffness_share > 0.0)
-        & (previous.penetration_offset_of_deferred_contact == 0.0)
+        (point_state_at_step_start.penetration <= 0.0)
+        & (point_state_at_step_start.joint_stiffness_share > 0.0)
+        & (point_state_at_step_start.penetration_offset_of_deferred_contact == 0.0)
     )
     inner = (
-        position.base_height_above_lower_face
-        > landing.lowest_point_height_above_lower_face + PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
+        point_position.base_height_above_lower_face
+        > landing_times_and_heights.lowest_point_height_above_lower_face
+        + PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
     ) & (
-        position.base_height_above_lower_face
-        < landing.highest_point_height_above_lower_face - PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
+        point_position.base_height_above_lower_face
+        < landing_times_and_heights.highest_point_height_above_lower_face
+        - PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
     )
     inner = inner & (
-        spread < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
+        spread
+        < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing_times_and_heights.lowest_point_height_above_lower_face
     )
-    whole = base_corner_distance_inside_rim >= joint.min_rim_distance_for_deferred_contact
+    whole = min_base_corner_distance_inside_rim >= joint_constants.min_rim_distance_for_deferred_contact
     # A point that has taken up its spring does not wait again.
     still_waits = (
-        (previous.penetration_offset_of_deferred_contact > 0.0)
-        & (previous.remaining_flat_landing_time > 0.0)
-        & (previous.penetration <= 0.0)
+        (point_state_at_step_start.penetration_offset_of_deferred_contact > 0.0)
+        & (point_state_at_step_start.remaining_flat_landing_time > 0.0)
+        & (point_state_at_step_start.penetration <= 0.0)
     )
     return whole & (still_waits | (is_open & inner))
 
 
 @njit(**INLINE_OPTIONS)
 def include_point_in_landing_times_and_heights(
-    landing: RemainingFlatLandingTimes, point: ContactPointState, position: ContactPointPosition
+    landing_times_and_heights: RemainingFlatLandingTimes,
+    point_state_at_step_start: ContactPointState,
+    point_position: ContactPointPosition,
 ) -> RemainingFlatLandingTimes:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = (
-        position.base_height_above_lower_face
-        if (position.joint_stiffness_share > 0.0)
-        & (position.base_height_above_lower_face < landing.lowest_point_height_above_lower_face)
-        else landing.lowest_point_height_above_lower_face
+        point_position.base_height_above_lower_face
+        if (point_position.joint_stiffness_share > 0.0)
+        & (point_position.base_height_above_lower_face < landing_times_and_heights.lowest_point_height_above_lower_face)
+        else landing_times_and_heights.lowest_point_height_above_lower_face
     )
     highest = (
-        position.base_height_above_lower_face
-        if (position.joint_stiffness_share > 0.0)
-        & (position.base_height_above_lower_face > landing.highest_point_height_above_lower_face)
-        else landing.highest_point_height_above_lower_face
+        point_position.base_height_above_lower_face
+        if (point_position.joint_stiffness_share > 0.0)
+        & (
+            point_position.base_height_above_lower_face
+            > landing_times_and_heights.highest_point_height_above_lower_face
+        )
+        else landing_times_and_heights.highest_point_height_above_lower_face
     )
-    counts = point.joint_stiffness_share > 0.0
+    counts = point_state_at_step_start.joint_stiffness_share > 0.0
     left = (
-        point.remaining_flat_landing_time
-        if counts & (point.remaining_flat_landing_time < landing.shortest_time_of_points)
-        else landing.shortest_time_of_points
+        point_state_at_step_start.remaining_flat_landing_time
+        if counts
+        & (point_state_at_step_start.remaining_flat_landing_time < landing_times_and_heights.shortest_time_of_points)
+        else landing_times_and_heights.shortest_time_of_points
     )
     longest = longest_landing_time_including_point(
-        landing.longest_time_of_loaded_points, point.remaining_flat_landing_time, point.penetration
+        landing_times_and_heights.longest_time_of_loaded_points,
+        point_state_at_step_start.remaining_flat_landing_time,
+        point_state_at_step_start.penetration,
     )
     return RemainingFlatLandingTimes(
-        left, longest if counts else landing.longest_time_of_loaded_points, lowest, highest
+        left, longest if counts else landing_times_and_heights.longest_time_of_loaded_points, lowest, highest
     )
 
 
 @njit(**INLINE_OPTIONS)
-def remaining_landing_time_of_new_contact(joint: JointConstants, landing: RemainingFlatLandingTimes) -> float:
+def remaining_landing_time_of_new_contact(
+    joint_constants: JointConstants, landing_times_and_heights: RemainingFlatLandingTimes
+) -> float:
     """Return the time left (s) in a flat landing for a point that comes into contact.
 
     It is that of the points already in contact, or the full duration if there are none.
     """
     return (
-        joint.flat_landing_duration_s
-        if landing.longest_time_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
-        else landing.longest_time_of_loaded_points
+        joint_constants.flat_landing_duration_s
+        if landing_times_and_heights.longest_time_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        else landing_times_and_heights.longest_time_of_loaded_points
     )

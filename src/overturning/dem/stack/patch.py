@@ -60,36 +60,48 @@ MIN_RIM_DISTANCE_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
 
 
 @njit(**INLINE_OPTIONS)
-def upper_face_centre(constants: StoneConstants, stone: PredictedStone, axes: Matrix3) -> Vector3:
+def upper_face_centre(stone_constants: StoneConstants, predicted_stone: PredictedStone, stone_axes: Matrix3) -> Vector3:
     """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
     return plus(
-        stone.centre_position,
-        scale_vector(constants.upper_face_height_above_centre, Vector3(axes.xz, axes.yz, axes.zz)),
+        predicted_stone.centre_position,
+        scale_vector(
+            stone_constants.upper_face_height_above_centre, Vector3(stone_axes.xz, stone_axes.yz, stone_axes.zz)
+        ),
     )
 
 
 @njit(**INLINE_OPTIONS)
 def relative_motion_at_lower_face(
-    upper: StoneConstants, stone: PredictedStone, axes: Matrix3, lower_axes: Matrix3, origin: Vector3, lower: Any
+    upper_stone_constants: StoneConstants,
+    predicted_upper_stone: PredictedStone,
+    upper_stone_axes: Matrix3,
+    contact_frame_axes: Matrix3,
+    contact_frame_origin: Vector3,
+    lower_velocity_at_origin_and_spin: Any,
 ) -> JointRelativeMotion:
     """Return pose and velocity of a stone relative to the face below it at the predicted end of a step.
 
-    `lower` holds the velocity of the lower stone at the origin and its angular velocity.
+    `lower_velocity_at_origin_and_spin` holds the velocity of the lower stone at the origin and its angular velocity.
     """
-    to_face = transpose(lower_axes)
-    relative = matrix_product(to_face, axes)
-    apart = matrix_times_vector(to_face, minus(stone.centre_position, origin))
-    at = minus(origin, stone.centre_position)
-    velocity = minus(plus(stone.end_velocity, cross_product(stone.end_angular_velocity, at)), lower[0])
+    to_face = transpose(contact_frame_axes)
+    relative = matrix_product(to_face, upper_stone_axes)
+    apart = matrix_times_vector(to_face, minus(predicted_upper_stone.centre_position, contact_frame_origin))
+    at = minus(contact_frame_origin, predicted_upper_stone.centre_position)
+    velocity = minus(
+        plus(predicted_upper_stone.end_velocity, cross_product(predicted_upper_stone.end_angular_velocity, at)),
+        lower_velocity_at_origin_and_spin[0],
+    )
     x_axis, y_axis = Vector3(relative.xx, relative.yx, relative.zx), Vector3(relative.xy, relative.yy, relative.zy)
     return JointRelativeMotion(
         upper_base_centre=minus(
-            apart, scale_vector(upper.centre_height, Vector3(relative.xz, relative.yz, relative.zz))
+            apart, scale_vector(upper_stone_constants.centre_height, Vector3(relative.xz, relative.yz, relative.zz))
         ),
         upper_x_axis=x_axis,
         upper_y_axis=y_axis,
         velocity_at_origin=matrix_times_vector(to_face, velocity),
-        angular_velocity=matrix_times_vector(to_face, minus(stone.end_angular_velocity, lower[1])),
+        angular_velocity=matrix_times_vector(
+            to_face, minus(predicted_upper_stone.end_angular_velocity, lower_velocity_at_origin_and_spin[1])
+        ),
         min_base_corner_distance_inside_rim=1e300,
         contact_patch_perimeter=0.0,
     )
@@ -97,81 +109,102 @@ def relative_motion_at_lower_face(
 
 @njit(**INLINE_OPTIONS)
 def relative_motion_in_contact_frame(
-    upper_rows: Any, lower_rows: Any, j: int, axes: Matrix3, origin: Vector3
+    upper_stone_rows: Any, lower_stone_rows: Any, lane: int, contact_frame_axes: Matrix3, contact_frame_origin: Vector3
 ) -> JointRelativeMotion:
     """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
-    below = load_predicted(lower_rows, j)
-    velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, minus(origin, below.centre_position)))
+    below = load_predicted(lower_stone_rows, lane)
+    lever_arm = minus(contact_frame_origin, below.centre_position)
+    velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, lever_arm))
     return relative_motion_at_lower_face(
-        load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), axes, origin,
+        load_constants(upper_stone_rows, lane), load_predicted(upper_stone_rows, lane),
+        load_axes(upper_stone_rows, lane), contact_frame_axes, contact_frame_origin,
         (velocity, below.end_angular_velocity),
     )  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_motion_relative_to_ground(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_motion_relative_to_ground(upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         store_frame(joint_rows, j, relative_motion_at_lower_face(
-            load_constants(upper_rows, j), load_predicted(upper_rows, j), load_axes(upper_rows, j), level, still,
-            (still, still),
+            load_constants(upper_stone_rows, j), load_predicted(upper_stone_rows, j), load_axes(upper_stone_rows, j),
+            level, still, (still, still),
         ))  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_motion_relative_to_stone_below(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_motion_relative_to_stone_below(
+    upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
+) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        axes = load_axes(lower_rows, j)
-        origin = upper_face_centre(load_constants(lower_rows, j), load_predicted(lower_rows, j), axes)
+        axes = load_axes(lower_stone_rows, j)
+        origin = upper_face_centre(load_constants(lower_stone_rows, j), load_predicted(lower_stone_rows, j), axes)
         store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
-        store_frame(joint_rows, j, relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin))
+        store_frame(
+            joint_rows, j, relative_motion_in_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
+        )
 
 
 @njit(**INLINE_OPTIONS)
 def base_corner_contact_point(
-    frame: JointRelativeMotion, corner: FaceCorner, is_simulated: float
+    relative_motion: JointRelativeMotion, base_corner: FaceCorner, stone_is_simulated: float
 ) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
-        frame.upper_base_centre.x
-        + (corner.x_from_face_centre * frame.upper_x_axis.x + corner.y_from_face_centre * frame.upper_y_axis.x),
-        frame.upper_base_centre.y
-        + (corner.x_from_face_centre * frame.upper_x_axis.y + corner.y_from_face_centre * frame.upper_y_axis.y),
-        frame.upper_base_centre.z
-        + (corner.x_from_face_centre * frame.upper_x_axis.z + corner.y_from_face_centre * frame.upper_y_axis.z),
-        corner.joint_stiffness_share_if_whole_base_rests * is_simulated,
+        relative_motion.upper_base_centre.x
+        + (
+            base_corner.x_from_face_centre * relative_motion.upper_x_axis.x
+            + base_corner.y_from_face_centre * relative_motion.upper_y_axis.x
+        ),
+        relative_motion.upper_base_centre.y
+        + (
+            base_corner.x_from_face_centre * relative_motion.upper_x_axis.y
+            + base_corner.y_from_face_centre * relative_motion.upper_y_axis.y
+        ),
+        relative_motion.upper_base_centre.z
+        + (
+            base_corner.x_from_face_centre * relative_motion.upper_x_axis.z
+            + base_corner.y_from_face_centre * relative_motion.upper_y_axis.z
+        ),
+        base_corner.joint_stiffness_share_if_whole_base_rests * stone_is_simulated,
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_base_corner_position(upper_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+def predict_base_corner_position(
+    upper_stone_rows: Any, joint_rows: Any, base_corner_rows: Any, lane_count: int
+) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        is_simulated = upper_rows[IS_SIMULATED_ROW_OFFSET + j]
-        place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(point, j), is_simulated)
-        store_place(point, j, place)
+        is_simulated = upper_stone_rows[IS_SIMULATED_ROW_OFFSET + j]
+        place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(base_corner_rows, j), is_simulated)
+        store_place(base_corner_rows, j, place)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_base_corner_positions(
-    upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lane_count: int
+    upper_stone_rows: Any, joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lane_count: int
 ) -> None:
     """Compute the predicted positions of all corners of a stone's base on its support, for all stacks in parallel."""
-    for i in range(upper_count):
-        predict_base_corner_position(upper_rows, joint_rows, slice_contact_point_rows(points, i), lane_count)
+    for i in range(base_corner_count):
+        predict_base_corner_position(
+            upper_stone_rows, joint_rows, slice_contact_point_rows(joint_point_rows, i), lane_count
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def include_corner_in_min_rim_distance(joint_rows: Any, point: Any, side: Any, lane_count: int) -> None:
+def include_corner_in_min_rim_distance(
+    joint_rows: Any, base_corner_rows: Any, lower_side_rows: Any, lane_count: int
+) -> None:
     """Update the least distance of base corners from the rim of the face below by one corner and one side.
 
     The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        place, limit = load_place(point, j), load_outline(side, j)
+        place, limit = load_place(base_corner_rows, j), load_outline(lower_side_rows, j)
         free = limit.next_side_distance_from_face_centre - (
             limit.next_side_outward_normal_x * place.x_in_joint_frame
             + limit.next_side_outward_normal_y * place.y_in_joint_frame
@@ -182,12 +215,16 @@ def include_corner_in_min_rim_distance(joint_rows: Any, point: Any, side: Any, l
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_bases_on_lower_face(joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int) -> bool:
+def all_bases_on_lower_face(
+    joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
+) -> bool:
     """True if, in all stacks, a stone's whole base rests on the face below, now and after the last step."""
-    for i in range(upper_count):
-        for k in range(lower_count):
-            side = slice_contact_point_rows(points, upper_count + k)
-            include_corner_in_min_rim_distance(joint_rows, slice_contact_point_rows(points, i), side, lane_count)
+    for i in range(base_corner_count):
+        for k in range(lower_face_corner_count):
+            side = slice_contact_point_rows(joint_point_rows, base_corner_count + k)
+            include_corner_in_min_rim_distance(
+                joint_rows, slice_contact_point_rows(joint_point_rows, i), side, lane_count
+            )
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
         number += (
@@ -200,14 +237,14 @@ def all_bases_on_lower_face(joint_rows: Any, points: Any, upper_count: int, lowe
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_stack_uses_contact_point(point: Any, lane_count: int) -> bool:
+def any_stack_uses_contact_point(point_rows: Any, lane_count: int) -> bool:
     """True if a contact point has a share of stiffness above 0 in any of the stacks, now or after the last step."""
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
         number += (
             1
-            if (point[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0)
-            | (point[STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET + j] > 0.0)
+            if (point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0)
+            | (point_rows[STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET + j] > 0.0)
             else 0
         )
     return number > 0
@@ -229,30 +266,41 @@ def contact_point_on_side(
 
 @njit(**INLINE_OPTIONS)
 def base_point_above_lower_face(
-    frame: JointRelativeMotion, x: float, y: float, joint_stiffness_share: float
+    relative_motion: JointRelativeMotion, x: float, y: float, joint_stiffness_share: float
 ) -> ContactPointPosition:
     """Return the point of a stone's base above point (x, y) of the lower face, with its share of the stiffness."""
-    normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
+    normal = cross_product(relative_motion.upper_x_axis, relative_motion.upper_y_axis)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
     z = (
-        frame.upper_base_centre.z
-        - (normal.x * (x - frame.upper_base_centre.x) + normal.y * (y - frame.upper_base_centre.y)) / up
+        relative_motion.upper_base_centre.z
+        - (normal.x * (x - relative_motion.upper_base_centre.x) + normal.y * (y - relative_motion.upper_base_centre.y))
+        / up
     )
     return ContactPointPosition(x, y, z, joint_stiffness_share)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def place_contact_points_of_lower_side(
-    joint_rows: Any, side: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
+    joint_rows: Any,
+    lower_side_rows: Any,
+    next_lower_corner_rows: Any,
+    previous_lower_side_rows: Any,
+    part_begin_point_rows: Any,
+    part_end_point_rows: Any,
+    lane_count: int,
 ) -> None:
     """Store positions and shares of stiffness of the three possible contact points of one side of a lower face.
 
     They are the corner at which the side starts and both ends of the side after clipping to the upper face.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        frame, c, d = load_frame(joint_rows, j), load_outline(side, j), load_outline(next_corner, j)
-        own, previous = load_clip(side, j), load_clip(previous_side, j)
+        frame, c, d = (
+            load_frame(joint_rows, j),
+            load_outline(lower_side_rows, j),
+            load_outline(next_lower_corner_rows, j),
+        )
+        own, previous = load_clip(lower_side_rows, j), load_clip(previous_lower_side_rows, j)
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
         part = unit * own.length if frame.min_base_corner_distance_inside_rim < 0.0 else 0.0
         other = unit * previous.length if frame.min_base_corner_distance_inside_rim < 0.0 else 0.0
@@ -260,9 +308,11 @@ def place_contact_points_of_lower_side(
             other if previous.end_side_fraction == 1.0 else 0.0
         )
         at, to = own.begin_side_fraction, own.end_side_fraction
-        store_place(side, j, base_point_above_lower_face(frame, c.x_from_face_centre, c.y_from_face_centre, corner))
         store_place(
-            start,
+            lower_side_rows, j, base_point_above_lower_face(frame, c.x_from_face_centre, c.y_from_face_centre, corner)
+        )
+        store_place(
+            part_begin_point_rows,
             j,
             base_point_above_lower_face(
                 frame,
@@ -272,7 +322,7 @@ def place_contact_points_of_lower_side(
             ),
         )
         store_place(
-            end,
+            part_end_point_rows,
             j,
             base_point_above_lower_face(
                 frame,
@@ -285,12 +335,18 @@ def place_contact_points_of_lower_side(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def place_contact_points_of_base_side(
-    joint_rows: Any, point: Any, next_corner: Any, previous_side: Any, start: Any, end: Any, lane_count: int
+    joint_rows: Any,
+    base_side_rows: Any,
+    next_base_corner_rows: Any,
+    previous_base_side_rows: Any,
+    part_begin_point_rows: Any,
+    part_end_point_rows: Any,
+    lane_count: int,
 ) -> None:
     """Store the contact points at the ends of a clipped side of a stone's base, with shares of stiffness."""
     for j in range(round_to_vector_multiple(lane_count)):
-        frame, a, b = load_frame(joint_rows, j), load_place(point, j), load_place(next_corner, j)
-        own, previous = load_clip(point, j), load_clip(previous_side, j)
+        frame, a, b = load_frame(joint_rows, j), load_place(base_side_rows, j), load_place(next_base_corner_rows, j)
+        own, previous = load_clip(base_side_rows, j), load_clip(previous_base_side_rows, j)
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
         within = frame.min_base_corner_distance_inside_rim >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
@@ -298,41 +354,46 @@ def place_contact_points_of_base_side(
             other if previous.end_side_fraction == 1.0 else 0.0
         )
         store_place(
-            start,
+            part_begin_point_rows,
             j,
             contact_point_on_side(a, b, own.begin_side_fraction, part if own.begin_side_fraction > 0.0 else 0.0),
         )
         store_place(
-            end, j, contact_point_on_side(a, b, own.end_side_fraction, part if own.end_side_fraction < 1.0 else 0.0)
+            part_end_point_rows,
+            j,
+            contact_point_on_side(a, b, own.end_side_fraction, part if own.end_side_fraction < 1.0 else 0.0),
         )
-        point[STIFFNESS_SHARE_ROW_OFFSET + j] = select(within, a.joint_stiffness_share, corner)
+        base_side_rows[STIFFNESS_SHARE_ROW_OFFSET + j] = select(within, a.joint_stiffness_share, corner)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def place_contact_points_of_partial_patch(
-    joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
+    joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> None:
     """Compute place and stiffness of all contact points where only a part of a stone's base rests on the face below."""
-    corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
-    for k in range(lower_count):
-        following, before = (k + 1) % lower_count, (k + lower_count - 1) % lower_count
+    corners, crossings = base_corner_count + lower_face_corner_count, 2 * (base_corner_count + lower_face_corner_count)
+    for k in range(lower_face_corner_count):
+        following, before = (
+            (k + 1) % lower_face_corner_count,
+            (k + lower_face_corner_count - 1) % lower_face_corner_count,
+        )
         place_contact_points_of_lower_side(
             joint_rows,
-            slice_contact_point_rows(points, upper_count + k),
-            slice_contact_point_rows(points, upper_count + following),
-            slice_contact_point_rows(points, upper_count + before),
-            slice_contact_point_rows(points, corners + upper_count + k),
-            slice_contact_point_rows(points, crossings + upper_count + k),
+            slice_contact_point_rows(joint_point_rows, base_corner_count + k),
+            slice_contact_point_rows(joint_point_rows, base_corner_count + following),
+            slice_contact_point_rows(joint_point_rows, base_corner_count + before),
+            slice_contact_point_rows(joint_point_rows, corners + base_corner_count + k),
+            slice_contact_point_rows(joint_point_rows, crossings + base_corner_count + k),
             lane_count,
         )
-    for i in range(upper_count):
-        following, before = (i + 1) % upper_count, (i + upper_count - 1) % upper_count
+    for i in range(base_corner_count):
+        following, before = (i + 1) % base_corner_count, (i + base_corner_count - 1) % base_corner_count
         place_contact_points_of_base_side(
             joint_rows,
-            slice_contact_point_rows(points, i),
-            slice_contact_point_rows(points, following),
-            slice_contact_point_rows(points, before),
-            slice_contact_point_rows(points, corners + i),
-            slice_contact_point_rows(points, crossings + i),
+            slice_contact_point_rows(joint_point_rows, i),
+            slice_contact_point_rows(joint_point_rows, following),
+            slice_contact_point_rows(joint_point_rows, before),
+            slice_contact_point_rows(joint_point_rows, corners + i),
+            slice_contact_point_rows(joint_point_rows, crossings + i),
             lane_count,
         )

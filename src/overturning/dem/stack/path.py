@@ -51,7 +51,9 @@ class StackTrajectory:
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
-        to_east_north_up = partial(rotate_to_east_north_up, direction_cosines=self.orientation_cosines_north_east)
+        to_east_north_up = partial(
+            rotate_to_east_north_up, orientation_cosines_north_east=self.orientation_cosines_north_east
+        )
 
         columns = self.rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
             len(self.rows), len(self.stones_at_rest), TRAJECTORY_COLUMN_COUNT_PER_STONE
@@ -115,59 +117,64 @@ class StackTrajectory:
 
 
 def extend_trajectory_by_its_last_row(
-    rows: FloatArray, has_fallen: NDArray[np.bool_], sampling_interval: float, aftermath: float
+    trajectory_rows: FloatArray,
+    has_fallen_by_stone: NDArray[np.bool_],
+    sampling_interval_s: float,
+    added_duration_s: float,
 ) -> FloatArray:
-    """Return a trajectory extended by `aftermath` seconds, in which its last row is repeated at later times.
+    """Return a trajectory extended by `added_duration_s` seconds, in which its last row is repeated at later times.
 
-    The rows have steps of `sampling_interval`, s; none are added if no stone has fallen at the end of the case
-    (`has_fallen`, shape (stones,)). In these rows fallen stones are marked as not simulated.
+    The rows have steps of `sampling_interval_s`, s; none are added if no stone has fallen at the end of the case
+    (`has_fallen_by_stone`, shape (stones,)). In these rows fallen stones are marked as not simulated.
     """
-    if not has_fallen.any():
-        return rows
-    count = np.ceil(aftermath / sampling_interval)
-    check_trajectory_size((len(rows) + count) * rows.shape[1])
-    more = np.repeat(rows[-1:], int(count), axis=0)
-    more[:, 0] += sampling_interval * np.arange(1, len(more) + 1)
+    if not has_fallen_by_stone.any():
+        return trajectory_rows
+    count = np.ceil(added_duration_s / sampling_interval_s)
+    check_trajectory_size((len(trajectory_rows) + count) * trajectory_rows.shape[1])
+    more = np.repeat(trajectory_rows[-1:], int(count), axis=0)
+    more[:, 0] += sampling_interval_s * np.arange(1, len(more) + 1)
     columns = more[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
-        len(more), has_fallen.size, TRAJECTORY_COLUMN_COUNT_PER_STONE
+        len(more), has_fallen_by_stone.size, TRAJECTORY_COLUMN_COUNT_PER_STONE
     )
-    columns[:, has_fallen, 13] = 0.0
-    return np.concatenate([rows, more])
+    columns[:, has_fallen_by_stone, 13] = 0.0
+    return np.concatenate([trajectory_rows, more])
 
 
-def fill_in_free_flights(rows: FloatArray, stones: list[StackStone]) -> None:
+def fill_in_free_flights(trajectory_rows: FloatArray, stones: list[StackStone]) -> None:
     """Fill in, in each row in which a stone is not simulated, its pose in free flight until it meets the ground.
 
     A stone that has fallen is not simulated any more; its path is drawn only.
     """
-    columns = rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
-        len(rows), len(stones), TRAJECTORY_COLUMN_COUNT_PER_STONE
+    columns = trajectory_rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
+        len(trajectory_rows), len(stones), TRAJECTORY_COLUMN_COUNT_PER_STONE
     )
     for index, stone in enumerate(stones):
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
             _fill_in_stone_free_flight(
-                columns[begin:, index], rows[begin:, :TRAJECTORY_COLUMN_COUNT_BEFORE_STONES], stone
+                columns[begin:, index], trajectory_rows[begin:, :TRAJECTORY_COLUMN_COUNT_BEFORE_STONES], stone
             )
 
 
-def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: FloatArray, stone: StackStone) -> None:
+def _fill_in_stone_free_flight(
+    stone_trajectory_columns: FloatArray, time_and_base_acceleration_columns: FloatArray, stone: StackStone
+) -> None:
     """Fill in the poses of a stone in free flight after the first row, until the stone meets the ground.
 
     Positions are relative to the base, so the stone has the acceleration of gravity less that of the base, which is
     linear between the rows.
     """
-    place, turn, velocity, spin = np.split(columns[0, :13].copy(), (3, 7, 10))
+    place, turn, velocity, spin = np.split(stone_trajectory_columns[0, :13].copy(), (3, 7, 10))
     from scipy.spatial.transform import Rotation
 
-    time, step = time_and_base_acceleration[:, 0], np.diff(time_and_base_acceleration[:, 0])[:, None]
-    pull = np.array([0.0, 0.0, -STANDARD_GRAVITY]) - time_and_base_acceleration[:, 1:]
+    time, step = time_and_base_acceleration_columns[:, 0], np.diff(time_and_base_acceleration_columns[:, 0])[:, None]
+    pull = np.array([0.0, 0.0, -STANDARD_GRAVITY]) - time_and_base_acceleration_columns[:, 1:]
     speeds = velocity + np.concatenate([np.zeros((1, 3)), np.cumsum(step * (pull[:-1] + pull[1:]) / 2.0, axis=0)])
     places = place + np.cumsum(step * (speeds[:-1] + step * (2.0 * pull[:-1] + pull[1:]) / 6.0), axis=0)
     corners, lies = stone.drawn_corners_and_edges()[0], False
     start = Rotation.from_quat(turn, scalar_first=True)
-    for row, there, passed in zip(columns[1:], places, (time - time[0])[1:], strict=True):
+    for row, there, passed in zip(stone_trajectory_columns[1:], places, (time - time[0])[1:], strict=True):
         if not lies:
             turned = Rotation.from_rotvec(passed * spin) * start
             low = float((there + turned.apply(corners))[:, 2].min())
@@ -178,20 +185,23 @@ def _fill_in_stone_free_flight(columns: FloatArray, time_and_base_acceleration: 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def record_motion_of_first_stack(
-    state: Any, stone_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+    stack_states: Any, stone_count: int, sampling_interval_s: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
-    time, shaking = load_time(state, 0), load_shaking(state, 0)
+    time, shaking = load_time(stack_states, 0), load_shaking(stack_states, 0)
     trajectory_row[0] = (
-        load_course(state, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
-    ) * sampling_interval
+        load_course(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
+    ) * sampling_interval_s
     trajectory_row[1], trajectory_row[2] = (
         -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_since_sample_start),
         -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_since_sample_start),
     )
     trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)
     for s in range(stone_count):
-        constants, stone = load_constants(slice_stone_rows(state, s), 0), load_stone(slice_stone_rows(state, s), 0)
+        constants, stone = (
+            load_constants(slice_stone_rows(stack_states, s), 0),
+            load_stone(slice_stone_rows(stack_states, s), 0),
+        )
         spin, at = (
             angular_velocity_from_momentum(
                 constants.inverse_of_inertia_per_mass, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
@@ -202,4 +212,4 @@ def record_motion_of_first_stack(
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
         trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity_relative_to_base
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_outcome(slice_stone_rows(state, s), 0).is_simulated
+        trajectory_row[at + 13] = load_outcome(slice_stone_rows(stack_states, s), 0).is_simulated

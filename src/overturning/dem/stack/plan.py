@@ -182,9 +182,9 @@ class StackSimulationPlan(SimulationPlan3D):
         return self.model.stones(height, b_over_h)
 
 
-def _check_that_stacks_can_stand(sizes: FloatArray, stacks: list[list[StackStone]]) -> None:
-    """Raise an `ArgumentError` if a stack with one of the `sizes` (height, B/H) cannot stand."""
-    for (height, ratio), stones in zip(sizes.tolist(), stacks, strict=True):
+def _check_that_stacks_can_stand(heights_and_b_over_h: FloatArray, stones_by_stack: list[list[StackStone]]) -> None:
+    """Raise an `ArgumentError` if a stack with one of the `heights_and_b_over_h` (height, B/H) cannot stand."""
+    for (height, ratio), stones in zip(heights_and_b_over_h.tolist(), stones_by_stack, strict=True):
         if faults := reasons_stones_do_not_stand(stones):
             raise ArgumentError(
                 f"b_over_h: {ratio:g} at the height {height:g} m; then {faults[0]}: choose B/H and height nearer to "
@@ -203,11 +203,11 @@ def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
 
 
 def _rest_limit_to_onset_acceleration_ratios(
-    stacks: list[list[StackStone]],
-    joints: list[JointConstantsOfStack],
-    stack_indices: NDArray[np.int64],
-    damping_factor: FloatArray,
-    sampling_interval: float,
+    stones_by_stack: list[list[StackStone]],
+    joint_constants_by_stack: list[JointConstantsOfStack],
+    stack_index_by_case: NDArray[np.int64],
+    damping_factor_by_case: FloatArray,
+    sampling_interval_s: float,
 ) -> FloatArray:
     """Return, per case, the fraction of the onset acceleration up to which a stack at rest surely stays at rest.
 
@@ -221,19 +221,19 @@ def _rest_limit_to_onset_acceleration_ratios(
             lowest_eigenvalue(
                 scaled_stiffness_matrix_of_stack_at_rest(stones, table, scale_factors_for_unit_mass_matrix(stones))
             )
-            for stones, table in zip(stacks, joints, strict=True)
+            for stones, table in zip(stones_by_stack, joint_constants_by_stack, strict=True)
         ]
     )
-    delay = np.array([float(table.dashpot_to_stiffness_ratios.min()) for table in joints])
+    delay = np.array([float(table.dashpot_to_stiffness_ratios.min()) for table in joint_constants_by_stack])
     overshoot = dynamic_to_static_force_ratio_upper_bound(
-        slowest[stack_indices], delay[stack_indices] * damping_factor, sampling_interval
+        slowest[stack_index_by_case], delay[stack_index_by_case] * damping_factor_by_case, sampling_interval_s
     )
     return np.asarray(
         np.minimum(MAX_REST_TO_ONSET_THRESHOLD_RATIO, MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO / overshoot)
     )
 
 
-def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
+def _least_overturning_energy(joint_constants: JointConstantsOfStack) -> float:
     """Return the smallest energy (J) that overturns all stones above a joint of a stack over its nearest side."""
     return min(
         patch.mass_above
@@ -243,17 +243,23 @@ def _least_overturning_energy(joints: JointConstantsOfStack) -> float:
             - patch.height_of_centre_of_all_mass_above
         )
         for distance, patch in zip(
-            joints.stones_above_mass_centre_to_side_distance, joints.contact_patches, strict=True
+            joint_constants.stones_above_mass_centre_to_side_distance, joint_constants.contact_patches, strict=True
         )
     )
 
 
-def _face_corner_table(stacks: list[list[StackStone]]) -> FloatArray:
+def _face_corner_table(stones_by_stack: list[list[StackStone]]) -> FloatArray:
     """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6)."""
     outlines = np.zeros(
-        (len(stacks), len(stacks[0]), 2, max(len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]), 6)
+        (
+            len(stones_by_stack),
+            len(stones_by_stack[0]),
+            2,
+            max(len(stone.base_corners_xy_from_centre_of_mass) for stone in stones_by_stack[0]),
+            6,
+        )
     )
-    for index, stones in enumerate(stacks):
+    for index, stones in enumerate(stones_by_stack):
         for number, stone in enumerate(stones):
             for side, face in enumerate(
                 (stone.base_corners_xy_from_centre_of_mass, stone.upper_face_corners_xy_from_centre_of_mass)
@@ -262,16 +268,19 @@ def _face_corner_table(stacks: list[list[StackStone]]) -> FloatArray:
     return outlines
 
 
-def _upper_bound_of_omega_squared(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
+def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> float:
     """Return an upper bound of the highest squared angular frequency of a stack on its contact springs, 1/s²."""
     scale_factors = scale_factors_for_unit_mass_matrix(stones)
-    stiffness = scaled_stiffness_matrix_of_stack_at_rest(stones, joints, scale_factors)
+    stiffness = scaled_stiffness_matrix_of_stack_at_rest(stones, joint_constants, scale_factors)
     return highest_eigenvalue(stiffness) * eigenvalue_bound_factor_for_inertia_products(stones)
 
 
-def _slowest_rocking_time_constant(joints: JointConstantsOfStack) -> float:
+def _slowest_rocking_time_constant(joint_constants: JointConstantsOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
-    side, height = joints.stones_above_mass_centre_to_side_distance, joints.stones_above_mass_centre_height_above_joint
+    side, height = (
+        joint_constants.stones_above_mass_centre_to_side_distance,
+        joint_constants.stones_above_mass_centre_height_above_joint,
+    )
     return float(np.sqrt(np.sqrt(side**2 + height**2) / (0.75 * STANDARD_GRAVITY)).max())
 
 

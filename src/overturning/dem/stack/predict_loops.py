@@ -109,23 +109,31 @@ MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.longest_pr
 
 @njit(**INLINE_OPTIONS)
 def predict_stone_at_step_end(
-    inverse_of_inertia_per_mass: SymmetricMatrix, state: StoneState, step_length: float
+    inverse_of_inertia_per_mass: SymmetricMatrix, state_at_step_start: StoneState, step_length_s: float
 ) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
-    half = 0.5 * step_length
+    half = 0.5 * step_length_s
     v, momentum = (
-        extrapolate_vector(state.velocity_relative_to_base, half, state.acceleration_relative_to_base),
-        extrapolate_vector(state.angular_momentum_per_mass, half, state.contact_moment_per_mass),
+        extrapolate_vector(
+            state_at_step_start.velocity_relative_to_base, half, state_at_step_start.acceleration_relative_to_base
+        ),
+        extrapolate_vector(
+            state_at_step_start.angular_momentum_per_mass, half, state_at_step_start.contact_moment_per_mass
+        ),
     )
     turn, spin = rotation_and_angular_velocity_after_step(
-        inverse_of_inertia_per_mass, state.rotation, momentum, state.contact_moment_per_mass, step_length
+        inverse_of_inertia_per_mass,
+        state_at_step_start.rotation,
+        momentum,
+        state_at_step_start.contact_moment_per_mass,
+        step_length_s,
     )
     return PredictedStone(
-        centre_position=extrapolate_vector(state.centre_position, step_length, v),
+        centre_position=extrapolate_vector(state_at_step_start.centre_position, step_length_s, v),
         rotation=turn,
         velocity_at_half_step=v,
         angular_momentum_per_mass_at_half_step=momentum,
-        end_velocity=extrapolate_vector(v, half, state.acceleration_relative_to_base),
+        end_velocity=extrapolate_vector(v, half, state_at_step_start.acceleration_relative_to_base),
         end_angular_velocity=spin,
     )
 
@@ -158,29 +166,29 @@ def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sam
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_stone_motion_and_equations(case_rows: Any, rows: Any, lane_count: int) -> None:
+def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_count: int) -> None:
     """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion.
 
     The prediction is of its pose and velocities.
     """
     for j in range(round_to_vector_multiple(lane_count)):
         constants, state, half = (
-            load_constants(rows, j),
-            load_stone(rows, j),
+            load_constants(stone_rows, j),
+            load_stone(stone_rows, j),
             load_time(case_rows, j).half_step_length_s,
         )
         predicted = predict_stone_at_step_end(constants.inverse_of_inertia_per_mass, state, 2.0 * half)
         axes = rotation_matrix(predicted.rotation)
-        store_predicted(rows, j, predicted)
-        store_axes(rows, j, axes)
-        store_diagonal(rows, j, DiagonalBlockAndRightSide(
+        store_predicted(stone_rows, j, predicted)
+        store_axes(stone_rows, j, axes)
+        store_diagonal(stone_rows, j, DiagonalBlockAndRightSide(
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             right_side_of_stone_equations(
                 half, constants.mass, no_wrench(), load_inertial(case_rows, j),
                 Wrench(state.acceleration_relative_to_base, state.contact_moment_per_mass),
             ),
         ))  # fmt: skip
-        store_sum(rows, j, no_sum())
+        store_sum(stone_rows, j, no_sum())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -205,26 +213,26 @@ def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_landing_times_with_contact_point(joint_rows: Any, point: Any, lane_count: int) -> None:
+def update_landing_times_with_contact_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         store_landing(
             joint_rows,
             j,
             include_point_in_landing_times_and_heights(
-                load_landing(joint_rows, j), load_point(point, j), load_place(point, j)
+                load_landing(joint_rows, j), load_point(point_rows, j), load_place(point_rows, j)
             ),
         )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane_count: int) -> None:
+def predict_point_normal_force(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point, j)
+        joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point_rows, j)
         landing, old, half = (
             load_landing(joint_rows, j),
-            load_point(point, j),
+            load_point(point_rows, j),
             load_time(case_rows, j).half_step_length_s,
         )
         waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
@@ -240,7 +248,7 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point: Any, lane
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_joint_friction(case_rows: Any, upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict the friction between a stone and its support, with its terms in the equations, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
@@ -253,7 +261,7 @@ def predict_joint_friction(case_rows: Any, upper_rows: Any, joint_rows: Any, lan
             load_attempt(case_rows, j).length_in_ticks
             <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
         )
-        foot = load_constants(upper_rows, j).centre_height
+        foot = load_constants(upper_stone_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
         store_friction(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
@@ -270,43 +278,49 @@ def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def eliminate_upper_stone_of_each_stack(
-    case_rows: Any, upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int
+    case_rows: Any, upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Eliminate the velocity corrections of one upper stone of each stack from the equations of motion.
 
     All stacks are treated in parallel.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        below, origin = load_predicted(lower_rows, j), load_joint_pose(joint_rows, j).origin
+        below, origin = load_predicted(lower_stone_rows, j), load_joint_pose(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
-            load_diagonal(upper_rows, j), load_diagonal(lower_rows, j), load_equations(joint_rows, j),
-            load_time(case_rows, j).half_step_length_s, minus(origin, load_predicted(upper_rows, j).centre_position),
+            load_diagonal(upper_stone_rows, j), load_diagonal(lower_stone_rows, j), load_equations(joint_rows, j),
+            load_time(case_rows, j).half_step_length_s,
+            minus(origin, load_predicted(upper_stone_rows, j).centre_position),
             minus(origin, below.centre_position),
         )  # fmt: skip
-        store_elimination(upper_rows, j, solution)
-        store_diagonal(lower_rows, j, rest)
+        store_elimination(upper_stone_rows, j, solution)
+        store_diagonal(lower_stone_rows, j, rest)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def solve_velocity_corrections_of_lowest_stones(case_rows: Any, rows: Any, joint_rows: Any, lane_count: int) -> None:
+def solve_velocity_corrections_of_lowest_stones(
+    case_rows: Any, lowest_stone_rows: Any, joint_rows: Any, lane_count: int
+) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(round_to_vector_multiple(lane_count)):
-        arm = scale_vector(-1.0, load_predicted(rows, j).centre_position)
+        arm = scale_vector(-1.0, load_predicted(lowest_stone_rows, j).centre_position)
         e = solve_velocity_correction_of_lowest_stone(
-            load_diagonal(rows, j), load_equations(joint_rows, j), load_time(case_rows, j).half_step_length_s, arm
+            load_diagonal(lowest_stone_rows, j),
+            load_equations(joint_rows, j),
+            load_time(case_rows, j).half_step_length_s,
+            arm,
         )
-        store_change(rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))
+        store_change(lowest_stone_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_upper_stone_velocity_corrections(upper_rows: Any, lower_rows: Any, lane_count: int) -> None:
+def compute_upper_stone_velocity_corrections(upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        solution, below = load_elimination(upper_rows, j), load_change(lower_rows, j)
+        solution, below = load_elimination(upper_stone_rows, j), load_change(lower_stone_rows, j)
         e = wrench_plus(
             solution.constant_part_of_correction,
             matrix_6x6_times_wrench(
                 solution.factor_of_correction_below, Wrench(below.velocity, below.angular_velocity)
             ),
         )
-        store_change(upper_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))
+        store_change(upper_stone_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))

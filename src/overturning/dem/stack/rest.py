@@ -81,66 +81,66 @@ class StiffnessShareMoments(NamedTuple):
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def mark_possibly_resting_stacks(state: Any, stone_count: int, active_lane_count: int) -> int:
+def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lane_count: int) -> int:
     """Mark (`may_be_at_rest_at_sample_start` = 1) and count the stacks that may be at rest, by a quick test."""
     number = 0
     for j in range(active_lane_count):
-        length = load_attempt(state, j).length_in_ticks
+        length = load_attempt(stack_states, j).length_in_ticks
         most = (
             1.001
             * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
-            * load_rest(state, j).max_base_acceleration_at_rest_g
+            * load_rest(stack_states, j).max_base_acceleration_at_rest_g
             * GRAVITY
         )
-        slow = most * (load_case(state, j).tick_length_s * length)
+        slow = most * (load_case(stack_states, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
-            rows = slice_stone_rows(state, s)
+            rows = slice_stone_rows(stack_states, s)
             stone, gone = load_stone(rows, j), not load_outcome(rows, j).is_simulated > 0.0
             a, v = stone.acceleration_relative_to_base, stone.velocity_relative_to_base
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
             may = may & (still | gone)
-        state[MAY_BE_AT_REST_ROW_OFFSET + j] = 1.0 if may else 0.0
+        stack_states[MAY_BE_AT_REST_ROW_OFFSET + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_contact_points_carry_load(state: Any, lane: int, stone_count: int, max_corner_count: int) -> bool:
+def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int, max_corner_count: int) -> bool:
     """True if all contact points of all stones that have not fallen carry load.
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
     first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        if not load_outcome(slice_stone_rows(state, s), lane).is_simulated > 0.0:
+        if not load_outcome(slice_stone_rows(stack_states, s), lane).is_simulated > 0.0:
             continue
         at = first + s * size
-        landing = load_landing(state[at : at + JOINT_SIZE], lane)
+        landing = load_landing(stack_states[at : at + JOINT_SIZE], lane)
         lies_flat = (
             landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
             < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
         )
         if (
-            load_joint(state[at : at + JOINT_SIZE], lane).min_rim_distance_for_deferred_contact
+            load_joint(stack_states[at : at + JOINT_SIZE], lane).min_rim_distance_for_deferred_contact
             < MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M
             and lies_flat
         ):
             continue
         for i in range((size - JOINT_SIZE) // P):
             begin = at + JOINT_SIZE + i * P
-            point = load_point(state[begin : begin + P], lane)
+            point = load_point(stack_states[begin : begin + P], lane)
             if point.joint_stiffness_share > 1e-3 and not point.force_per_stiffness_share > 0.0:
                 return False
     return True
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments:
+def moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessShareMoments:
     """Return the sum of the shares of stiffness of two stones' contact points, and its moments."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for i in range(points.size // P):
-        rows = points[i * P : (i + 1) * P]
+    for i in range(joint_point_rows.size // P):
+        rows = joint_point_rows[i * P : (i + 1) * P]
         w, at = load_point(rows, lane).joint_stiffness_share, load_place(rows, lane)
         total = StiffnessShareMoments(
             total.stiffness_share_sum + w,
@@ -155,14 +155,14 @@ def moments_of_stiffness_shares(points: Any, lane: int) -> StiffnessShareMoments
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_point_unloading_acceleration_g(
-    points: Any, lane: int, mass_centre_above_in_lower_face_frame: Vector3
+    joint_point_rows: Any, lane: int, mass_centre_above_in_lower_face_frame: Vector3
 ) -> float:
     """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
     `mass_centre_above_in_lower_face_frame` is the centre of mass of the stones above, m. The pressure is a linear
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
-    total = moments_of_stiffness_shares(points, lane)
+    total = moments_of_stiffness_shares(joint_point_rows, lane)
     if not total.stiffness_share_sum > 0.0:
         return 0.0
     x, y = total.share_times_x / total.stiffness_share_sum, total.share_times_y / total.stiffness_share_sum
@@ -179,8 +179,8 @@ def contact_point_unloading_acceleration_g(
         mass_centre_above_in_lower_face_frame.x - x,
         mass_centre_above_in_lower_face_frame.y - y,
     )
-    for i in range(points.size // P):
-        rows = points[i * P : (i + 1) * P]
+    for i in range(joint_point_rows.size // P):
+        rows = joint_point_rows[i * P : (i + 1) * P]
         if not load_point(rows, lane).joint_stiffness_share > 0.0:
             continue
         at = load_place(rows, lane)
@@ -195,7 +195,7 @@ def contact_point_unloading_acceleration_g(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def onset_acceleration_g_of_current_stack_state(
-    state: Any, lane: int, stone_count: int, max_corner_count: int
+    stack_states: Any, lane: int, stone_count: int, max_corner_count: int
 ) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
@@ -206,7 +206,7 @@ def onset_acceleration_g_of_current_stack_state(
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).centre_position
@@ -216,14 +216,14 @@ def onset_acceleration_g_of_current_stack_state(
             above.mass_times_y + mass * place.y,
             above.mass_times_z + mass * place.z,
         )
-        joint = state[first + s * size : first + (s + 1) * size]
+        joint = stack_states[first + s * size : first + (s + 1) * size]
         old, friction = load_history(joint[:JOINT_SIZE], lane), load_joint(joint[:JOINT_SIZE], lane).friction
         if not old.normal_force > 0.0 or old.slid_in_last_step > 0.0:
             return 0.0
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         level = 0.0
         if s > 0:
-            below = slice_stone_rows(state, s - 1)
+            below = slice_stone_rows(stack_states, s - 1)
             lower = load_stone(below, lane)
             origin, axes, level = (
                 lower.centre_position,
@@ -241,24 +241,28 @@ def onset_acceleration_g_of_current_stack_state(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def base_acceleration_limit_g_of_stack_at_rest(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
+def base_acceleration_limit_g_of_stack_at_rest(
+    stack_states: Any, lane: int, stone_count: int, max_corner_count: int
+) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
-    if not all_contact_points_carry_load(state, lane, stone_count, max_corner_count):
+    if not all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count):
         return 0.0
     limit = load_rest(
-        state, lane
+        stack_states, lane
     ).max_share_of_onset_acceleration_at_rest * onset_acceleration_g_of_current_stack_state(
-        state, lane, stone_count, max_corner_count
+        stack_states, lane, stone_count, max_corner_count
     )
-    return limit if limit > 0.0 and stones_stand_upright_and_still(state, lane, stone_count, limit) else 0.0
+    return limit if limit > 0.0 and stones_stand_upright_and_still(stack_states, lane, stone_count, limit) else 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest_limit: float) -> bool:
+def stones_stand_upright_and_still(
+    stack_states: Any, lane: int, stone_count: int, rest_acceleration_limit_g: float
+) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
-    step = load_case(state, lane).tick_length_s * load_attempt(state, lane).length_in_ticks
+    step = load_case(stack_states, lane).tick_length_s * load_attempt(stack_states, lane).length_in_ticks
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
@@ -271,7 +275,7 @@ def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest
         )
         speed = vector_length(stone.velocity_relative_to_base) + arm * vector_length(spin)
         acceleration = vector_length(stone.acceleration_relative_to_base) + arm * vector_length(turning)
-        if not body_is_still(speed, acceleration, step, rest_limit):
+        if not body_is_still(speed, acceleration, step, rest_acceleration_limit_g):
             return False
         if (
             not lean_as_squared_sine(axes)
@@ -282,7 +286,9 @@ def stones_stand_upright_and_still(state: Any, lane: int, stone_count: int, rest
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: int, max_corner_count: int) -> float:
+def time_until_upright_stack_stops_sliding(
+    stack_states: Any, lane: int, stone_count: int, max_corner_count: int
+) -> float:
     """Return the time (s) until friction has stopped all sliding contacts of the stones of an upright stack.
 
     The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIP_M` before it
@@ -290,7 +296,7 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
     """
     longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         if not load_outcome(rows, lane).is_simulated > 0.0:
             continue
         if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) >= (
@@ -299,7 +305,7 @@ def time_until_upright_stack_stops_sliding(state: Any, lane: int, stone_count: i
             * load_constants(rows, lane).critical_lean_squared_sine_on_contact_patch
         ):
             return 0.0
-        joint = state[first + s * size : first + s * size + JOINT_SIZE]
+        joint = stack_states[first + s * size : first + s * size + JOINT_SIZE]
         old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
         v = old.slip_velocity_at_pressure_centre
         square = v.x * v.x + v.y * v.y + v.twist_times_radius * v.twist_times_radius

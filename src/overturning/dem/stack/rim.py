@@ -59,39 +59,39 @@ Below it the normal turns in proportion, so that forces are continuous when a co
 
 
 @njit(**INLINE_OPTIONS)
-def slopes_of_upper_base_normal(frame: JointRelativeMotion) -> tuple[float, float]:
+def slopes_of_upper_base_normal(relative_motion: JointRelativeMotion) -> tuple[float, float]:
     """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
-    normal = cross_product(frame.upper_x_axis, frame.upper_y_axis)
+    normal = cross_product(relative_motion.upper_x_axis, relative_motion.upper_y_axis)
     up = normal.z if normal.z > 0.1 else 0.1
     return normal.x / up, normal.y / up
 
 
 @njit(**INLINE_OPTIONS)
-def contact_normal_weight_of_rim_side(overhang: float, side_distance_from_centre: float) -> float:
+def contact_normal_weight_of_rim_side(base_overhang_beyond_side: float, side_distance_from_face_centre: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
     It is proportional to the overhang of the upper base, and 1 from an overhang of
-    `MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL` × `side_distance_from_centre`.
+    `MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL` × `side_distance_from_face_centre`.
     """
-    share = overhang / (MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL * side_distance_from_centre)
+    share = base_overhang_beyond_side / (MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL * side_distance_from_face_centre)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 
 
 @njit(**INLINE_OPTIONS)
 def add_point_to_contact_normal_sums(
-    rim: ContactNormalSums, place: ContactPointPosition, slope: tuple[float, float]
+    contact_normal_sums: ContactNormalSums, point_position: ContactPointPosition, normal_slope_xy: tuple[float, float]
 ) -> ContactNormalSums:
-    """Return the sums for the normal of contact with one more contact point, whose normal has the slope `slope`."""
-    load = place.joint_stiffness_share * (
-        -place.base_height_above_lower_face if place.base_height_above_lower_face < 0.0 else 0.0
+    """Return the sums for the normal of contact with one more contact point, whose normal has a given slope (x, y)."""
+    load = point_position.joint_stiffness_share * (
+        -point_position.base_height_above_lower_face if point_position.base_height_above_lower_face < 0.0 else 0.0
     )
     return ContactNormalSums(
-        rim.share_times_penetration + load,
-        rim.share_times_penetration_times_x + load * place.x_in_joint_frame,
-        rim.share_times_penetration_times_y + load * place.y_in_joint_frame,
-        rim.share_times_penetration_times_slope_x + load * slope[0],
-        rim.share_times_penetration_times_slope_y + load * slope[1],
+        contact_normal_sums.share_times_penetration + load,
+        contact_normal_sums.share_times_penetration_times_x + load * point_position.x_in_joint_frame,
+        contact_normal_sums.share_times_penetration_times_y + load * point_position.y_in_joint_frame,
+        contact_normal_sums.share_times_penetration_times_slope_x + load * normal_slope_xy[0],
+        contact_normal_sums.share_times_penetration_times_slope_y + load * normal_slope_xy[1],
     )
 
 
@@ -103,23 +103,30 @@ def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_base_corner_to_normal_sums(joint_rows: Any, point: Any, lane_count: int) -> None:
+def add_base_corner_to_normal_sums(joint_rows: Any, base_corner_rows: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         store_rim(
-            joint_rows, j, add_point_to_contact_normal_sums(load_rim(joint_rows, j), load_place(point, j), (0.0, 0.0))
+            joint_rows,
+            j,
+            add_point_to_contact_normal_sums(load_rim(joint_rows, j), load_place(base_corner_rows, j), (0.0, 0.0)),
         )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_rim_points_to_normal_sums(
-    joint_rows: Any, side: Any, previous_side: Any, start: Any, end: Any, lane_count: int
+    joint_rows: Any,
+    lower_side_rows: Any,
+    previous_lower_side_rows: Any,
+    part_begin_point_rows: Any,
+    part_end_point_rows: Any,
+    lane_count: int,
 ) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
     for j in range(round_to_vector_multiple(lane_count)):
-        own, previous = load_outline(side, j), load_outline(previous_side, j)
+        own, previous = load_outline(lower_side_rows, j), load_outline(previous_lower_side_rows, j)
         slope_x, slope_y = slopes_of_upper_base_normal(load_frame(joint_rows, j))
-        rim, other = load_rim_side(side, j), load_rim_side(previous_side, j)
+        rim, other = load_rim_side(lower_side_rows, j), load_rim_side(previous_lower_side_rows, j)
         full, corner = (
             contact_normal_weight_of_rim_side(rim.max_base_corner_overhang, own.next_side_distance_from_face_centre),
             contact_normal_weight_of_rim_side(
@@ -134,11 +141,11 @@ def add_rim_points_to_normal_sums(
         )
         last = full * (rim.contact_normal_slope_at_part_end if rim.contact_normal_slope_at_part_end < most else most)
         loads = add_point_to_contact_normal_sums(
-            load_rim(joint_rows, j), load_place(side, j), (corner * slope_x, corner * slope_y)
+            load_rim(joint_rows, j), load_place(lower_side_rows, j), (corner * slope_x, corner * slope_y)
         )
         loads = add_point_to_contact_normal_sums(
             loads,
-            load_place(start, j),
+            load_place(part_begin_point_rows, j),
             (begin * own.next_side_outward_normal_x, begin * own.next_side_outward_normal_y),
         )
         store_rim(
@@ -146,16 +153,16 @@ def add_rim_points_to_normal_sums(
             j,
             add_point_to_contact_normal_sums(
                 loads,
-                load_place(end, j),
+                load_place(part_end_point_rows, j),
                 (last * own.next_side_outward_normal_x, last * own.next_side_outward_normal_y),
             ),
         )
 
 
 @njit(**INLINE_OPTIONS)
-def rotation_from_z_axis_to_normal(normal: Vector3) -> Matrix3:
+def rotation_from_z_axis_to_normal(unit_normal: Vector3) -> Matrix3:
     """Return the smallest rotation that turns the z axis to a normal (unit vector with positive z)."""
-    x, y, z = normal.x, normal.y, normal.z
+    x, y, z = unit_normal.x, unit_normal.y, unit_normal.z
     unit = 1.0 / (1.0 + z)
     return Matrix3(
         1.0 - x * (x * unit), -(x * (y * unit)), x, -(x * (y * unit)), 1.0 - y * (y * unit), y, -x, -y, z
@@ -163,30 +170,38 @@ def rotation_from_z_axis_to_normal(normal: Vector3) -> Matrix3:
 
 
 @njit(**INLINE_OPTIONS)
-def contact_frame_with_mean_normal(rim: ContactNormalSums) -> JointFrameAxesAndOrigin:
+def contact_frame_with_mean_normal(contact_normal_sums: ContactNormalSums) -> JointFrameAxesAndOrigin:
     """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
     is normal to the force.
     """
-    one = 1.0 / (rim.share_times_penetration if rim.share_times_penetration > 0.0 else 1.0)
-    x, y = rim.share_times_penetration_times_slope_x * one, rim.share_times_penetration_times_slope_y * one
+    one = 1.0 / (
+        contact_normal_sums.share_times_penetration if contact_normal_sums.share_times_penetration > 0.0 else 1.0
+    )
+    x, y = (
+        contact_normal_sums.share_times_penetration_times_slope_x * one,
+        contact_normal_sums.share_times_penetration_times_slope_y * one,
+    )
     z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
     normal = Vector3(x * z, y * z, z)
-    height = (normal.x * rim.share_times_penetration_times_x + normal.y * rim.share_times_penetration_times_y) * one
+    height = (
+        normal.x * contact_normal_sums.share_times_penetration_times_x
+        + normal.y * contact_normal_sums.share_times_penetration_times_y
+    ) * one
     return JointFrameAxesAndOrigin(rotation_from_z_axis_to_normal(normal), scale_vector(height, normal))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def express_point_in_mean_normal_frame(joint_rows: Any, point: Any, lane_count: int) -> None:
+def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
     for j in range(round_to_vector_multiple(lane_count)):
-        pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point, j)
+        pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point_rows, j)
         turned = matrix_times_vector(
             transpose(pose.axes), minus(Vector3(place.x_in_joint_frame, place.y_in_joint_frame, 0.0), pose.origin)
         )
         store_place(
-            point,
+            point_rows,
             j,
             ContactPointPosition(
                 turned.x, turned.y, pose.axes.zz * place.base_height_above_lower_face, place.joint_stiffness_share
@@ -195,14 +210,16 @@ def express_point_in_mean_normal_frame(joint_rows: Any, point: Any, lane_count: 
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def rotate_contact_frame_to_mean_normal(
+    upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
+) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
     for j in range(round_to_vector_multiple(lane_count)):
         turn, pose = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
         old = load_frame(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
-        new = relative_motion_in_contact_frame(upper_rows, lower_rows, j, axes, origin)
+        new = relative_motion_in_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
         store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_frame(joint_rows, j, JointRelativeMotion(
             new.upper_base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity_at_origin, new.angular_velocity,
@@ -211,15 +228,17 @@ def rotate_contact_frame_to_mean_normal(upper_rows: Any, lower_rows: Any, joint_
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Use the lower face's normal as contact normal where a stone leans beyond its base's critical angle.
 
     This is done for all stacks. Such a stone has fallen as soon as a corner of its base is below the rim
     (`base_corner_hangs_below_supporting_face`).
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        rim, axes = load_rim(joint_rows, j), load_axes(upper_rows, j)
-        upright = lean_as_squared_sine(axes) < load_constants(upper_rows, j).critical_lean_squared_sine_on_whole_base
+        rim, axes = load_rim(joint_rows, j), load_axes(upper_stone_rows, j)
+        upright = (
+            lean_as_squared_sine(axes) < load_constants(upper_stone_rows, j).critical_lean_squared_sine_on_whole_base
+        )
         store_rim(
             joint_rows,
             j,
@@ -235,23 +254,30 @@ def keep_lower_face_normal_beyond_critical_lean(upper_rows: Any, joint_rows: Any
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def sum_contact_normals(
-    upper_rows: Any, joint_rows: Any, points: Any, upper_count: int, lower_count: int, lane_count: int
+    upper_stone_rows: Any,
+    joint_rows: Any,
+    joint_point_rows: Any,
+    base_corner_count: int,
+    lower_face_corner_count: int,
+    lane_count: int,
 ) -> None:
     """Sum loads, positions and normals of two stones' contact points, from which their mean normal of contact follows.
 
     Only a part of the base rests on the face below.
     """
-    corners, crossings = upper_count + lower_count, 2 * (upper_count + lower_count)
+    corners, crossings = base_corner_count + lower_face_corner_count, 2 * (base_corner_count + lower_face_corner_count)
     clear_contact_normal_sums(joint_rows, lane_count)
-    for i in range(upper_count):
-        add_base_corner_to_normal_sums(joint_rows, slice_contact_point_rows(points, i), lane_count)
-    for k in range(lower_count):
+    for i in range(base_corner_count):
+        add_base_corner_to_normal_sums(joint_rows, slice_contact_point_rows(joint_point_rows, i), lane_count)
+    for k in range(lower_face_corner_count):
         add_rim_points_to_normal_sums(
             joint_rows,
-            slice_contact_point_rows(points, upper_count + k),
-            slice_contact_point_rows(points, upper_count + (k + lower_count - 1) % lower_count),
-            slice_contact_point_rows(points, corners + upper_count + k),
-            slice_contact_point_rows(points, crossings + upper_count + k),
+            slice_contact_point_rows(joint_point_rows, base_corner_count + k),
+            slice_contact_point_rows(
+                joint_point_rows, base_corner_count + (k + lower_face_corner_count - 1) % lower_face_corner_count
+            ),
+            slice_contact_point_rows(joint_point_rows, corners + base_corner_count + k),
+            slice_contact_point_rows(joint_point_rows, crossings + base_corner_count + k),
             lane_count,
         )
-    keep_lower_face_normal_beyond_critical_lean(upper_rows, joint_rows, lane_count)
+    keep_lower_face_normal_beyond_critical_lean(upper_stone_rows, joint_rows, lane_count)

@@ -109,71 +109,73 @@ def allocate_workspace(kernel_input: Any) -> Any:
     return StackWorkspace(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
-def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load the initial state of case number `case`, a stack at rest, into column `lane` of the state array."""
-    given, settings = kernel_input.cases[case], kernel_input.settings
+def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
+    """Load the initial state of case number `case_index`, a stack at rest, into column `lane` of the state array."""
+    given, settings = kernel_input.cases[case_index], kernel_input.settings
     write_initial_stack_state(
         workspace.state,
         lane,
         given,
         (kernel_input.stones_by_stack[given.stack], kernel_input.joints_by_stack[given.stack]),
-        kernel_input.friction_by_case_and_joint[case],
+        kernel_input.friction_by_case_and_joint[case_index],
         kernel_input.face_corners_by_stack[given.stack],
         kernel_input.corner_counts_by_stone,
         (settings.sampling_interval, settings.ticks_per_sample),
     )
 
 
-def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
+def update_sample_and_load_motion(kernel_input: Any, workspace: Any, case_index_by_lane: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
     start_sample_and_load_base_motion(
         workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_row_by_case,
-        lane_cases, kernel_input.ground_motion, kernel_input.settings,
+        case_index_by_lane, kernel_input.ground_motion, kernel_input.settings,
     )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def start_sample_and_load_base_motion(
-    state: Any,
+    stack_states: Any,
     stone_count: int,
     lane_count: int,
     motion_row_by_case: Any,
-    lane_cases: Any,
-    ground: Any,
-    settings: SettingsOfParallelCases,
+    case_index_by_lane: Any,
+    ground_motion: Any,
+    queue_settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = (
-        ground.horizontal_acceleration, ground.upward_acceleration, settings.ticks_per_sample,
-        settings.sampling_interval, 1.0 / settings.ticks_per_sample,
+        ground_motion.horizontal_acceleration, ground_motion.upward_acceleration, queue_settings.ticks_per_sample,
+        queue_settings.sampling_interval, 1.0 / queue_settings.ticks_per_sample,
     )  # fmt: skip
     for s in range(stone_count):
-        rows = slice_stone_rows(state, s)
+        rows = slice_stone_rows(stack_states, s)
         for j in range(round_to_vector_multiple(lane_count)):
             store_rotation(rows, j, normalise_quaternion(load_stone(rows, j).rotation))
-            then = (load_course(state, j).current_sample + rows[LAST_UPRIGHT + j] * scale) * interval
+            then = (load_course(stack_states, j).current_sample + rows[LAST_UPRIGHT + j] * scale) * interval
             present = load_outcome(rows, j).is_simulated > 0.0
             rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
             rows[LAST_UPRIGHT + j] = -1.0
     for j in range(round_to_vector_multiple(lane_count)):
         # The times at which the stones were upright are their own, above.
-        begun = next_sample_tick_and_last_upright_time(load_course(state, j), state[TICK + j], -1.0, ticks, interval)
-        state[SAMPLE + j], state[TICK + j] = begun[0], begun[1]
+        begun = next_sample_tick_and_last_upright_time(
+            load_course(stack_states, j), stack_states[TICK + j], -1.0, ticks, interval
+        )
+        stack_states[SAMPLE + j], stack_states[TICK + j] = begun[0], begun[1]
     last = up.shape[0] - 3
     for j in range(round_to_vector_multiple(lane_count)):
-        course = load_course(state, j)
-        if state[LOADED + j] == course.current_sample + 1.0:
+        course = load_course(stack_states, j)
+        if stack_states[LOADED + j] == course.current_sample + 1.0:
             continue
-        state[LOADED + j] = course.current_sample + 1.0
+        stack_states[LOADED + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
-        horizontal = along[motion_row_by_case[lane_cases[j]]]
+        horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
         store_shaking(
-            state, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
+            stack_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 
 
 def attempt_steps_until_next_check(
-    kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
+    kernel_input: Any, workspace: Any, lane_count: int, trajectory_buffer: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
     """Attempt a sample's time steps for all stacks in parallel; record the first stack once per sample."""
     settings, interval = kernel_input.settings, kernel_input.settings.sampling_interval
@@ -182,31 +184,33 @@ def attempt_steps_until_next_check(
         kernel_input.face_corners_by_stack.shape[3],
         kernel_input.corner_counts_by_stone.size,
     )
-    if trajectory.shape[0] > 0:
-        most_rows = settings.max_trajectory_rows // trajectory.shape[1]
-        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 1, most_rows)
-        if trajectory.shape[0] == recorded_row_count:
-            return trajectory, -1
+    if trajectory_buffer.shape[0] > 0:
+        most_rows = settings.max_trajectory_rows // trajectory_buffer.shape[1]
+        trajectory_buffer = grow_trajectory_array(trajectory_buffer, recorded_row_count + 1, most_rows)
+        if trajectory_buffer.shape[0] == recorded_row_count:
+            return trajectory_buffer, -1
         record_motion_of_first_stack(
-            workspace.state, stones, interval, settings.ticks_per_sample, trajectory[recorded_row_count]
+            workspace.state, stones, interval, settings.ticks_per_sample, trajectory_buffer[recorded_row_count]
         )
-        due = trajectory[recorded_row_count - 1, 0] + 0.999 * interval if recorded_row_count > 0 else 0.0
-        recorded_row_count += 1 if trajectory[recorded_row_count, 0] >= due else 0
+        due = trajectory_buffer[recorded_row_count - 1, 0] + 0.999 * interval if recorded_row_count > 0 else 0.0
+        recorded_row_count += 1 if trajectory_buffer[recorded_row_count, 0] >= due else 0
     advance_stacks(
         workspace.state, stones, limit, corners, workspace.used_point_count_and_indices, lane_count,
         settings.attempted_steps_between_end_checks, settings.ticks_per_sample,
     )  # fmt: skip
-    return trajectory, recorded_row_count
+    return trajectory_buffer, recorded_row_count
 
 
-def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
+def mark_possibly_ended_cases(
+    kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flags_out: Any
+) -> int:
     """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
     return mark_stacks_due_for_end_test(
         workspace.state,
         kernel_input.corner_counts_by_stone.size,
         kernel_input.face_corners_by_stack.shape[3],
         active_lane_count,
-        end_marks_out,
+        possible_end_flags_out,
         kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
     )
@@ -214,30 +218,30 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_stacks_due_for_end_test(
-    state: Any,
+    stack_states: Any,
     stone_count: int,
     max_corner_count: int,
     active_lane_count: int,
-    end_marks_out: Any,
+    possible_end_flags_out: Any,
     ticks_per_sample: float,
-    last_sample: float,
+    record_sample_count: float,
 ) -> int:
     """Mark and count the stacks with a fallen stone, a state that is not finite, or no strong motion left."""
     count = 0
     for j in range(active_lane_count):
-        course, total = load_course(state, j), 0.0
+        course, total = load_course(stack_states, j), 0.0
         for s in range(stone_count):
-            total += stone_state_sum_for_finite_check(load_stone(slice_stone_rows(state, s), j))
-        sample = course.current_sample + state[TICK + j] / ticks_per_sample
-        due = total - total != 0.0 or sample >= min(course.last_onset_sample, last_sample)
-        due = due or lowest_newly_fallen_stone_index(state, j, stone_count, max_corner_count) < stone_count
-        end_marks_out[j] = 1.0 if due else 0.0
+            total += stone_state_sum_for_finite_check(load_stone(slice_stone_rows(stack_states, s), j))
+        sample = course.current_sample + stack_states[TICK + j] / ticks_per_sample
+        due = total - total != 0.0 or sample >= min(course.last_onset_sample, record_sample_count)
+        due = due or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count) < stone_count
+        possible_end_flags_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
 
 
 def skip_quiet_samples_of_resting_cases(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
+    kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground_motion
@@ -251,28 +255,28 @@ def skip_quiet_samples_of_resting_cases(
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):
             continue
-        direction = row[lane_cases[j]]
+        direction = row[case_index_by_lane[j]]
         if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude_factor, bound):
             continue
         rest_limit = base_acceleration_limit_g_of_stack_at_rest(state, j, stones, corners)
         if rest_limit > 0.0:
             samples = count_skippable_samples(ground, direction, now, course.amplitude_factor, rest_limit)
             state[SAMPLE + j] += samples
-            skipped_sample_counts_out[j] += samples
+            skipped_samples_by_lane_out[j] += samples
 
 
-def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:
     """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`."""
     stones, corners = kernel_input.corner_counts_by_stone.size, kernel_input.face_corners_by_stack.shape[3]
     return stop_fallen_stones_and_return_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
-        kernel_input.stones_by_stack[kernel_input.cases[case].stack],
+        kernel_input.stones_by_stack[kernel_input.cases[case_index].stack],
     )  # fmt: skip
 
 
-def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of case number `case`, stored in column `lane`, into the tables of results."""
+def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case_index: int, status: int) -> None:
+    """Write the results of case number `case_index`, stored in column `lane`, into the tables of results."""
     stones, corners = kernel_input.corner_counts_by_stone.size, kernel_input.face_corners_by_stack.shape[3]
     write_stack_results(
         workspace.state,
@@ -280,9 +284,9 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
         stones,
         corners,
         status,
-        kernel_input.stones_by_stack[kernel_input.cases[case].stack].centre_height_at_rest,
-        kernel_input.results[case],
-        kernel_input.stone_results[case],
+        kernel_input.stones_by_stack[kernel_input.cases[case_index].stack].centre_height_at_rest,
+        kernel_input.results[case_index],
+        kernel_input.stone_results[case_index],
     )
 
 

@@ -54,72 +54,80 @@ def cross_matrix_times_matrix(a: Vector3, m: Matrix3) -> Matrix3:
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_matrix(rotation: Matrix3, m: Matrix3) -> Matrix3:
+def rotate_matrix(rotation_to_new_axes: Matrix3, m: Matrix3) -> Matrix3:
     """Return R M Rᵀ, the matrix M in axes rotated by R."""
-    return matrix_product(matrix_product(rotation, m), transpose(rotation))
+    return matrix_product(matrix_product(rotation_to_new_axes, m), transpose(rotation_to_new_axes))
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_contact_equations(rotation: Matrix3, joint_equations: JointEquations) -> JointEquations:
-    """Rotate two stones' contact terms in the equations by `rotation`, from the lower stone's axes to the ground's."""
+def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: JointEquations) -> JointEquations:
+    """Rotate two stones' contact terms in the equations, from the axes of their contact to those of the ground."""
     wrench, joint_matrix = (
         joint_equations.force_and_moment_or_velocity_change,
         joint_equations.half_step_times_negated_derivatives,
     )
     return JointEquations(
         Wrench(
-            matrix_times_vector(rotation, wrench.force_or_velocity),
-            matrix_times_vector(rotation, wrench.moment_or_angular_velocity),
+            matrix_times_vector(rotation_to_new_axes, wrench.force_or_velocity),
+            matrix_times_vector(rotation_to_new_axes, wrench.moment_or_angular_velocity),
         ),
         VelocityToForceBlocks(
-            rotate_matrix(rotation, joint_matrix.force_per_velocity),
-            rotate_matrix(rotation, joint_matrix.force_per_angular_velocity),
-            rotate_matrix(rotation, joint_matrix.moment_per_velocity),
-            rotate_matrix(rotation, joint_matrix.moment_per_angular_velocity),
+            rotate_matrix(rotation_to_new_axes, joint_matrix.force_per_velocity),
+            rotate_matrix(rotation_to_new_axes, joint_matrix.force_per_angular_velocity),
+            rotate_matrix(rotation_to_new_axes, joint_matrix.moment_per_velocity),
+            rotate_matrix(rotation_to_new_axes, joint_matrix.moment_per_angular_velocity),
         ),
     )
 
 
 @njit(**INLINE_OPTIONS)
 def shift_contact_matrix_to_stone_centres(
-    joint_matrix: VelocityToForceBlocks, row_arm: Vector3, column_arm: Vector3
+    joint_matrix: VelocityToForceBlocks,
+    contact_origin_from_loaded_stone_centre: Vector3,
+    contact_origin_from_moving_stone_centre: Vector3,
 ) -> VelocityToForceBlocks:
     """Return a contact's matrix from the velocity of one stone to the force on another, about both stones' centres.
 
-    `row_arm` leads from the centre of the stone on which the force acts to the origin of the contact, `column_arm` from
-    the centre of the stone that moves.
+    `contact_origin_from_loaded_stone_centre` leads from the centre of the stone on which the force acts to the origin
+    of the contact, `contact_origin_from_moving_stone_centre` from the centre of the stone that moves.
     """
     fw = matrix_minus(
-        joint_matrix.force_per_angular_velocity, matrix_times_cross_matrix(joint_matrix.force_per_velocity, column_arm)
+        joint_matrix.force_per_angular_velocity,
+        matrix_times_cross_matrix(joint_matrix.force_per_velocity, contact_origin_from_moving_stone_centre),
     )
     return VelocityToForceBlocks(
         joint_matrix.force_per_velocity,
         fw,
         matrix_plus(
-            joint_matrix.moment_per_velocity, cross_matrix_times_matrix(row_arm, joint_matrix.force_per_velocity)
+            joint_matrix.moment_per_velocity,
+            cross_matrix_times_matrix(contact_origin_from_loaded_stone_centre, joint_matrix.force_per_velocity),
         ),
         matrix_plus(
             matrix_minus(
                 joint_matrix.moment_per_angular_velocity,
-                matrix_times_cross_matrix(joint_matrix.moment_per_velocity, column_arm),
+                matrix_times_cross_matrix(joint_matrix.moment_per_velocity, contact_origin_from_moving_stone_centre),
             ),
-            cross_matrix_times_matrix(row_arm, fw),
+            cross_matrix_times_matrix(contact_origin_from_loaded_stone_centre, fw),
         ),
     )
 
 
 @njit(**INLINE_OPTIONS)
-def shift_wrench_to_stone_centre(wrench: Wrench, arm: Vector3) -> Wrench:
-    """Return a force and moment moved to a stone's centre; `arm` leads from the centre to the old reference point."""
+def shift_wrench_to_stone_centre(wrench: Wrench, reference_point_from_stone_centre: Vector3) -> Wrench:
+    """Return a force and its moment about a stone's centre, given the moment about another point."""
     return Wrench(
-        wrench.force_or_velocity, plus(wrench.moment_or_angular_velocity, cross_product(arm, wrench.force_or_velocity))
+        wrench.force_or_velocity,
+        plus(
+            wrench.moment_or_angular_velocity,
+            cross_product(reference_point_from_stone_centre, wrench.force_or_velocity),
+        ),
     )
 
 
 @njit(**INLINE_OPTIONS)
-def mass_matrix_of_stone(mass: float, inertia_per_mass: SymmetricMatrix, axes: Matrix3) -> VelocityToForceBlocks:
+def mass_matrix_of_stone(mass: float, inertia_per_mass: SymmetricMatrix, stone_axes: Matrix3) -> VelocityToForceBlocks:
     """Return the 6 × 6 mass matrix (kg, kg·m²) of a stone in the axes of the ground."""
-    i = rotate_matrix(axes, expand_symmetric_matrix(inertia_per_mass))
+    i = rotate_matrix(stone_axes, expand_symmetric_matrix(inertia_per_mass))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return VelocityToForceBlocks(
         Matrix3(mass, 0.0, 0.0, 0.0, mass, 0.0, 0.0, 0.0, mass), zero, zero,
@@ -182,22 +190,26 @@ def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
 
 @njit(**INLINE_OPTIONS)
 def right_side_of_stone_equations(
-    half_step: float,
+    half_step_length_s: float,
     mass: float,
-    wrench: Wrench,
-    inertial_acceleration: Vector3,
-    previous_acceleration_and_moment_per_mass: Wrench,
+    contact_force_and_moment: Wrench,
+    inertial_and_gravity_acceleration: Vector3,
+    acceleration_and_moment_per_mass_at_start: Wrench,
 ) -> Wrench:
     """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""
-    f, m = wrench.force_or_velocity, wrench.moment_or_angular_velocity
-    a, t = previous_acceleration_and_moment_per_mass
+    f, m = contact_force_and_moment.force_or_velocity, contact_force_and_moment.moment_or_angular_velocity
+    a, t = acceleration_and_moment_per_mass_at_start
     return Wrench(
         Vector3(
-            half_step * (f.x + mass * (inertial_acceleration.x - a.x)),
-            half_step * (f.y + mass * (inertial_acceleration.y - a.y)),
-            half_step * (f.z + mass * (inertial_acceleration.z - a.z)),
+            half_step_length_s * (f.x + mass * (inertial_and_gravity_acceleration.x - a.x)),
+            half_step_length_s * (f.y + mass * (inertial_and_gravity_acceleration.y - a.y)),
+            half_step_length_s * (f.z + mass * (inertial_and_gravity_acceleration.z - a.z)),
         ),
-        Vector3(half_step * (m.x - mass * t.x), half_step * (m.y - mass * t.y), half_step * (m.z - mass * t.z)),
+        Vector3(
+            half_step_length_s * (m.x - mass * t.x),
+            half_step_length_s * (m.y - mass * t.y),
+            half_step_length_s * (m.z - mass * t.z),
+        ),
     )
 
 
@@ -210,43 +222,60 @@ def scale_wrench(factor: float, w: Wrench) -> Wrench:
 
 @njit(**INLINE_OPTIONS)
 def eliminate_stone_from_equations(
-    diagonal: DiagonalBlockAndRightSide,
-    lower: DiagonalBlockAndRightSide,
-    joint: JointEquations,
-    half_step: float,
-    upper_arm: Vector3,
-    lower_arm: Vector3,
+    upper_stone_equations: DiagonalBlockAndRightSide,
+    lower_stone_equations: DiagonalBlockAndRightSide,
+    joint_equations: JointEquations,
+    half_step_length_s: float,
+    contact_origin_from_upper_stone_centre: Vector3,
+    contact_origin_from_lower_stone_centre: Vector3,
 ) -> tuple[EliminatedStoneSolution, DiagonalBlockAndRightSide]:
     """Eliminate a stone from a stack's equations; return its solution, and the reduced equations of the stone below.
 
-    `diagonal` and `lower` do not contain the contact of the two stones yet.
+    `upper_stone_equations` and `lower_stone_equations` do not contain the contact of the two stones yet.
     """
     joint_matrix, wrench = (
-        joint.half_step_times_negated_derivatives,
-        scale_wrench(half_step, joint.force_and_moment_or_velocity_change),
+        joint_equations.half_step_times_negated_derivatives,
+        scale_wrench(half_step_length_s, joint_equations.force_and_moment_or_velocity_change),
     )
     own = sum_of_6x6_matrices(
-        diagonal.diagonal_block, shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, upper_arm)
+        upper_stone_equations.diagonal_block,
+        shift_contact_matrix_to_stone_centres(
+            joint_matrix, contact_origin_from_upper_stone_centre, contact_origin_from_upper_stone_centre
+        ),
     )
     coupling, back = (
-        shift_contact_matrix_to_stone_centres(joint_matrix, upper_arm, lower_arm),
-        shift_contact_matrix_to_stone_centres(joint_matrix, lower_arm, upper_arm),
+        shift_contact_matrix_to_stone_centres(
+            joint_matrix, contact_origin_from_upper_stone_centre, contact_origin_from_lower_stone_centre
+        ),
+        shift_contact_matrix_to_stone_centres(
+            joint_matrix, contact_origin_from_lower_stone_centre, contact_origin_from_upper_stone_centre
+        ),
     )
     inverse = inverse_of_6x6_matrix(own)
     factor_below = product_of_6x6_matrices(inverse, coupling)
     fixed_part = matrix_6x6_times_wrench(
-        inverse, wrench_plus(diagonal.right_hand_side, shift_wrench_to_stone_centre(wrench, upper_arm))
+        inverse,
+        wrench_plus(
+            upper_stone_equations.right_hand_side,
+            shift_wrench_to_stone_centre(wrench, contact_origin_from_upper_stone_centre),
+        ),
     )
     # e = fixed part + factor · e_below: the coupling has a minus sign.
     return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
         difference_of_6x6_matrices(
             sum_of_6x6_matrices(
-                lower.diagonal_block, shift_contact_matrix_to_stone_centres(joint_matrix, lower_arm, lower_arm)
+                lower_stone_equations.diagonal_block,
+                shift_contact_matrix_to_stone_centres(
+                    joint_matrix, contact_origin_from_lower_stone_centre, contact_origin_from_lower_stone_centre
+                ),
             ),
             product_of_6x6_matrices(back, factor_below),
         ),
         wrench_plus(
-            wrench_minus(lower.right_hand_side, shift_wrench_to_stone_centre(wrench, lower_arm)),
+            wrench_minus(
+                lower_stone_equations.right_hand_side,
+                shift_wrench_to_stone_centre(wrench, contact_origin_from_lower_stone_centre),
+            ),
             matrix_6x6_times_wrench(back, fixed_part),
         ),
     )
@@ -254,15 +283,25 @@ def eliminate_stone_from_equations(
 
 @njit(**INLINE_OPTIONS)
 def solve_velocity_correction_of_lowest_stone(
-    diagonal: DiagonalBlockAndRightSide, joint: JointEquations, half_step: float, arm: Vector3
+    lowest_stone_equations: DiagonalBlockAndRightSide,
+    joint_equations: JointEquations,
+    half_step_length_s: float,
+    contact_origin_from_stone_centre: Vector3,
 ) -> Wrench:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
     own = sum_of_6x6_matrices(
-        diagonal.diagonal_block,
-        shift_contact_matrix_to_stone_centres(joint.half_step_times_negated_derivatives, arm, arm),
+        lowest_stone_equations.diagonal_block,
+        shift_contact_matrix_to_stone_centres(
+            joint_equations.half_step_times_negated_derivatives,
+            contact_origin_from_stone_centre,
+            contact_origin_from_stone_centre,
+        ),
     )
     right = wrench_plus(
-        diagonal.right_hand_side,
-        shift_wrench_to_stone_centre(scale_wrench(half_step, joint.force_and_moment_or_velocity_change), arm),
+        lowest_stone_equations.right_hand_side,
+        shift_wrench_to_stone_centre(
+            scale_wrench(half_step_length_s, joint_equations.force_and_moment_or_velocity_change),
+            contact_origin_from_stone_centre,
+        ),
     )
     return matrix_6x6_times_wrench(inverse_of_6x6_matrix(own), right)

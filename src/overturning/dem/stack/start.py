@@ -52,124 +52,134 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stack_state(
-    state: Any, lane: int, case: Any, stones_and_joints: tuple[Any, Any], friction: Any, outlines: Any, corners: Any,
-    sampling_interval_and_ticks: tuple[float, float],
+    stack_states: Any, lane: int, case_table_row: Any, stone_and_joint_table_rows: tuple[Any, Any],
+    friction_by_joint: Any, face_corners_by_stone: Any, corner_count_by_stone: Any,
+    sampling_interval_s_and_ticks: tuple[float, float],
 ) -> None:  # fmt: skip
     """Load a stack at rest into column `lane` of the state array.
 
-    `sampling_interval_and_ticks` is the sampling interval in seconds and in ticks, the unit of time of the steps.
+    `sampling_interval_s_and_ticks` is the sampling interval in seconds and in ticks, the unit of time of the steps.
     """
-    (stones, joints), (sampling_interval, ticks_per_sample) = stones_and_joints, sampling_interval_and_ticks
-    for row in range(state.size // PARALLEL_CASE_COUNT):
-        state[row * PARALLEL_CASE_COUNT + lane] = 0.0
-    first, size = CASE_SIZE + stones.size * STONE_SIZE, state_array_length_per_joint(outlines.shape[2])
-    steps = case.steps_before_doubling_after_contact_change
-    store_clock(state, lane, CaseStepControl(
-        case.shortest_step_ticks, case.longest_step_at_rest_ticks, steps, case.long_steps_before_doubling,
+    (stones, joints), (sampling_interval, ticks_per_sample) = stone_and_joint_table_rows, sampling_interval_s_and_ticks
+    for row in range(stack_states.size // PARALLEL_CASE_COUNT):
+        stack_states[row * PARALLEL_CASE_COUNT + lane] = 0.0
+    first, size = CASE_SIZE + stones.size * STONE_SIZE, state_array_length_per_joint(face_corners_by_stone.shape[2])
+    steps = case_table_row.steps_before_doubling_after_contact_change
+    store_clock(stack_states, lane, CaseStepControl(
+        case_table_row.shortest_step_ticks, case_table_row.longest_step_at_rest_ticks, steps,
+        case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
-    store_case(state, lane, StackTickLengthAndLimits(
-        sampling_interval / ticks_per_sample, case.max_penetration, case.max_acceleration_for_sample_long_steps_g,
-        case.max_kinetic_energy_at_rest, case.min_side_distance_of_mass_centre_above_joint
+    store_case(stack_states, lane, StackTickLengthAndLimits(
+        sampling_interval / ticks_per_sample, case_table_row.max_penetration,
+        case_table_row.max_acceleration_for_sample_long_steps_g,
+        case_table_row.max_kinetic_energy_at_rest, case_table_row.min_side_distance_of_mass_centre_above_joint
     ))  # fmt: skip
     store_rest(
-        state,
+        stack_states,
         lane,
-        StackRestFlagAndLimits(case.max_share_of_onset_acceleration_at_rest, case.max_base_acceleration_at_rest_g, 0.0),
+        StackRestFlagAndLimits(
+            case_table_row.max_share_of_onset_acceleration_at_rest, case_table_row.max_base_acceleration_at_rest_g, 0.0
+        ),
     )
-    store_attempt(state, lane, NextStepToAttempt(case.shortest_step_ticks, steps, 0.0))
+    store_attempt(stack_states, lane, NextStepToAttempt(case_table_row.shortest_step_ticks, steps, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
-        write_initial_stone_state(slice_stone_rows(state, s), lane, stone)
+        write_initial_stone_state(slice_stone_rows(stack_states, s), lane, stone)
         write_initial_joint_state(
-            state[at : at + size], lane, joints[s], friction[s], case.damping_factor, stone.centre_height,
-            stone.nearest_base_side_distance,
+            stack_states[at : at + size], lane, joints[s], friction_by_joint[s], case_table_row.damping_factor,
+            stone.centre_height, stone.nearest_base_side_distance,
         )  # fmt: skip
-        for i in range(corners[s]):
+        for i in range(corner_count_by_stone[s]):
             begin = at + JOINT_SIZE + i * P
-            o = outlines[s, 0, i]
-            store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
+            o = face_corners_by_stone[s, 0, i]
+            store_outline(stack_states[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
         if s > 0:
-            for i in range(corners[s - 1]):
-                begin = at + JOINT_SIZE + (corners[s] + i) * P
-                o = outlines[s - 1, 1, i]
-                store_outline(state[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
-    store_course(state, lane, CaseProgress(
-        case.amplitude_factor, case.first_simulated_sample, case.last_onset_sample, case.end_sample_if_undecided,
-        case.first_simulated_sample * sampling_interval, case.spring_energy_at_rest,
-        case.min_overturning_energy,
+            for i in range(corner_count_by_stone[s - 1]):
+                begin = at + JOINT_SIZE + (corner_count_by_stone[s] + i) * P
+                o = face_corners_by_stone[s - 1, 1, i]
+                store_outline(stack_states[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
+    store_course(stack_states, lane, CaseProgress(
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.last_onset_sample,
+        case_table_row.end_sample_if_undecided,
+        case_table_row.first_simulated_sample * sampling_interval, case_table_row.spring_energy_at_rest,
+        case_table_row.min_overturning_energy,
     ))  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_stone_state(rows: Any, lane: int, constants: Any) -> None:
+def write_initial_stone_state(stone_rows: Any, lane: int, stone_table_row: Any) -> None:
     """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
     store_constants(
-        rows,
+        stone_rows,
         lane,
         StoneConstants(
             inverse_of_inertia_per_mass=SymmetricMatrix(
-                constants.inverse_of_inertia_per_mass_xx,
-                constants.inverse_of_inertia_per_mass_yy,
-                constants.inverse_of_inertia_per_mass_zz,
-                constants.inverse_of_inertia_per_mass_xy,
-                constants.inverse_of_inertia_per_mass_xz,
-                constants.inverse_of_inertia_per_mass_yz,
+                stone_table_row.inverse_of_inertia_per_mass_xx,
+                stone_table_row.inverse_of_inertia_per_mass_yy,
+                stone_table_row.inverse_of_inertia_per_mass_zz,
+                stone_table_row.inverse_of_inertia_per_mass_xy,
+                stone_table_row.inverse_of_inertia_per_mass_xz,
+                stone_table_row.inverse_of_inertia_per_mass_yz,
             ),
             inertia_per_mass=SymmetricMatrix(
-                constants.inertia_per_mass_xx,
-                constants.inertia_per_mass_yy,
-                constants.inertia_per_mass_zz,
-                constants.inertia_per_mass_xy,
-                constants.inertia_per_mass_xz,
-                constants.inertia_per_mass_yz,
+                stone_table_row.inertia_per_mass_xx,
+                stone_table_row.inertia_per_mass_yy,
+                stone_table_row.inertia_per_mass_zz,
+                stone_table_row.inertia_per_mass_xy,
+                stone_table_row.inertia_per_mass_xz,
+                stone_table_row.inertia_per_mass_yz,
             ),
-            mass=constants.mass,
-            centre_height=constants.centre_height,
-            upper_face_height_above_centre=constants.upper_face_height_above_centre,
-            critical_lean_squared_sine_on_contact_patch=constants.critical_lean_squared_sine_on_contact_patch,
-            critical_lean_squared_sine_on_whole_base=constants.critical_lean_squared_sine_on_whole_base,
-            fall_tilt_cosine=constants.fall_tilt_cosine,
-            max_centre_drop_without_fall=constants.max_centre_drop_without_fall,
+            mass=stone_table_row.mass,
+            centre_height=stone_table_row.centre_height,
+            upper_face_height_above_centre=stone_table_row.upper_face_height_above_centre,
+            critical_lean_squared_sine_on_contact_patch=stone_table_row.critical_lean_squared_sine_on_contact_patch,
+            critical_lean_squared_sine_on_whole_base=stone_table_row.critical_lean_squared_sine_on_whole_base,
+            fall_tilt_cosine=stone_table_row.fall_tilt_cosine,
+            max_centre_drop_without_fall=stone_table_row.max_centre_drop_without_fall,
         ),
     )
-    at, still = constants.start, Vector3(0.0, 0.0, 0.0)
+    at, still = stone_table_row.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
-    store_stone(rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
-    store_peaks(rows, lane, StonePeakTilt(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
-    store_outcome(rows, lane, StoneFallState(1.0, 0.0, 0.0))
+    store_stone(stone_rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
+    store_peaks(stone_rows, lane, StonePeakTilt(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
+    store_outcome(stone_rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_joint_state(
-    rows: Any,
+    joint_rows: Any,
     lane: int,
-    constants: Any,
+    joint_table_row: Any,
     friction: float,
     damping_factor: float,
-    centre_height: float,
-    edge_distance: float,
+    centre_height_above_base: float,
+    nearest_base_side_distance: float,
 ) -> None:
     """Write contact constants and load at rest of a stone's contact with its support into column `lane`."""
-    store_joint(rows, lane, JointConstants(
-        normal_stiffness=constants.normal_stiffness, normal_dashpot=constants.normal_dashpot * damping_factor,
-        tangential_stiffness=constants.tangential_stiffness, tangential_compliance=constants.tangential_compliance,
-        tangential_dashpot=constants.tangential_dashpot * damping_factor, friction=friction,
-        flat_landing_duration_s=constants.flat_landing_duration_s * damping_factor,
-        tilting_friction_share_in_flat_landing=0.0 if friction * centre_height <= edge_distance else 1.0,
-        min_rim_distance_for_deferred_contact=constants.min_rim_distance_for_deferred_contact,
-        upper_base_corner_count=constants.upper_base_corner_count,
+    store_joint(joint_rows, lane, JointConstants(
+        normal_stiffness=joint_table_row.normal_stiffness,
+        normal_dashpot=joint_table_row.normal_dashpot * damping_factor,
+        tangential_stiffness=joint_table_row.tangential_stiffness,
+        tangential_compliance=joint_table_row.tangential_compliance,
+        tangential_dashpot=joint_table_row.tangential_dashpot * damping_factor, friction=friction,
+        flat_landing_duration_s=joint_table_row.flat_landing_duration_s * damping_factor,
+        tilting_friction_share_in_flat_landing=(
+            0.0 if friction * centre_height_above_base <= nearest_base_side_distance else 1.0
+        ),
+        min_rim_distance_for_deferred_contact=joint_table_row.min_rim_distance_for_deferred_contact,
+        upper_base_corner_count=joint_table_row.upper_base_corner_count,
     ))  # fmt: skip
     still = TangentTwistVector(0.0, 0.0, 0.0)
     store_history(
-        rows,
+        joint_rows,
         lane,
         JointContactState(
             still,
             still,
-            constants.pressure_centre_x,
-            constants.pressure_centre_y,
-            constants.mean_force_distance_from_pressure_centre,
-            constants.normal_force,
+            joint_table_row.pressure_centre_x,
+            joint_table_row.pressure_centre_y,
+            joint_table_row.mean_force_distance_from_pressure_centre,
+            joint_table_row.normal_force,
             0.0,
             0.0,
         ),

@@ -52,17 +52,17 @@ class JointConstantsOfStack:
         return np.array([patch.height_of_centre_of_all_mass_above for patch in self.contact_patches])
 
 
-def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -> JointConstantsOfStack:
+def joint_constants_of_stack(stones: list[StackStone], contact_properties: VertexContact) -> JointConstantsOfStack:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
     rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
     above = np.array([patch.mass_above for patch in patches])
     width = np.array([np.ptp(patch.corners_xy_in_stack_axes, axis=0).min() for patch in patches])
-    penetration = contact.static_penetration * np.minimum(width, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M)
+    penetration = contact_properties.static_penetration * np.minimum(width, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M)
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
         for name, own in (
-            ("base_joint_stiffness_ratio", contact.stiffness_ratio),
-            ("base_joint_damping_ratio", contact.damping_ratio),
+            ("base_joint_stiffness_ratio", contact_properties.stiffness_ratio),
+            ("base_joint_damping_ratio", contact_properties.damping_ratio),
         )
     )
     stiffness = above * STANDARD_GRAVITY / penetration
@@ -82,13 +82,13 @@ def joint_constants_of_stack(stones: list[StackStone], contact: VertexContact) -
     return table
 
 
-def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack) -> NDArray[np.void]:
+def initial_stone_table(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> NDArray[np.void]:
     """Return constants and initial states of a stack's stones at rest, of type `STONE_TABLE_DTYPE`, shape (stones,)."""
     table, level = np.zeros(len(stones), STONE_TABLE_DTYPE), 0.0
-    pose = static_displacements_and_rotations(stones, joints)
+    pose = static_displacements_and_rotations(stones, joint_constants)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for stone, row, depth, shift, patch in zip(
-        stones, table, joints.mean_penetration_at_rest, pose, joints.contact_patches, strict=True
+        stones, table, joint_constants.mean_penetration_at_rest, pose, joint_constants.contact_patches, strict=True
     ):
         inverse = inverse_of_inertia_with_only_xz_product(stone.inertia_per_mass)
         for name, at in pairs.items():
@@ -121,7 +121,9 @@ def initial_stone_table(stones: list[StackStone], joints: JointConstantsOfStack)
     return table
 
 
-def tipping_side_distance_and_mass_centre_height(stone: StackStone, patch: ContactPatchAtRest) -> tuple[float, float]:
+def tipping_side_distance_and_mass_centre_height(
+    stone: StackStone, contact_patch: ContactPatchAtRest
+) -> tuple[float, float]:
     """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
 
     The distance is horizontal, from this side to the centre; the height is that above the contact.
@@ -131,58 +133,62 @@ def tipping_side_distance_and_mass_centre_height(stone: StackStone, patch: Conta
     """
     base = stone.nearest_base_side_distance
     side = float(
-        polygon_side_distances_from_point(patch.corners_xy_in_stack_axes, stone.centre_of_mass_x_at_rest).min()
+        polygon_side_distances_from_point(contact_patch.corners_xy_in_stack_axes, stone.centre_of_mass_x_at_rest).min()
     )
     if side <= 0.0:
-        return float(patch.side_distances_from_mass_centre_above.min()), patch.height_of_centre_of_all_mass_above
+        return float(
+            contact_patch.side_distances_from_mass_centre_above.min()
+        ), contact_patch.height_of_centre_of_all_mass_above
     # Where the whole base rests on the face below, its sides are those of the patch but for rounding.
     return (side if side < base * (1.0 - 1e-9) else base), stone.centre_height_above_base
 
 
-def base_x_offsets_from_support_at_rest(stones: NDArray[np.void]) -> FloatArray:
+def base_x_offsets_from_support_at_rest(stone_table_by_stack: NDArray[np.void]) -> FloatArray:
     """Return each stone's base position at rest along x, relative to its support's centre, m, shape (stacks, stones).
 
-    `stones` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. Stones off centre lean a little under their
-    weight.
+    `stone_table_by_stack` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. Stones off centre lean a
+    little under their weight.
     """
-    start = stones["start"]
+    start = stone_table_by_stack["start"]
     lean = 2.0 * np.arctan2(start["qy"], start["qw"])
     below = [np.concatenate([np.zeros_like(column[:, :1]), column[:, :-1]], axis=1)
              for column in (start["x"], start["z"], lean)]  # fmt: skip
     apart, above, tilt = (column - under for column, under in zip((start["x"], start["z"], lean), below, strict=True))
-    return np.cos(below[2]) * apart - np.sin(below[2]) * above - stones["centre_height"] * np.sin(tilt)
+    return np.cos(below[2]) * apart - np.sin(below[2]) * above - stone_table_by_stack["centre_height"] * np.sin(tilt)
 
 
-def inverse_of_inertia_with_only_xz_product(inertia: FloatArray) -> FloatArray:
+def inverse_of_inertia_with_only_xz_product(inertia_tensor: FloatArray) -> FloatArray:
     """Return the inverse of an inertia tensor in which only the x–z product of inertia is not zero."""
-    (xx, _, xz), (_, yy, _), (_, _, zz) = inertia
+    (xx, _, xz), (_, yy, _), (_, _, zz) = inertia_tensor
     area = xx * zz - xz * xz
     return np.array([[zz / area, 0.0, -xz / area], [0.0, 1.0 / yy, 0.0], [-xz / area, 0.0, xx / area]])
 
 
-def kernel_rows_of_face_corners(corners: FloatArray) -> FloatArray:
+def kernel_rows_of_face_corners(face_corners_xy: FloatArray) -> FloatArray:
     """Return the corners of a convex face, given as (n, 2) in m, as kernel rows with the fields of `FaceCorner`."""
-    side = np.roll(corners, -1, axis=0) - corners
+    side = np.roll(face_corners_xy, -1, axis=0) - face_corners_xy
     length = np.sqrt((side**2).sum(axis=1))
     normal = np.stack([side[:, 1], -side[:, 0]], axis=1) / length[:, None]
-    reach = (normal * corners).sum(axis=1)
+    reach = (normal * face_corners_xy).sum(axis=1)
     share = 0.5 * (length + np.roll(length, 1)) / length.sum()
-    return np.column_stack([corners, normal, reach, share])
+    return np.column_stack([face_corners_xy, normal, reach, share])
 
 
-def _relative_displacement_matrix_at_corner(stones: list[StackStone], joint: int, corner: FloatArray) -> FloatArray:
+def _relative_displacement_matrix_at_corner(
+    stones: list[StackStone], joint_index: int, corner_xy: FloatArray
+) -> FloatArray:
     """Return the 3 × 6n matrix from n stones' motions to the relative displacement of two stones at a corner.
 
-    The motion of a stone is its displacement (m) and its rotation (rad); `corner` has the horizontal position, m.
+    The motion of a stone is its displacement (m) and its rotation (rad); `corner_xy` has the horizontal position, m.
     """
     matrix = np.zeros((3, 6 * len(stones)))
-    for index, sign in ((joint, 1.0), (joint - 1, -1.0)):
+    for index, sign in ((joint_index, 1.0), (joint_index - 1, -1.0)):
         if index >= 0:
             stone = stones[index]
             x, y, z = (
-                corner[0] - stone.centre_of_mass_x_at_rest,
-                corner[1],
-                (-stone.centre_height_above_base if index == joint else stone.upper_face_height_above_centre),
+                corner_xy[0] - stone.centre_of_mass_x_at_rest,
+                corner_xy[1],
+                (-stone.centre_height_above_base if index == joint_index else stone.upper_face_height_above_centre),
             )
             matrix[:, 6 * index : 6 * index + 6] += [
                 [sign, 0.0, 0.0, 0.0, sign * z, -sign * y],
@@ -194,25 +200,25 @@ def _relative_displacement_matrix_at_corner(stones: list[StackStone], joint: int
 
 def scaled_stiffness_matrix_of_stack_at_rest(
     stones: list[StackStone],
-    joints: JointConstantsOfStack,
-    scale_factors: FloatArray,
-    loaded_corners: list[NDArray[np.bool_]] | None = None,
+    joint_constants: JointConstantsOfStack,
+    unit_mass_scale_factors: FloatArray,
+    corner_carries_load_by_joint: list[NDArray[np.bool_]] | None = None,
 ) -> FloatArray:
-    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides by `scale_factors`.
+    """Return the stiffness matrix of a stack at rest, shape (6 n, 6 n), scaled on both sides to a unit mass matrix.
 
-    `loaded_corners`, one array per joint, is False for corners of the patches that carry no load.
+    `corner_carries_load_by_joint`, one array per joint, is False for corners of the patches that carry no load.
     """
-    matrix = np.zeros((scale_factors.size, scale_factors.size))
-    for k, patch in enumerate(joints.contact_patches):
+    matrix = np.zeros((unit_mass_scale_factors.size, unit_mass_scale_factors.size))
+    for k, patch in enumerate(joint_constants.contact_patches):
         for number, (corner, weight) in enumerate(
             zip(patch.corners_xy_in_stack_axes, patch.corner_stiffness_shares, strict=True)
         ):
             normal, tangential = (
-                weight * joints.joint_table["normal_stiffness"][k],
-                weight * joints.joint_table["tangential_stiffness"][k],
+                weight * joint_constants.joint_table["normal_stiffness"][k],
+                weight * joint_constants.joint_table["tangential_stiffness"][k],
             )
-            if loaded_corners is None or loaded_corners[k][number]:
-                each = _relative_displacement_matrix_at_corner(stones, k, corner) * scale_factors
+            if corner_carries_load_by_joint is None or corner_carries_load_by_joint[k][number]:
+                each = _relative_displacement_matrix_at_corner(stones, k, corner) * unit_mass_scale_factors
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
     return matrix
 
@@ -237,7 +243,7 @@ def eigenvalue_bound_factor_for_inertia_products(stones: list[StackStone]) -> fl
     return 1.0 / (1.0 - max(correlation))
 
 
-def static_displacements_and_rotations(stones: list[StackStone], joints: JointConstantsOfStack) -> FloatArray:
+def static_displacements_and_rotations(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> FloatArray:
     """Return displacement (m) and rotation (rad) of each stone under its own weight and load, shape (stones, 6).
 
     A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
@@ -247,18 +253,18 @@ def static_displacements_and_rotations(stones: list[StackStone], joints: JointCo
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
     scale, loaded = (
         scale_factors_for_unit_mass_matrix(stones),
-        [np.ones(len(patch.corners_xy_in_stack_axes), np.bool_) for patch in joints.contact_patches],
+        [np.ones(len(patch.corners_xy_in_stack_axes), np.bool_) for patch in joint_constants.contact_patches],
     )
     level = np.zeros((count, 6))
-    level[:, 2] = -np.cumsum(joints.mean_penetration_at_rest)
+    level[:, 2] = -np.cumsum(joint_constants.mean_penetration_at_rest)
     for _ in range(4 * count):
         shift = solve_positive_definite_system(
-            scaled_stiffness_matrix_of_stack_at_rest(stones, joints, scale, loaded), weight * scale
+            scaled_stiffness_matrix_of_stack_at_rest(stones, joint_constants, scale, loaded), weight * scale
         )
         if shift is None:
             return level  # the stack finds its pose by itself
         shift = shift * scale
-        depth = _penetrations_at_patch_corners(stones, joints, shift)
+        depth = _penetrations_at_patch_corners(stones, joint_constants, shift)
         if all((deep[on] > 0.0).all() for deep, on in zip(depth, loaded, strict=True)):
             return np.asarray(shift.reshape(count, 6))
         loaded = [on & (deep > 0.0) for deep, on in zip(depth, loaded, strict=True)]
@@ -266,27 +272,31 @@ def static_displacements_and_rotations(stones: list[StackStone], joints: JointCo
 
 
 def _penetrations_at_patch_corners(
-    stones: list[StackStone], joints: JointConstantsOfStack, shift: FloatArray
+    stones: list[StackStone], joint_constants: JointConstantsOfStack, displacements_and_rotations: FloatArray
 ) -> list[FloatArray]:
     """Return the penetration at the corners of each contact patch of a stack, m; negative at open corners.
 
-    `shift` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
+    `displacements_and_rotations` holds displacement (m) and rotation (rad) of each stone, shape (6 n,).
     """
     return [
         np.array(
             [
-                -(_relative_displacement_matrix_at_corner(stones, k, corner) @ shift)[2]
+                -(_relative_displacement_matrix_at_corner(stones, k, corner) @ displacements_and_rotations)[2]
                 for corner in patch.corners_xy_in_stack_axes
             ]
         )
-        for k, patch in enumerate(joints.contact_patches)
+        for k, patch in enumerate(joint_constants.contact_patches)
     ]
 
 
-def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> None:
+def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> None:
     """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
-    depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
-    for k, (row, patch, depth) in enumerate(zip(joints.joint_table, joints.contact_patches, depths, strict=True)):
+    depths = _penetrations_at_patch_corners(
+        stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
+    )
+    for k, (row, patch, depth) in enumerate(
+        zip(joint_constants.joint_table, joint_constants.contact_patches, depths, strict=True)
+    ):
         force = patch.corner_stiffness_shares * row["normal_stiffness"] * np.maximum(depth, 0.0)
         share = force / force.sum()
         corners = patch.corners_xy_in_stack_axes - np.array(
@@ -297,18 +307,22 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joints: JointConsta
         row["mean_force_distance_from_pressure_centre"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
 
 
-def spring_energy_at_rest(stones: list[StackStone], joints: JointConstantsOfStack) -> float:
+def spring_energy_at_rest(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> float:
     """Return the energy of the springs of a stack that stands at rest, J."""
-    depths = _penetrations_at_patch_corners(stones, joints, static_displacements_and_rotations(stones, joints).ravel())
+    depths = _penetrations_at_patch_corners(
+        stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
+    )
     return sum(
         float(np.sum(0.5 * patch.corner_stiffness_shares * stiffness * np.maximum(depth, 0.0) ** 2))
         for patch, stiffness, depth in zip(
-            joints.contact_patches, joints.joint_table["normal_stiffness"], depths, strict=True
+            joint_constants.contact_patches, joint_constants.joint_table["normal_stiffness"], depths, strict=True
         )
     )
 
 
-def motion_onset_acceleration_g(joints: JointConstantsOfStack, friction: FloatArray) -> FloatArray:
+def motion_onset_acceleration_g(
+    joint_constants: JointConstantsOfStack, friction_by_case_and_joint: FloatArray
+) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 
     Contact k opens at the least ratio of the distance of one of its sides to the height of the centre of all stones
@@ -317,8 +331,9 @@ def motion_onset_acceleration_g(joints: JointConstantsOfStack, friction: FloatAr
     return np.minimum(
         float(
             np.min(
-                joints.stones_above_mass_centre_to_side_distance / joints.stones_above_mass_centre_height_above_joint
+                joint_constants.stones_above_mass_centre_to_side_distance
+                / joint_constants.stones_above_mass_centre_height_above_joint
             )
         ),
-        friction.min(axis=1),
+        friction_by_case_and_joint.min(axis=1),
     )

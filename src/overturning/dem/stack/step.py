@@ -54,97 +54,112 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def state_array_length_per_joint(corner_limit: int) -> int:
-    """Return the state array's length for one contact of two stones; faces have at most `corner_limit` corners."""
-    return JOINT_SIZE + 6 * corner_limit * P
+def state_array_length_per_joint(max_corner_count: int) -> int:
+    """Return the state array's length for one contact of two stones; faces have at most `max_corner_count` corners."""
+    return JOINT_SIZE + 6 * max_corner_count * P
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_contact_patch_forces(
     case_rows: Any,
-    upper_rows: Any,
-    lower_rows: Any,
+    upper_stone_rows: Any,
+    lower_stone_rows: Any,
     joint_rows: Any,
-    points: Any,
-    corner_counts: tuple[int, int],
+    joint_point_rows: Any,
+    base_and_lower_face_corner_counts: tuple[int, int],
     used_point_count_and_indices: Any,
     lane_count: int,
 ) -> None:
     """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
-    `corner_counts` holds the numbers of corners of the base and of the lower face (0 on the ground). The numbers of the
-    points that have a share of stiffness in any stack are written to `used_point_count_and_indices`, after their count.
+    `base_and_lower_face_corner_counts` holds the numbers of corners of the base and of the lower face (0 on the
+    ground). The numbers of the points that have a share of stiffness in any stack are written to
+    `used_point_count_and_indices`, after their count.
     """
-    upper_count, lower_count = corner_counts
-    predict_base_corner_positions(upper_rows, joint_rows, points, upper_count, lane_count)
+    upper_count, lower_count = base_and_lower_face_corner_counts
+    predict_base_corner_positions(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lane_count)
     for i in range(upper_count):
         used_point_count_and_indices[1 + i] = i
     count = upper_count
-    if lower_count > 0 and not all_bases_on_lower_face(joint_rows, points, upper_count, lower_count, lane_count):
-        clip_base_sides(joint_rows, points, upper_count, lower_count, lane_count)
-        clip_sides_of_lower_face(joint_rows, points, upper_count, lower_count, lane_count)
-        place_contact_points_of_partial_patch(joint_rows, points, upper_count, lower_count, lane_count)
-        sum_contact_normals(upper_rows, joint_rows, points, upper_count, lower_count, lane_count)
-        rotate_contact_frame_to_mean_normal(upper_rows, lower_rows, joint_rows, lane_count)
+    if lower_count > 0 and not all_bases_on_lower_face(
+        joint_rows, joint_point_rows, upper_count, lower_count, lane_count
+    ):
+        clip_base_sides(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        clip_sides_of_lower_face(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        place_contact_points_of_partial_patch(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        sum_contact_normals(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
             used_point_count_and_indices[1 + count] = i
-            count += 1 if any_stack_uses_contact_point(slice_contact_point_rows(points, i), lane_count) else 0
+            count += 1 if any_stack_uses_contact_point(slice_contact_point_rows(joint_point_rows, i), lane_count) else 0
         for n in range(count):
             express_point_in_mean_normal_frame(
-                joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
+                joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
             )
     used_point_count_and_indices[0] = count
     clear_joint_sums(joint_rows, lane_count)
     for n in range(count):
         update_landing_times_with_contact_point(
-            joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
+            joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
         )
     for n in range(count):
         predict_point_normal_force(
-            case_rows, joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
+            case_rows,
+            joint_rows,
+            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]),
+            lane_count,
         )
-    predict_joint_friction(case_rows, upper_rows, joint_rows, lane_count)
+    predict_joint_friction(case_rows, upper_stone_rows, joint_rows, lane_count)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def compute_contact_patch_forces(
     case_rows: Any,
-    upper_rows: Any,
-    lower_rows: Any,
+    upper_stone_rows: Any,
+    lower_stone_rows: Any,
     joint_rows: Any,
-    points: Any,
+    joint_point_rows: Any,
     used_point_count_and_indices: Any,
     lane_count: int,
-    on_ground: Any,
+    none_unless_on_ground: Any,
 ) -> None:
     """Compute the contact forces of two stones at the end of the step, from the solved equations."""
-    store_relative_velocity_changes(upper_rows, lower_rows, joint_rows, lane_count, on_ground)
+    store_relative_velocity_changes(upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground)
     for n in range(used_point_count_and_indices[0]):
         compute_point_normal_force(
-            case_rows, joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
+            case_rows,
+            joint_rows,
+            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]),
+            lane_count,
         )
     for n in range(used_point_count_and_indices[0]):
         add_force_times_pressure_centre_distance(
-            joint_rows, slice_contact_point_rows(points, used_point_count_and_indices[1 + n]), lane_count
+            joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
         )
-    compute_joint_force_and_moment(case_rows, upper_rows, lower_rows, joint_rows, lane_count, on_ground)
+    compute_joint_force_and_moment(
+        case_rows, upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def store_accepted_stack_states(
-    state: Any, stone_count: int, state_array_length_per_joint: int, used_point_count_and_indices: Any, lane_count: int
+    stack_states: Any,
+    stone_count: int,
+    state_array_length_per_joint: int,
+    used_point_count_and_indices: Any,
+    lane_count: int,
 ) -> None:
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
-    case, first = state[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
+    case, first = stack_states[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
     for s in range(stone_count):
-        stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+        stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
         if s == 0:
             complete_stone_step(case, stone, lane_count, 1)
         else:
             complete_stone_step(case, stone, lane_count, None)
         at = first + s * state_array_length_per_joint
-        store_joint_states_after_accepted_steps(case, state[at : at + JOINT_SIZE], lane_count)
-        points = state[at + JOINT_SIZE : at + state_array_length_per_joint]
+        store_joint_states_after_accepted_steps(case, stack_states[at : at + JOINT_SIZE], lane_count)
+        points = stack_states[at + JOINT_SIZE : at + state_array_length_per_joint]
         for n in range(used_point_count_and_indices[s, 0]):
             store_contact_point_states_after_accepted_steps(
                 case, slice_contact_point_rows(points, used_point_count_and_indices[s, 1 + n]), lane_count
@@ -153,27 +168,27 @@ def store_accepted_stack_states(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_stacks(
-    state: Any,
+    stack_states: Any,
     stone_count: int,
-    corner_limit: int,
-    corner_counts: Any,
+    max_corner_count: int,
+    corner_count_by_stone: Any,
     used_point_count_and_indices: Any,
     lane_count: int,
     attempted_step_count: int,
     ticks_per_sample: float,
 ) -> None:
     """Attempt `attempted_step_count` time steps of all stacks; `used_point_count_and_indices` is a work array."""
-    case = state[:CASE_SIZE]
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(corner_limit)
+    case = stack_states[:CASE_SIZE]
+    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for _ in range(attempted_step_count):
         predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
-            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             predict_stone_motion_and_equations(case, stone, lane_count)
         for s in range(stone_count):
-            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             at = first + s * size
-            joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
+            joint, points = stack_states[at : at + JOINT_SIZE], stack_states[at + JOINT_SIZE : at + size]
             if s == 0:
                 predict_motion_relative_to_ground(stone, joint, lane_count)
                 predict_contact_patch_forces(
@@ -182,48 +197,48 @@ def advance_stacks(
                     stone,
                     joint,
                     points,
-                    (int(corner_counts[s]), 0),
+                    (int(corner_count_by_stone[s]), 0),
                     used_point_count_and_indices[s],
                     lane_count,
                 )
             else:
-                lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+                lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
-                both = (int(corner_counts[s]), int(corner_counts[s - 1]))
+                both = (int(corner_count_by_stone[s]), int(corner_count_by_stone[s - 1]))
                 predict_contact_patch_forces(
                     case, stone, lower, joint, points, both, used_point_count_and_indices[s], lane_count
                 )
                 rotate_joint_equations(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
-            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
             eliminate_upper_stone_of_each_stack(
-                case, stone, lower, state[first + s * size : first + s * size + JOINT_SIZE], lane_count
+                case, stone, lower, stack_states[first + s * size : first + s * size + JOINT_SIZE], lane_count
             )
         solve_velocity_corrections_of_lowest_stones(
-            case, state[CASE_SIZE : CASE_SIZE + STONE_SIZE], state[first : first + JOINT_SIZE], lane_count
+            case, stack_states[CASE_SIZE : CASE_SIZE + STONE_SIZE], stack_states[first : first + JOINT_SIZE], lane_count
         )
         for s in range(1, stone_count):
-            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             compute_upper_stone_velocity_corrections(
-                stone, state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count
+                stone, stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count
             )
         for s in range(stone_count):
-            stone = state[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             at = first + s * size
-            joint, points = state[at : at + JOINT_SIZE], state[at + JOINT_SIZE : at + size]
+            joint, points = stack_states[at : at + JOINT_SIZE], stack_states[at + JOINT_SIZE : at + size]
             if s == 0:
                 compute_contact_patch_forces(
                     case, stone, stone, joint, points, used_point_count_and_indices[s], lane_count, 1
                 )
             else:
-                lower = state[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+                lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 compute_contact_patch_forces(
                     case, stone, lower, joint, points, used_point_count_and_indices[s], lane_count, None
                 )
-                for n in range(corner_counts[s], used_point_count_and_indices[s, 0]):
+                for n in range(corner_count_by_stone[s], used_point_count_and_indices[s, 0]):
                     mark_joints_with_loaded_non_corner_point(
                         joint, slice_contact_point_rows(points, used_point_count_and_indices[s, 1 + n]), lane_count
                     )
         accept_or_reject_steps(case, lane_count, ticks_per_sample)
-        store_accepted_stack_states(state, stone_count, size, used_point_count_and_indices, lane_count)
+        store_accepted_stack_states(stack_states, stone_count, size, used_point_count_and_indices, lane_count)

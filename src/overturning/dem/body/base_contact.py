@@ -1,4 +1,4 @@
-"""Contact of a base that lands flat: which of its points carry load (the ends first), and how long a landing lasts.
+"""Contact of a base that lands flat: its lowest and highest points carry load first; duration of such a landing.
 
 In a plastic landing of a rigid body the impulse acts at the far end only, because all other points lift off (see
 docs/method.md). Springs at points in between would share it while they still come down.
@@ -48,7 +48,7 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 def point_normal_force_is_nearly_spring_force(
     body: BodyConstants, point_state_at_step_start: BodyContactPointState
 ) -> float:
-    """Return 1 if a contact point's normal force is nearly its spring force, so that the point rests; else 0."""
+    """Return 1 if a penetrating point's normal force is within half of its spring force of that force; else 0."""
     spring = body.point_normal_stiffness_per_mass * point_state_at_step_start.penetration
     return (
         1.0
@@ -61,7 +61,7 @@ def point_normal_force_is_nearly_spring_force(
 @njit(**INLINE_OPTIONS)
 def update_lowest_and_highest_base_vertex(
     body: BodyConstants,
-    base_contact: BaseContactState,
+    base_contact_state: BaseContactState,
     body_axes: Matrix3,
     vertex: BodyVertex,
     point_state_at_step_start: BodyContactPointState,
@@ -74,60 +74,66 @@ def update_lowest_and_highest_base_vertex(
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
-        (height < base_contact.lowest_vertex_height_above_centre)
-        | ((height == base_contact.lowest_vertex_height_above_centre) & (still > base_contact.lowest_vertex_rests))
+        (height < base_contact_state.lowest_vertex_height_above_centre)
+        | (
+            (height == base_contact_state.lowest_vertex_height_above_centre)
+            & (still > base_contact_state.lowest_vertex_rests)
+        )
     )
     high = below & (
-        (height > base_contact.highest_vertex_height_above_centre)
-        | ((height == base_contact.highest_vertex_height_above_centre) & (still > base_contact.highest_vertex_rests))
+        (height > base_contact_state.highest_vertex_height_above_centre)
+        | (
+            (height == base_contact_state.highest_vertex_height_above_centre)
+            & (still > base_contact_state.highest_vertex_rests)
+        )
     )
     return BaseContactState(
-        height if low else base_contact.lowest_vertex_height_above_centre,
-        height if high else base_contact.highest_vertex_height_above_centre,
-        still if low else base_contact.lowest_vertex_rests,
-        still if high else base_contact.highest_vertex_rests,
-        base_contact.shortest_landing_time_left_of_base_points,
-        base_contact.longest_landing_time_left_of_loaded_points,
-        base_contact.tilting_friction_share_in_flat_landing,
+        height if low else base_contact_state.lowest_vertex_height_above_centre,
+        height if high else base_contact_state.highest_vertex_height_above_centre,
+        still if low else base_contact_state.lowest_vertex_rests,
+        still if high else base_contact_state.highest_vertex_rests,
+        base_contact_state.shortest_landing_time_left_of_base_points,
+        base_contact_state.longest_landing_time_left_of_loaded_points,
+        base_contact_state.tilting_friction_share_in_flat_landing,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def vertex_waits_until_extreme_vertices_rest(
     body: BodyConstants,
-    base_contact: BaseContactState,
+    base_contact_state: BaseContactState,
     vertex: BodyVertex,
     vertex_height_above_centre: float,
     point_state_at_step_start: BodyContactPointState,
 ) -> bool:
-    """True if a base vertex that lies between the ends of a landing base carries no load until both ends rest.
+    """True if a vertex between the lowest and highest one of a landing base carries no load until both rest.
 
-    The ends are the lowest and the highest base vertex. A rigid base that lands flat is stopped by the impulse at its
-    ends; springs in between would share this impulse. `vertex_height_above_centre` is the height of the vertex relative
-    to the centre, m.
+    The lowest and the highest vertex are the ends of the base. A rigid base that lands flat is stopped by the impulse
+    at its ends; springs in between would share this impulse. `vertex_height_above_centre` is the height of the vertex
+    relative to the centre, m.
     """
     slack = body.extreme_vertex_tolerance_to_height_range * (
-        base_contact.highest_vertex_height_above_centre - base_contact.lowest_vertex_height_above_centre
+        base_contact_state.highest_vertex_height_above_centre - base_contact_state.lowest_vertex_height_above_centre
     )
     between = (
-        (vertex_height_above_centre > base_contact.lowest_vertex_height_above_centre + slack)
-        & (vertex_height_above_centre < base_contact.highest_vertex_height_above_centre - slack)
+        (vertex_height_above_centre > base_contact_state.lowest_vertex_height_above_centre + slack)
+        & (vertex_height_above_centre < base_contact_state.highest_vertex_height_above_centre - slack)
         & vertex_belongs_to_base(body, vertex)
     )
     return (
         between
         & (point_state_at_step_start.penetration <= 0.0)
-        & (not lowest_and_highest_base_points_rest(base_contact))
+        & (not lowest_and_highest_base_points_rest(base_contact_state))
     )
 
 
 @njit(**INLINE_OPTIONS)
-def body_base_lands_flat(base_contact: BaseContactState) -> bool:
-    """True if all points of a body's base touch the ground in one impact, in which dashpots may pull.
+def body_base_lands_flat(base_contact_state: BaseContactState) -> bool:
+    """True while a flat landing of a body lasts: its base touches in one impact, in which dashpots may pull.
 
-    See `dem.block.landing`.
+    See `overturning.dem.block.landing`.
     """
-    return base_contact.shortest_landing_time_left_of_base_points > 0.0
+    return base_contact_state.shortest_landing_time_left_of_base_points > 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -143,22 +149,22 @@ def longest_landing_time_including_point(
 
 
 @njit(**INLINE_OPTIONS)
-def remaining_landing_time_of_new_contact(body: BodyConstants, base_contact: BaseContactState) -> float:
-    """Return the remaining landing time (s) of a contact point that touches now.
+def remaining_landing_time_of_new_contact(body: BodyConstants, base_contact_state: BaseContactState) -> float:
+    """Return the time (s) for which a contact point that touches now still takes part in a flat landing.
 
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
     """
     return (
         body.flat_landing_duration_s
-        if base_contact.longest_landing_time_left_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
-        else base_contact.longest_landing_time_left_of_loaded_points
+        if base_contact_state.longest_landing_time_left_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        else base_contact_state.longest_landing_time_left_of_loaded_points
     )
 
 
 @njit(**INLINE_OPTIONS)
-def lowest_and_highest_base_points_rest(base_contact: BaseContactState) -> bool:
+def lowest_and_highest_base_points_rest(base_contact_state: BaseContactState) -> bool:
     """True if the lowest and the highest vertex of a body's base both rest on the ground."""
-    return (base_contact.lowest_vertex_rests > 0.0) & (base_contact.highest_vertex_rests > 0.0)
+    return (base_contact_state.lowest_vertex_rests > 0.0) & (base_contact_state.highest_vertex_rests > 0.0)
 
 
 load_body, load_frame = (
@@ -189,7 +195,7 @@ TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
-    """True if, in any of the cases computed in parallel, all points of the body's base land in one impact."""
+    """True if a flat landing (all points of the base in one impact) lasts in any of the cases computed in parallel."""
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
         number += 1 if body_base_lands_flat(load_base_contact(body_states, j)) else 0
@@ -200,7 +206,7 @@ def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
 def set_tilting_friction_share_of_landing_bases(
     body_states: Any, vertex_rows: Any, vertex_array_length: int, lane_count: int
 ) -> None:
-    """Set the tilting friction share of a flat landing to 1 for bodies that friction tilts while their base lands flat.
+    """Set the tilting share of friction's moment to 1 for bodies that friction tips over an edge in a flat landing.
 
     The share is `BaseContactState.tilting_friction_share_in_flat_landing`. It is read only for bodies whose base lands
     flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of

@@ -55,7 +55,7 @@ MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
 def acceleration_of_body_centre_relative_to_base(
     contact_force_per_mass: Vector3, inertial_xy_and_upward_base_acceleration: Vector3
 ) -> Vector3:
-    """Return the acceleration (m/s²) of a body's centre relative to the base, from contact force and base motion."""
+    """Return a body centre's acceleration (m/s²) relative to the base, from contact force, gravity and base motion."""
     return Vector3(
         contact_force_per_mass.x + inertial_xy_and_upward_base_acceleration.x,
         contact_force_per_mass.y + inertial_xy_and_upward_base_acceleration.y,

@@ -1,4 +1,4 @@
-"""Loops of the centred scheme over the lanes of the body kernel; `centred` has the equations of one body."""
+"""Loops of the centred scheme over the bodies computed in parallel; `centred` has the equations of one body."""
 
 from functools import cache
 from typing import Any, Final
@@ -100,7 +100,7 @@ SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Predict pose and velocities of all bodies at the end of their steps, in parallel, with constant acceleration."""
+    """Predict pose and velocities of all bodies at their step ends, with constant acceleration and contact moment."""
     for j in range(round_to_vector_multiple(lane_count)):
         w = predict_body_at_step_end(
             load_body(body_states, j),
@@ -115,7 +115,7 @@ def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_samp
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
-    """Predict penetration, contact and sliding of two opposite base vertices at the step end, for all cases."""
+    """Predict penetration, contact and sliding of two opposite vertices of each body at the end of the step."""
     for j in range(round_to_vector_multiple(lane_count)):
         body, w, f = load_body(body_states, j), load_predicted(body_states, j), load_frame(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
@@ -152,7 +152,7 @@ def predict_contact_of_rim_point_pair(
     unit_component_along_lean: float,
     unit_component_across_lean: float,
 ) -> None:
-    """Predict penetration, contact and sliding of two opposite rim points at the step end, for all cases.
+    """Predict penetration, contact and sliding of two opposite points of each body's base rim at the end of the step.
 
     `unit_component_along_lean` and `unit_component_across_lean` select the points (see
     `rim_point_position_from_centre`).
@@ -253,7 +253,7 @@ def compute_point_pair_forces(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: float, base_is_round: Any) -> None:
-    """Accept or reject the attempted step of each body, and choose the length of its next attempt."""
+    """Accept (store the new state) or reject each body's attempted step, and choose the length of the next attempt."""
     for j in range(round_to_vector_multiple(lane_count)):
         body, s, attempt, t = (
             load_body(body_states, j),
@@ -290,7 +290,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
-    """Store a contact point's new state if the step is accepted; after a rejected step only whether the point slid."""
+    """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
     for j in range(round_to_vector_multiple(lane_count)):
         new, rejected = load_next(point_rows, j), load_rejection(body_states, j)
         store_memory(point_rows, j, rejected.is_step_rejected > 0.0, new)

@@ -147,7 +147,7 @@ def compute_point_forces(
     predicted_forces_decide_contact: bool,
     base_is_round: bool,
 ) -> tuple[ContactForceSum, BodyContactChangesInStep, BodyContactPointState]:
-    """Return forces, contact changes and new state of a contact point of a body at the end of a step."""
+    """Return a contact point's force, moment and losses per body mass at a step end, changes and new state."""
     half, r, old = predicted_body.half_step_length_s, predicted_point.position_from_centre, point_state_at_step_start
     e = plus(velocity_correction.velocity, cross_product(velocity_correction.angular_velocity, r))
     u = plus(predicted_point.velocity, e)
@@ -307,7 +307,7 @@ def complete_body_step(
     largest_penetration_at_step_end: float,
     step_length_ticks: float,
 ) -> BodyAfterAcceptedStep:
-    """Return a body's state, peak values and energy account after a step; `largest_penetration_at_step_end` in m."""
+    """Return a body's state, peak values and energy account at the end of a step, valid if the step is accepted."""
     (s, peaks, account), half = body_at_step_start, predicted_body.half_step_length_s
     a, push, tick = (
         acceleration_of_body_centre_relative_to_base(

@@ -86,7 +86,7 @@ def state_sum_for_finite_check(state: BodyState) -> float:
 def body_energy_per_mass(
     body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int
 ) -> float:
-    """Compute the kinetic, gravitational and spring energy of a body per mass, m²/s²."""
+    """Compute a body's kinetic, gravitational (0 if upright without penetration) and spring energy per mass, m²/s²."""
     springs = 0.0
     for i in range(vertex_count):
         one = load_point_state_at_step_start(
@@ -134,7 +134,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 def energy_per_mass_to_tilt_body_over_edge(
     body: BodyConstants, base_edge_distance_from_centre: float, tilt_squared_sine: float
 ) -> float:
-    """Return the energy per mass (m²/s²) to tilt a body over an edge; `tilt_squared_sine` is sin² of the tilt."""
+    """Return the energy per mass (m²/s²) to tilt a body over a base edge from 0 to a tilt, at most the critical one."""
     square = min(tilt_squared_sine, body.critical_lean_squared_sine)
     return float(
         GRAVITY
@@ -169,7 +169,7 @@ def squared_base_speed_including_spin(body: BodyConstants, state: BodyState, rad
 
 @njit(**INLINE_OPTIONS)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, base_edge_distance_from_centre: float) -> bool:
-    """True if an upright body will slide or spin on by more than a negligible distance until friction stops it."""
+    """True if friction will stop an upright body's slide and spin only after `NEGLIGIBLE_REMAINING_SLIP_M` or more."""
     square = squared_base_speed_including_spin(body, state, base_edge_distance_from_centre)
     return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * GRAVITY * body.friction)
 
@@ -286,7 +286,7 @@ def body_rests_upright_on_all_base_vertices(
     lane: int,
     rest_acceleration_limit_g: float,
 ) -> bool:
-    """True if a body rests upright on all vertices of its base, and none of these vertices slides."""
+    """True if a body is upright and still, and as many points as its base has vertices carry load without sliding."""
     body, s, held = load_body(body_states, lane), load_state(body_states, lane), 0
     w, turning = (
         s.angular_velocity,

@@ -171,7 +171,10 @@ def sample_ranges_able_to_move_body_at_rest(
     onset_acceleration_g_by_case: FloatArray,
     skips_quiet_samples: bool,
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
-    """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest."""
+    """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest.
+
+    Return, for each case, the first and the end sample of this range, and True if no sample can move the model.
+    """
     count = amplitude_factor_by_case.size
     if not skips_quiet_samples:
         return np.zeros(count, np.int64), np.full(count, np.inf), np.zeros(count, np.bool_)
@@ -324,12 +327,10 @@ def steps_per_sample_and_step_control(
     rocking_time_constant_s_by_case: FloatArray,
     kernel_step_control: KernelStepControl = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the full steps per sample of n cases, shape (n,), and the columns of their step control by name.
+    """Return the longest steps per sample of n cases, shape (n,), and the columns of their step control by name.
 
-    The columns are arrays of shape (n,).
-
-    `contact_omega_squared_by_case` is ω² (1/s²), `contact_two_xi_omega_by_case` twice the damping rate (1/s),
-    `rocking_time_constant_s_by_case` 1/p (s), each of shape (n,). `kernel_step_control` holds the step control of the
+    ω² (1/s²) and 2ξω (1/s) are those of the highest vibration on the contact springs, the rocking time constant is 1/p
+    (s); each of these and of the columns has the shape (n,). `kernel_step_control` holds the step control of the
     kernel.
 
     Raises

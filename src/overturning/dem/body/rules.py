@@ -233,7 +233,7 @@ def start_sample_and_load_base_motion(
 def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory_buffer: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Advance all bodies in parallel by one sample; return the first one's trajectory and its number of rows."""
+    """Attempt time steps of all bodies until the next end test; return the first one's trajectory and its row count."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, marker, count, base = (
         kernel_input.settings,
@@ -274,13 +274,13 @@ def attempt_steps_until_next_check(
 
 
 def mark_possibly_ended_cases(
-    kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flags_out: Any
+    kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flag_by_lane_out: Any
 ) -> int:
-    """Set `possible_end_flags_out` to 1 for each case that may have ended, else 0; return the number of ones."""
+    """Set the flag of each case that may have ended to 1, those of others to 0; return the number of ones."""
     return mark_possibly_ended_body_cases(
         workspace.state,
         active_lane_count,
-        possible_end_flags_out,
+        possible_end_flag_by_lane_out,
         kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
     )
@@ -290,7 +290,7 @@ def mark_possibly_ended_cases(
 def mark_possibly_ended_body_cases(
     body_states: Any,
     active_lane_count: int,
-    possible_end_flags_out: Any,
+    possible_end_flag_by_lane_out: Any,
     ticks_per_sample: float,
     record_sample_count: float,
 ) -> int:
@@ -301,7 +301,7 @@ def mark_possibly_ended_body_cases(
         sound = (rotation_matrix(s.rotation).zz > limits.fall_tilt_cosine) & (
             load_peaks(body_states, j).peak_penetration <= limits.max_penetration
         )
-        possible_end_flags_out[j] = (
+        possible_end_flag_by_lane_out[j] = (
             0.0
             if case_cannot_have_ended(
                 load_course(body_states, j),
@@ -314,7 +314,7 @@ def mark_possibly_ended_body_cases(
             else 1.0
         )
     for j in range(active_lane_count):
-        count += possible_end_flags_out[j]
+        count += possible_end_flag_by_lane_out[j]
     return int(count)
 
 

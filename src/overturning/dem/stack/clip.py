@@ -33,7 +33,10 @@ PATCH_PERIMETER_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRe
 def clip_side_by_half_plane(
     side_part: SidePartInContactPatch, depth_inside_at_begin: float, depth_inside_at_end: float
 ) -> SidePartInContactPatch:
-    """Clip a part of a face's side by a half plane, given how far both ends of the side lie inside the half plane."""
+    """Clip a part of a face's side by a half plane, given how far the ends of the whole side lie inside.
+
+    Only the ratio of the two depths counts, which are negative outside the half plane.
+    """
     crosses = (depth_inside_at_begin < 0.0) != (depth_inside_at_end < 0.0)
     share = depth_inside_at_begin / (depth_inside_at_begin - depth_inside_at_end if crosses else 1.0)
     outside = (depth_inside_at_begin < 0.0) & (depth_inside_at_end < 0.0)

@@ -125,7 +125,7 @@ def relative_velocity_change_of_joint(
     contact_origin_from_upper_and_lower_centre: tuple[Vector3, Vector3],
     contact_frame_axes: Matrix3,
 ) -> tuple[Vector3, Vector3]:
-    """Return the change of the upper stone's velocity and angular velocity relative to the lower one."""
+    """Return the correction of the upper stone's velocity and spin relative to the lower, in their contact's frame."""
     to_face = transpose(contact_frame_axes)
     velocity = minus(
         plus(
@@ -255,7 +255,7 @@ def compute_joint_force_and_moment(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
-    """Mark each contact of two stones that has a loaded point other than a corner of the upper stone's base.
+    """Mark contacts of two stones in which a point other than a corner of the upper base has a share of stiffness.
 
     Such a base extends beyond the rim of the face below.
     """
@@ -311,7 +311,7 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def complete_stone_step(case_rows: Any, stone_rows: Any, lane_count: int, none_unless_lowest_stone: Any) -> None:
-    """Store a stone's new state in stacks whose step is accepted, and add the work that the ground does on it."""
+    """Store a stone's new state, and add the work of the base motion on it, in stacks whose step is accepted."""
     for j in range(round_to_vector_multiple(lane_count)):
         half, again, push = (
             load_time(case_rows, j).half_step_length_s,
@@ -378,7 +378,7 @@ def complete_stone_step(case_rows: Any, stone_rows: Any, lane_count: int, none_u
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Store the new contact state of two stones in stacks whose step is accepted; in others only whether they slid."""
+    """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
     for j in range(round_to_vector_multiple(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[NEW_SLID + j]
         store_history_unless(joint_rows, j, rejected.is_step_rejected > 0.0, load_next_history(joint_rows, j))

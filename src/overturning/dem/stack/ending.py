@@ -109,11 +109,11 @@ def stone_kinetic_energy(stone_constants: StoneConstants, state: StoneState) -> 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_energy(
-    stack_states: Any, lane: int, stone_count: int, max_corner_count: int, reference_height_by_stone: Any
+    stack_states: Any, lane: int, stone_count: int, max_corner_count: int, zero_energy_height_by_stone: Any
 ) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
-    `reference_height_by_stone` holds the height of each centre from which its potential energy is counted, m.
+    `zero_energy_height_by_stone` holds the height of each centre from which its potential energy is counted, m.
     """
     total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
@@ -122,7 +122,7 @@ def stack_energy(
             continue
         constants, stone = load_constants(rows, lane), load_stone(rows, lane)
         total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (
-            stone.centre_position.z - reference_height_by_stone[s]
+            stone.centre_position.z - zero_energy_height_by_stone[s]
         )
         at = first + s * size
         joint_rows = stack_states[at : at + JOINT_SIZE]
@@ -151,7 +151,7 @@ def pose_relative_to_stone_below(
 def base_corner_hangs_below_supporting_face(
     stack_states: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int
 ) -> bool:
-    """True if a corner of a stone's base lies well below its supporting face: the stone tips over the face's rim."""
+    """True if a corner of a stone's base lies below its supporting face by over 0.001 × the height of its centre."""
     below, lower, rows = (
         slice_stone_rows(stack_states, stone_index - 1),
         load_constants(slice_stone_rows(stack_states, stone_index - 1), lane),
@@ -214,7 +214,7 @@ def stop_simulating_fallen_and_upper_stones(
     stone_count: int,
     max_corner_count: int,
     ticks_per_sample: float,
-    reference_height_by_stone: Any,
+    zero_energy_height_by_stone: Any,
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
@@ -223,7 +223,7 @@ def stop_simulating_fallen_and_upper_stones(
     fallen = lowest_newly_fallen_stone_index(stack_states, lane, stone_count, max_corner_count)
     if fallen == stone_count:
         return False
-    before = stack_energy(stack_states, lane, stone_count, max_corner_count, reference_height_by_stone)
+    before = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
     start_of_sample, tick = (
         load_course(stack_states, lane).current_sample * ticks_per_sample, load_case(stack_states, lane).tick_length_s,
     )  # fmt: skip
@@ -245,7 +245,7 @@ def stop_simulating_fallen_and_upper_stones(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_account(stack_states, lane)
-    gone = before - stack_energy(stack_states, lane, stone_count, max_corner_count, reference_height_by_stone)
+    gone = before - stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
     store_account(
         stack_states,
         lane,
@@ -361,13 +361,13 @@ def write_stack_results(
     stone_count: int,
     max_corner_count: int,
     status: int,
-    reference_height_by_stone: Any,
+    zero_energy_height_by_stone: Any,
     result_row: Any,
     stone_result_rows: Any,
 ) -> None:
     """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
     account, course = load_account(stack_states, lane), load_course(stack_states, lane)
-    energy = stack_energy(stack_states, lane, stone_count, max_corner_count, reference_height_by_stone)
+    energy = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
     balance = (energy - course.initial_energy) - account.base_motion_work + account.lost_energy
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
     result_row.peak_penetration = account.peak_penetration

@@ -75,14 +75,14 @@ def flat_landing_slip_direction(
 def slip_velocity_at_contact(
     relative_velocity_at_origin: Vector3,
     relative_angular_velocity: Vector3,
-    point_x: float,
-    point_y: float,
+    friction_point_x: float,
+    friction_point_y: float,
     mean_force_distance_from_pressure_centre: float,
 ) -> TangentTwistVector:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
     return TangentTwistVector(
-        relative_velocity_at_origin.x - relative_angular_velocity.z * point_y,
-        relative_velocity_at_origin.y + relative_angular_velocity.z * point_x,
+        relative_velocity_at_origin.x - relative_angular_velocity.z * friction_point_y,
+        relative_velocity_at_origin.y + relative_angular_velocity.z * friction_point_x,
         mean_force_distance_from_pressure_centre * relative_angular_velocity.z,
     )
 
@@ -156,7 +156,7 @@ def joint_equation_terms(
     half_step_length_s: float,
     friction_limiting_normal_force: float,
 ) -> JointEquations:
-    """Return the predicted force and moment between two stones about the lower face's centre, with derivatives.
+    """Return predicted force and moment on the upper stone about the contact frame's origin, and their derivatives.
 
     `friction_limiting_normal_force` is the normal force that limits friction across the direction of sliding, N.
     """

@@ -28,7 +28,7 @@ PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 
 @njit(**INLINE_OPTIONS)
 def contact_points_land_together(landing_times_and_heights: RemainingFlatLandingTimes) -> bool:
-    """True if all contact points of two stones touch down in one impact, a flat landing.
+    """True while a flat landing of a stone lasts: all contact points with its support touch down in one impact.
 
     Dashpots may pull during this impact.
     """
@@ -45,7 +45,7 @@ def point_contact_is_deferred(
     point_state_at_step_start: ContactPointState,
     min_base_corner_distance_inside_rim: float,
 ) -> bool:
-    """True if a contact point between the two ends of a base that lands flat carries no load yet.
+    """True if a contact point between the lowest and the highest one of a base that lands flat carries no load yet.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
     up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim

@@ -218,7 +218,7 @@ def include_corner_in_min_rim_distance(
 def all_bases_on_lower_face(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> bool:
-    """True if, in all stacks, a stone's whole base rests on the face below, now and after the last step."""
+    """True if, in all stacks, a stone's whole base lies within the face below, now and after the last step."""
     for i in range(base_corner_count):
         for k in range(lower_face_corner_count):
             side = slice_contact_point_rows(joint_point_rows, base_corner_count + k)
@@ -254,7 +254,7 @@ def any_stack_uses_contact_point(point_rows: Any, lane_count: int) -> bool:
 def contact_point_on_side(
     a: ContactPointPosition, b: ContactPointPosition, fraction_from_a: float, joint_stiffness_share: float
 ) -> ContactPointPosition:
-    """Return the point on the side from a to b at the share t of its length from a, with a share of stiffness."""
+    """Return the point on the side from a to b at a given fraction of its length from a, with a share of stiffness."""
     return ContactPointPosition(
         a.x_in_joint_frame + fraction_from_a * (b.x_in_joint_frame - a.x_in_joint_frame),
         a.y_in_joint_frame + fraction_from_a * (b.y_in_joint_frame - a.y_in_joint_frame),
@@ -266,18 +266,15 @@ def contact_point_on_side(
 
 @njit(**INLINE_OPTIONS)
 def base_point_above_lower_face(
-    relative_motion: JointRelativeMotion, x: float, y: float, joint_stiffness_share: float
+    relative_motion: JointRelativeMotion, x_in_joint_frame: float, y_in_joint_frame: float, joint_stiffness_share: float
 ) -> ContactPointPosition:
     """Return the point of a stone's base above point (x, y) of the lower face, with its share of the stiffness."""
     normal = cross_product(relative_motion.upper_x_axis, relative_motion.upper_y_axis)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
-    z = (
-        relative_motion.upper_base_centre.z
-        - (normal.x * (x - relative_motion.upper_base_centre.x) + normal.y * (y - relative_motion.upper_base_centre.y))
-        / up
-    )
-    return ContactPointPosition(x, y, z, joint_stiffness_share)
+    centre = relative_motion.upper_base_centre
+    z = centre.z - (normal.x * (x_in_joint_frame - centre.x) + normal.y * (y_in_joint_frame - centre.y)) / up
+    return ContactPointPosition(x_in_joint_frame, y_in_joint_frame, z, joint_stiffness_share)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

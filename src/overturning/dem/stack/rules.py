@@ -177,7 +177,7 @@ def start_sample_and_load_base_motion(
 def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory_buffer: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt a sample's time steps for all stacks in parallel; record the first stack once per sample."""
+    """Attempt time steps of all stacks until the next end test; record the first stack at most once per sample."""
     settings, interval = kernel_input.settings, kernel_input.settings.sampling_interval
     corners, limit, stones = (
         kernel_input.corner_counts_by_stone,
@@ -202,7 +202,7 @@ def attempt_steps_until_next_check(
 
 
 def mark_possibly_ended_cases(
-    kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flags_out: Any
+    kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flag_by_lane_out: Any
 ) -> int:
     """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
     return mark_stacks_due_for_end_test(
@@ -210,7 +210,7 @@ def mark_possibly_ended_cases(
         kernel_input.corner_counts_by_stone.size,
         kernel_input.face_corners_by_stack.shape[3],
         active_lane_count,
-        possible_end_flags_out,
+        possible_end_flag_by_lane_out,
         kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
     )
@@ -222,7 +222,7 @@ def mark_stacks_due_for_end_test(
     stone_count: int,
     max_corner_count: int,
     active_lane_count: int,
-    possible_end_flags_out: Any,
+    possible_end_flag_by_lane_out: Any,
     ticks_per_sample: float,
     record_sample_count: float,
 ) -> int:
@@ -235,7 +235,7 @@ def mark_stacks_due_for_end_test(
         sample = course.current_sample + stack_states[TICK + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.last_onset_sample, record_sample_count)
         due = due or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count) < stone_count
-        possible_end_flags_out[j] = 1.0 if due else 0.0
+        possible_end_flag_by_lane_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
 

@@ -82,7 +82,7 @@ def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: Joi
 
 @njit(**INLINE_OPTIONS)
 def shift_contact_matrix_to_stone_centres(
-    joint_matrix: VelocityToForceBlocks,
+    half_step_times_negated_derivatives: VelocityToForceBlocks,
     contact_origin_from_loaded_stone_centre: Vector3,
     contact_origin_from_moving_stone_centre: Vector3,
 ) -> VelocityToForceBlocks:
@@ -92,20 +92,26 @@ def shift_contact_matrix_to_stone_centres(
     of the contact, `contact_origin_from_moving_stone_centre` from the centre of the stone that moves.
     """
     fw = matrix_minus(
-        joint_matrix.force_per_angular_velocity,
-        matrix_times_cross_matrix(joint_matrix.force_per_velocity, contact_origin_from_moving_stone_centre),
+        half_step_times_negated_derivatives.force_per_angular_velocity,
+        matrix_times_cross_matrix(
+            half_step_times_negated_derivatives.force_per_velocity, contact_origin_from_moving_stone_centre
+        ),
     )
     return VelocityToForceBlocks(
-        joint_matrix.force_per_velocity,
+        half_step_times_negated_derivatives.force_per_velocity,
         fw,
         matrix_plus(
-            joint_matrix.moment_per_velocity,
-            cross_matrix_times_matrix(contact_origin_from_loaded_stone_centre, joint_matrix.force_per_velocity),
+            half_step_times_negated_derivatives.moment_per_velocity,
+            cross_matrix_times_matrix(
+                contact_origin_from_loaded_stone_centre, half_step_times_negated_derivatives.force_per_velocity
+            ),
         ),
         matrix_plus(
             matrix_minus(
-                joint_matrix.moment_per_angular_velocity,
-                matrix_times_cross_matrix(joint_matrix.moment_per_velocity, contact_origin_from_moving_stone_centre),
+                half_step_times_negated_derivatives.moment_per_angular_velocity,
+                matrix_times_cross_matrix(
+                    half_step_times_negated_derivatives.moment_per_velocity, contact_origin_from_moving_stone_centre
+                ),
             ),
             cross_matrix_times_matrix(contact_origin_from_loaded_stone_centre, fw),
         ),
@@ -113,27 +119,31 @@ def shift_contact_matrix_to_stone_centres(
 
 
 @njit(**INLINE_OPTIONS)
-def shift_wrench_to_stone_centre(wrench: Wrench, reference_point_from_stone_centre: Vector3) -> Wrench:
+def shift_wrench_to_stone_centre(
+    wrench_about_reference_point: Wrench, reference_point_from_stone_centre: Vector3
+) -> Wrench:
     """Return a force and its moment about a stone's centre, given the moment about another point."""
     return Wrench(
-        wrench.force_or_velocity,
+        wrench_about_reference_point.force_or_velocity,
         plus(
-            wrench.moment_or_angular_velocity,
-            cross_product(reference_point_from_stone_centre, wrench.force_or_velocity),
+            wrench_about_reference_point.moment_or_angular_velocity,
+            cross_product(reference_point_from_stone_centre, wrench_about_reference_point.force_or_velocity),
         ),
     )
 
 
 @njit(**INLINE_OPTIONS)
-def mass_matrix_of_stone(mass: float, inertia_per_mass: SymmetricMatrix, stone_axes: Matrix3) -> VelocityToForceBlocks:
+def mass_matrix_of_stone(
+    stone_mass: float, inertia_per_mass: SymmetricMatrix, stone_axes: Matrix3
+) -> VelocityToForceBlocks:
     """Return the 6 × 6 mass matrix (kg, kg·m²) of a stone in the axes of the ground."""
     i = rotate_matrix(stone_axes, expand_symmetric_matrix(inertia_per_mass))
     zero = Matrix3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return VelocityToForceBlocks(
-        Matrix3(mass, 0.0, 0.0, 0.0, mass, 0.0, 0.0, 0.0, mass), zero, zero,
+        Matrix3(stone_mass, 0.0, 0.0, 0.0, stone_mass, 0.0, 0.0, 0.0, stone_mass), zero, zero,
         Matrix3(
-            mass * i.xx, mass * i.xy, mass * i.xz, mass * i.yx, mass * i.yy, mass * i.yz, mass * i.zx, mass * i.zy,
-            mass * i.zz,
+            stone_mass * i.xx, stone_mass * i.xy, stone_mass * i.xz, stone_mass * i.yx, stone_mass * i.yy,
+            stone_mass * i.yz, stone_mass * i.zx, stone_mass * i.zy, stone_mass * i.zz,
         ),
     )  # fmt: skip
 
@@ -191,7 +201,7 @@ def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
 @njit(**INLINE_OPTIONS)
 def right_side_of_stone_equations(
     half_step_length_s: float,
-    mass: float,
+    stone_mass: float,
     contact_force_and_moment: Wrench,
     inertial_and_gravity_acceleration: Vector3,
     acceleration_and_moment_per_mass_at_start: Wrench,
@@ -201,14 +211,14 @@ def right_side_of_stone_equations(
     a, t = acceleration_and_moment_per_mass_at_start
     return Wrench(
         Vector3(
-            half_step_length_s * (f.x + mass * (inertial_and_gravity_acceleration.x - a.x)),
-            half_step_length_s * (f.y + mass * (inertial_and_gravity_acceleration.y - a.y)),
-            half_step_length_s * (f.z + mass * (inertial_and_gravity_acceleration.z - a.z)),
+            half_step_length_s * (f.x + stone_mass * (inertial_and_gravity_acceleration.x - a.x)),
+            half_step_length_s * (f.y + stone_mass * (inertial_and_gravity_acceleration.y - a.y)),
+            half_step_length_s * (f.z + stone_mass * (inertial_and_gravity_acceleration.z - a.z)),
         ),
         Vector3(
-            half_step_length_s * (m.x - mass * t.x),
-            half_step_length_s * (m.y - mass * t.y),
-            half_step_length_s * (m.z - mass * t.z),
+            half_step_length_s * (m.x - stone_mass * t.x),
+            half_step_length_s * (m.y - stone_mass * t.y),
+            half_step_length_s * (m.z - stone_mass * t.z),
         ),
     )
 

@@ -48,7 +48,7 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 def point_normal_force_is_nearly_spring_force(
     body: BodyConstants, point_state_at_step_start: BodyContactPointState
 ) -> float:
-    """Return 1 if a penetrating point's normal force is within half of its spring force of that force; else 0."""
+    """Return 1 if a point penetrates and its normal force differs by less than half from its spring force; else 0."""
     spring = body.point_normal_stiffness_per_mass * point_state_at_step_start.penetration
     return (
         1.0

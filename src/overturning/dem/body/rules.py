@@ -1,4 +1,4 @@
-"""Functions that the queue calls for 3-D bodies: start a case, compute a sample, skip samples, end a case.
+"""Functions that the queue of cases calls for 3-D bodies: start a case, compute a sample, skip samples, end a case.
 
 Vertices i and i + count/2 are opposite each other. The rows of the vertices follow those of the body,
 `VERTEX_ROW_LAYOUT.size` numbers per vertex.
@@ -294,7 +294,7 @@ def mark_possibly_ended_body_cases(
     ticks_per_sample: float,
     record_sample_count: float,
 ) -> int:
-    """Mark and count the cases that may have ended: a fall, an invalid state, or no strong motion left."""
+    """Mark and count cases that may have ended: fall, invalid state, or no sample left that can start a motion."""
     count = 0.0
     for j in range(active_lane_count):
         s, limits = load_state(body_states, j), load_limits(body_states, j)

@@ -1,4 +1,4 @@
-"""Loops over the lanes of the stack kernel that end a step: contact forces, acceptance, and the new state."""
+"""Loops over the stacks computed in parallel that end a step: contact forces, acceptance, and the new state."""
 
 import math
 from typing import Any, Final

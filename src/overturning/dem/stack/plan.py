@@ -249,7 +249,7 @@ def _least_overturning_energy(joint_constants: JointConstantsOfStack) -> float:
 
 
 def _face_corner_table(stones_by_stack: list[list[StackStone]]) -> FloatArray:
-    """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6)."""
+    """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, corner's fields)."""
     outlines = np.zeros(
         (
             len(stones_by_stack),

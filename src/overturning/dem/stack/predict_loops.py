@@ -1,4 +1,4 @@
-"""Loops over the lanes of the stack kernel that predict a step and solve its equations."""
+"""Loops over the stacks computed in parallel that predict a step and solve its equations."""
 
 from typing import Any, Final
 

@@ -1,4 +1,4 @@
-"""Functions that the queue calls for 3-D stacks: start a case, compute a sample, end a case."""
+"""Functions that the queue of cases calls for 3-D stacks: start a case, compute a sample, end a case."""
 
 from typing import Any, NamedTuple
 
@@ -226,7 +226,7 @@ def mark_stacks_due_for_end_test(
     ticks_per_sample: float,
     record_sample_count: float,
 ) -> int:
-    """Mark and count the stacks with a fallen stone, a state that is not finite, or no strong motion left."""
+    """Mark and count stacks with a fallen stone, a state not finite, or no sample left that can start a motion."""
     count = 0
     for j in range(active_lane_count):
         course, total = load_course(stack_states, j), 0.0

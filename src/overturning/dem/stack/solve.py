@@ -1,4 +1,4 @@
-"""Equations of a step of a stack: contributions of joints, and exact elimination from the top to the bottom."""
+"""Equations of a step of a stack: terms of the contacts of its stones, and elimination of stones from the top down."""
 
 from numba import njit
 

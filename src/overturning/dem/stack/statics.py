@@ -290,7 +290,7 @@ def _penetrations_at_patch_corners(
 
 
 def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> None:
-    """Compute, for each contact of a stack at rest, normal force, centre of pressure and mean distance from it."""
+    """Set each contact's normal force, centre of pressure and mean distance of forces from it, for a stack at rest."""
     depths = _penetrations_at_patch_corners(
         stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
     )
@@ -308,7 +308,7 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: Jo
 
 
 def spring_energy_at_rest(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> float:
-    """Return the energy of the springs of a stack that stands at rest, J."""
+    """Return the energy of the normal springs of all contacts of a stack that stands at rest, J."""
     depths = _penetrations_at_patch_corners(
         stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
     )

@@ -52,11 +52,11 @@ def _option_name_of_field(field_name: str) -> str:
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 
-def _option_for_record_file_property(field_name: str, flag: str = "") -> Any:
+def _option_for_record_file_property(property_name: str, option_flag: str = "") -> Any:
     """Return the command-line option for a property of record files, with the help text of this property."""
     return typer.Option(
-        flag or _option_name_of_field(field_name),
-        help=FilePropertyColumns.model_fields[field_name].description,
+        option_flag or _option_name_of_field(property_name),
+        help=FilePropertyColumns.model_fields[property_name].description,
         show_default=False,
     )
 

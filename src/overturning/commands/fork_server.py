@@ -54,8 +54,8 @@ class RunningWorkflowStep(NamedTuple):
 class ForkServer:
     """Server that runs each workflow step in a forked copy of itself, which saves the time to import modules."""
 
-    def __init__(self, listener: socket.socket, resource_use_table_path: Path) -> None:
-        self._listener, self._resource_use_table_path = listener, resource_use_table_path
+    def __init__(self, listening_socket: socket.socket, resource_use_table_path: Path) -> None:
+        self._listener, self._resource_use_table_path = listening_socket, resource_use_table_path
         self._running_step_by_process_id: dict[int, RunningWorkflowStep] = {}  # by process id
         # Arguments of a successful sweep of each variant; None once its kernels are loaded.
         self._sweep_arguments_by_variant: dict[str, list[str] | None] = {}
@@ -118,13 +118,16 @@ class ForkServer:
         self._running_step_by_process_id[process] = RunningWorkflowStep(request["arguments"], connection)
         self._selector.register(connection, selectors.EVENT_READ, process)
 
-    def _preload_modules_for_command(self, arguments: list[str]) -> None:
+    def _preload_modules_for_command(self, command_line_arguments: list[str]) -> None:
         """Import the modules that a command needs, before the fork; for a simulation, also load compiled code."""
         with contextlib.suppress(Exception):  # the step reports it
-            for name in _PRELOADED_MODULES_BY_COMMAND.get(arguments[0], ()):
+            for name in _PRELOADED_MODULES_BY_COMMAND.get(command_line_arguments[0], ()):
                 import_module(name)
-            variant = _values_by_command_line_option(arguments).get("--variant", "")
-            if arguments[0] == "sweep" and (last := self._sweep_arguments_by_variant.get(variant)) is not None:
+            variant = _values_by_command_line_option(command_line_arguments).get("--variant", "")
+            if (
+                command_line_arguments[0] == "sweep"
+                and (last := self._sweep_arguments_by_variant.get(variant)) is not None
+            ):
                 self._sweep_arguments_by_variant[variant] = None
                 _load_compiled_simulation_code(last)
 
@@ -149,9 +152,9 @@ class ForkServer:
                     step.command_line_arguments,
                 )
 
-    def _store_processor_time_and_memory(self, arguments: list[str], resource_use: Any) -> None:
+    def _store_processor_time_and_memory(self, command_line_arguments: list[str], resource_use: Any) -> None:
         """Append the processor time (s) and memory (MB) of a workflow step to the table of resource use."""
-        options = _values_by_command_line_option(arguments)
+        options = _values_by_command_line_option(command_line_arguments)
         output = options.get("--output") or options.get("--results", "")
         with contextlib.suppress(OSError):
             self._resource_use_table_path.parent.mkdir(parents=True, exist_ok=True)
@@ -159,38 +162,41 @@ class ForkServer:
                 if not table.tell():
                     table.write("command\toutput\tcpu_time\tmax_rss\n")  # s and MB, like Snakemake's tables
                 time, memory = resource_use.ru_utime + resource_use.ru_stime, resource_use.ru_maxrss / 1000
-                table.write(f"{arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
+                table.write(f"{command_line_arguments[0]}\t{output}\t{time:.2f}\t{memory:.1f}\n")
 
 
-def _values_by_command_line_option(arguments: list[str]) -> dict[str, str]:
+def _values_by_command_line_option(command_line_arguments: list[str]) -> dict[str, str]:
     """Return the values of command-line options, by option, from the arguments of a workflow step."""
-    return dict(pairwise(arguments))
+    return dict(pairwise(command_line_arguments))
 
 
-def _receive_request_and_output_descriptors(connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
+def _receive_request_and_output_descriptors(client_connection: socket.socket) -> tuple[dict[str, Any], list[int]]:
     """Receive a client's request; return it, and the file descriptors of the client's standard output and error."""
-    header, outputs, *_ = socket.recv_fds(connection, REQUEST_SIZE_HEADER_BYTE_COUNT, 2)
+    header, outputs, *_ = socket.recv_fds(client_connection, REQUEST_SIZE_HEADER_BYTE_COUNT, 2)
     size, data = int.from_bytes(header, "big"), b""
     while len(data) < size:
-        if not (received := connection.recv(size - len(data))):
+        if not (received := client_connection.recv(size - len(data))):
             raise OSError("the client has ended")
         data += received
     return json.loads(data), outputs
 
 
-def _load_compiled_simulation_code(arguments: list[str]) -> None:
+def _load_compiled_simulation_code(arguments_of_earlier_simulation_step: list[str]) -> None:
     """Load compiled simulation code that an earlier simulation step of the same study has stored on disk."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_compiled_simulation_code
 
-    options = _values_by_command_line_option(arguments)
+    options = _values_by_command_line_option(arguments_of_earlier_simulation_step)
     record = read_record_from_motion_file(Path(options["--motion"]))
     load_compiled_simulation_code(load_study_from_file_or_json(options["--study"]), record, options["--variant"])
 
 
 def _run_workflow_step_and_exit(
-    request: dict[str, Any], output_descriptors: list[int], interrupt_handler: Any, server_process_id: int
+    request: dict[str, Any],
+    stdout_and_stderr_descriptors: list[int],
+    sigint_handler_of_step: Any,
+    server_process_id: int,
 ) -> NoReturn:
     """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit.
 
@@ -200,12 +206,12 @@ def _run_workflow_step_and_exit(
     try:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        signal.signal(signal.SIGINT, interrupt_handler)
+        signal.signal(signal.SIGINT, sigint_handler_of_step)
         ctypes.CDLL(None).prctl(_PRCTL_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
         if os.getppid() != server_process_id:  # the server ended before the call above
             os._exit(1)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-        for number, output in enumerate(output_descriptors, start=1):
+        for number, output in enumerate(stdout_and_stderr_descriptors, start=1):
             os.dup2(output, number)
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # sockets of the server and of other steps
         os.environ.clear()
@@ -227,9 +233,9 @@ def _run_workflow_step_and_exit(
         os._exit(status if isinstance(status, int) else 1)
 
 
-def main(listener_descriptor: int, resource_use_table_path: str) -> None:
+def main(listening_socket_descriptor: int, resource_use_table_path: str) -> None:
     """Run the fork server on an open socket until the workflow has ended, then remove the socket's folder."""
-    with socket.socket(fileno=listener_descriptor) as accepted:
+    with socket.socket(fileno=listening_socket_descriptor) as accepted:
         folder = Path(accepted.getsockname()).parent
         try:
             ForkServer(accepted, Path(resource_use_table_path)).run_requested_steps_until_workflow_ends()

@@ -176,7 +176,7 @@ def _simulate_stack(
     motion: "Motion",
     amplitude_factor: float,
     planar_model_options: PlanarModelOptions,
-    orientations_deg: list[float],
+    front_face_azimuths_deg: list[float],
     stone_options: StoneOptions,
     motion_start_after_file_start_s: float,
 ) -> _SimulatedTrajectories:
@@ -199,7 +199,7 @@ def _simulate_stack(
             ),
             motion_start_after_file_start_s,
         )
-        for angle in orientations_deg
+        for angle in front_face_azimuths_deg
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
     sizes = {name: float(paths[0].attrs[name]) for name in ("height", "b_over_h")}

@@ -67,9 +67,9 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
         raise typer.Exit(1)
 
 
-def _print_notes_on_record_files(notes: Iterable[str]) -> None:
+def _print_notes_on_record_files(earthquake_notes: Iterable[str]) -> None:
     """Print notes on record files, each on its own line."""
-    for note in notes:
+    for note in earthquake_notes:
         typer.echo(f"earthquakes: {note}")
 
 

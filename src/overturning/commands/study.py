@@ -109,18 +109,20 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(_note_on_processor_time_to_infer_motion(searched, len(entries)))
 
 
-def _note_on_processor_time_to_infer_motion(stone_kinds: "Sequence[StoneDimensions]", record_count: int) -> str:
+def _note_on_processor_time_to_infer_motion(
+    stone_dimensions_of_surveys: "Sequence[StoneDimensions]", study_record_count: int
+) -> str:
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import case_count_and_processor_time_s
 
     library = candidate_motions()
-    _, seconds = case_count_and_processor_time_s(library, stone_kinds)
+    _, seconds = case_count_and_processor_time_s(library, stone_dimensions_of_surveys)
     # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds += (
-        case_count_and_processor_time_s(library, stone_kinds, include_stored_outcomes=True)[1]
-        * record_count
+        case_count_and_processor_time_s(library, stone_dimensions_of_surveys, include_stored_outcomes=True)[1]
+        * study_record_count
         / len(library)
     )
     return (

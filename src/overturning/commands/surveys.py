@@ -97,10 +97,10 @@ def summarise_or_compare_survey(
         print(f"rose: {rose}")
 
 
-def _parse_cube_path_by_site(site_cubes: Sequence[str]) -> dict[str, Path]:
+def _parse_cube_path_by_site(site_cube_option_texts: Sequence[str]) -> dict[str, Path]:
     """Parse the option --site-cube: return the path of the results cube for each named survey site."""
     found: dict[str, Path] = {}
-    for one in site_cubes:
+    for one in site_cube_option_texts:
         site, equals, path = one.rpartition("=")
         if not (site and equals and path):
             raise ArgumentError(f"--site-cube {one}: write NAME=FILE, such as River=results/mine/cube.clay.nc")
@@ -111,7 +111,7 @@ def _parse_cube_path_by_site(site_cubes: Sequence[str]) -> dict[str, Path]:
 
 
 def _check_survey_has_comparable_stones(
-    table: "SurveyTable", survey_path: Path, cube_path_by_site: Mapping[str, Path]
+    survey_table: "SurveyTable", survey_path: Path, cube_path_by_site: Mapping[str, Path]
 ) -> None:
     """Raise an error if a survey has no stone to compare, or the option --site-cube names a site that no stone has.
 
@@ -121,21 +121,21 @@ def _check_survey_has_comparable_stones(
     from overturning.surveys.stones import check_survey_has_counted_stone
 
     if cube_path_by_site:
-        check_survey_has_counted_stone(table, survey_path)
+        check_survey_has_counted_stone(survey_table, survey_path)
     for site in filter(None, cube_path_by_site):
-        if site not in table.site_names:
-            names = ", ".join(filter(None, table.site_names)) or "–"
-            hint = closest_name_hint(site, table.site_names, f"its sites are {names}")
+        if site not in survey_table.site_names:
+            names = ", ".join(filter(None, survey_table.site_names)) or "–"
+            hint = closest_name_hint(site, survey_table.site_names, f"its sites are {names}")
             raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
 
 
 def _compare_survey_with_cube(
     survey_path: Path,
-    table: "SurveyTable",
-    cube_paths_by_site_and_record_id: tuple[dict[str, Path], str | None],
-    background: float,
-    figure: Path | None,
-    output: Path | None,
+    survey_table: "SurveyTable",
+    pair_of_cube_path_by_site_and_record_id: tuple[dict[str, Path], str | None],
+    share_falling_in_random_direction: float,
+    figure_path: Path | None,
+    comparison_json_path: Path | None,
 ) -> None:
     """Compare a survey with the falls that results cubes predict; print, draw and store the comparison.
 
@@ -149,7 +149,7 @@ def _compare_survey_with_cube(
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
     from overturning.surveys.ground import soil_below_survey_site_of_cube
 
-    paths, record = cube_paths_by_site_and_record_id
+    paths, record = pair_of_cube_path_by_site_and_record_id
     cubes, grounds = {}, {}
     for site, cube in paths.items():
         with open_cube(cube, chunks={"record": 1}) as data:
@@ -161,17 +161,29 @@ def _compare_survey_with_cube(
     print(f"{survey_path.name} against {', '.join([name, *variant_label_as_list(default)])}")
     if "residual_twist" in default:
         _compare_falls_shifts_and_twists(
-            survey_path, table, (default, cubes), (name, on_soil), background, figure, output
+            survey_path,
+            survey_table,
+            (default, cubes),
+            (name, on_soil),
+            share_falling_in_random_direction,
+            figure_path,
+            comparison_json_path,
         )
         return
-    comparison = compare_survey_with_prediction(table.counted_stones, default, site_cubes=cubes, background=background)
-    parts = {one: table.select_site(one).counted_stones for one in table.site_names if len(table.site_names) > 1}
+    comparison = compare_survey_with_prediction(
+        survey_table.counted_stones, default, site_cubes=cubes, background=share_falling_in_random_direction
+    )
+    parts = {
+        one: survey_table.select_site(one).counted_stones
+        for one in survey_table.site_names
+        if len(survey_table.site_names) > 1
+    }
     by_site = {
-        one: compare_survey_with_prediction(part, cubes.get(one, default), background=background)
+        one: compare_survey_with_prediction(part, cubes.get(one, default), background=share_falling_in_random_direction)
         for one, part in parts.items()
         if part
     }
-    result = make_stored_survey_comparison(survey_path, name, comparison, table.warnings, by_site, on_soil)
+    result = make_stored_survey_comparison(survey_path, name, comparison, survey_table.warnings, by_site, on_soil)
     if gaps := unsimulated_azimuth_label(default):
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_prediction_findings(result)
@@ -179,29 +191,29 @@ def _compare_survey_with_cube(
     _print_results_with_template(
         SurveyCommandResults(surveys=[found.model_copy(update={"survey_file_warnings": []})]), "survey"
     )
-    if output is not None:
-        write_result_as_json(result, output)
-    if figure is not None:
+    if comparison_json_path is not None:
+        write_result_as_json(result, comparison_json_path)
+    if figure_path is not None:
         from overturning.report.drawings import write_survey_falls_figure
 
-        write_survey_falls_figure([found], figure)
-        print(f"figure: {figure}")
+        write_survey_falls_figure([found], figure_path)
+        print(f"figure: {figure_path}")
 
 
 def _compare_falls_shifts_and_twists(
     survey_path: Path,
-    table: "SurveyTable",
-    default_and_site_cubes: "tuple[Dataset, dict[str, Dataset]]",
-    record_id_and_soil_by_site: "tuple[str, dict[str, SoilBelowSurveySite]]",
-    background: float,
-    figure: Path | None,
-    output: Path | None,
+    survey_table: "SurveyTable",
+    pair_of_default_cube_and_cube_by_site: "tuple[Dataset, dict[str, Dataset]]",
+    pair_of_record_id_and_soil_by_site: "tuple[str, dict[str, SoilBelowSurveySite]]",
+    share_falling_in_random_direction: float,
+    figure_path: Path | None,
+    comparison_json_path: Path | None,
 ) -> None:
     """Compare falls, shifts and twists of a survey with those of a 3-D study.
 
     Print and store the comparison, and draw the observed falls.
 
-    `default_and_site_cubes` are the results cube for all sites that are not named, and the cubes of single sites.
+    The default cube is the results cube for all sites without a cube of their own.
     """
     from overturning.findings.observed import observed_survey_findings
     from overturning.findings.survey_commands import SurveyCommandResults
@@ -212,19 +224,24 @@ def _compare_falls_shifts_and_twists(
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
     from overturning.surveys.observed import summarise_survey
 
-    default, by_site = default_and_site_cubes
-    record, grounds = record_id_and_soil_by_site
-    parts = {one: table.select_site(one) for one in table.site_names if len(table.site_names) > 1}
+    default, by_site = pair_of_default_cube_and_cube_by_site
+    record, grounds = pair_of_record_id_and_soil_by_site
+    parts = {one: survey_table.select_site(one) for one in survey_table.site_names if len(survey_table.site_names) > 1}
     sha256, remarks = survey_file_hash_and_comments(survey_path)
     result = StoredDisplacementComparison(
         survey_file_name=survey_path.name,
         sha256=sha256,
         record=record,
-        all_sites_comparison=compare_displacements(table, default, by_site, background=background),
-        survey_warnings=table.warnings,
+        all_sites_comparison=compare_displacements(
+            survey_table, default, by_site, background=share_falling_in_random_direction
+        ),
+        survey_warnings=survey_table.warnings,
         survey_file_comments=remarks,
         comparisons_by_site=tuple(
-            (site, compare_displacements(part, by_site.get(site, default), background=background))
+            (
+                site,
+                compare_displacements(part, by_site.get(site, default), background=share_falling_in_random_direction),
+            )
             for site, part in parts.items()
             if part.counted_stones
         ),
@@ -233,21 +250,22 @@ def _compare_falls_shifts_and_twists(
     found = survey_displacement_findings(result)
     shown = found.model_copy(update={"survey_file_warnings": []})
     _print_results_with_template(SurveyCommandResults(survey_displacements=[shown]), "displacements")
-    if output is not None:
-        write_result_as_json(result, output)
-    if figure is not None:
-        observed = observed_survey_findings(summarise_survey(table))
-        write_roses_of_observed_falls([observed.all_sites, *observed.sites], figure)
-        print(f"figure: {figure}")
+    if comparison_json_path is not None:
+        write_result_as_json(result, comparison_json_path)
+    if figure_path is not None:
+        observed = observed_survey_findings(summarise_survey(survey_table))
+        write_roses_of_observed_falls([observed.all_sites, *observed.sites], figure_path)
+        print(f"figure: {figure_path}")
 
 
-def _print_results_with_template(results: "BaseModel", template_name: str) -> None:
-    """Print results as plain text, formatted by the report template `template_name`."""
+def _print_results_with_template(results: "BaseModel", report_template_name: str) -> None:
+    """Print results as plain text, formatted by one of the templates of the report."""
     from overturning.report.render import parse_markdown, render_template_as_markdown
     from overturning.report.terminal import terminal_lines_of_markdown
 
     print(
-        *terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(results, name=template_name))), sep="\n"
+        *terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(results, name=report_template_name))),
+        sep="\n",
     )
 
 
@@ -321,14 +339,14 @@ def infer_motion_from_survey(
         )
     began = said = time.monotonic()
 
-    def print_progress(done_count: int, total_count: int) -> None:
+    def print_progress(computed_motion_count: int, total_motion_count: int) -> None:
         """Print the number of computed motions and the remaining time, at most every two seconds."""
         nonlocal said
         now = time.monotonic()
-        if 0 < done_count < total_count and now - said > 2:
-            said, left = now, (now - began) * (total_count - done_count) / done_count
-            percentage = f"{100 * done_count // total_count}%"  # a run reads it
-            computed = f"{done_count} of {total_count} motions computed, {percentage}"
+        if 0 < computed_motion_count < total_motion_count and now - said > 2:
+            said, left = now, (now - began) * (total_motion_count - computed_motion_count) / computed_motion_count
+            percentage = f"{100 * computed_motion_count // total_motion_count}%"  # a run reads it
+            computed = f"{computed_motion_count} of {total_motion_count} motions computed, {percentage}"
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
     responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)

@@ -66,13 +66,13 @@ def read_and_process_record(
     write_record_to_motion_file(done, output, unprocessed_record=None if done is raw else raw)
 
 
-def _load_study_and_processed_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
+def _load_study_and_processed_motions(study_file_or_json: str, motion_folder: Path) -> tuple[Any, list[Any]]:
     """Return the study and the processed motions of its records, read from files."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
 
-    settings = load_study_from_file_or_json(study)
-    return settings, [read_record_from_motion_file(motions / f"{name}.nc") for name in settings.records.use]
+    settings = load_study_from_file_or_json(study_file_or_json)
+    return settings, [read_record_from_motion_file(motion_folder / f"{name}.nc") for name in settings.records.use]
 
 
 def compute_surface_motions(

@@ -27,28 +27,35 @@ from overturning.records.record import Record
 from overturning.records.window import AssemblyRefusalCollector, common_window_processing_entry, cut_to_common_window
 
 
-def format_iso_utc_time(moment: datetime | None) -> str | None:
+def format_iso_utc_time(time_or_none: datetime | None) -> str | None:
     """Format a time as ISO 8601 text in UTC; a time without zone counts as UTC, and None gives None."""
-    if moment is None:
+    if time_or_none is None:
         return None
-    text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
+    text = (
+        (time_or_none if time_or_none.tzinfo else time_or_none.replace(tzinfo=UTC))
+        .astimezone(UTC)
+        .strftime("%Y-%m-%dT%H:%M:%S.%f")
+    )
     return text.rstrip("0").rstrip(".") + "Z"
 
 
 def _rotate_samples_to_north_east(
-    first_samples: FloatArray, first_azimuth_deg: float, second_samples: FloatArray, second_azimuth_deg: float
+    first_axis_acceleration: FloatArray,
+    first_axis_azimuth_deg: float,
+    second_axis_acceleration: FloatArray,
+    second_axis_azimuth_deg: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Return north and east acceleration, from accelerations along two horizontal axes of given azimuths, degrees.
 
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly
     perpendicular.
     """
-    c1, s1 = cosine_and_sine_of_azimuth(first_azimuth_deg)
-    c2, s2 = cosine_and_sine_of_azimuth(second_azimuth_deg)
+    c1, s1 = cosine_and_sine_of_azimuth(first_axis_azimuth_deg)
+    c2, s2 = cosine_and_sine_of_azimuth(second_axis_azimuth_deg)
     determinant = round(c1 * s2 - c2 * s1, 12)
     # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
-    north = (first_samples * s2 - second_samples * s1) / determinant + 0.0
-    east = (second_samples * c1 - first_samples * c2) / determinant + 0.0
+    north = (first_axis_acceleration * s2 - second_axis_acceleration * s1) / determinant + 0.0
+    east = (second_axis_acceleration * c1 - first_axis_acceleration * c2) / determinant + 0.0
     return north, east
 
 
@@ -137,12 +144,13 @@ def _relative_header_peak_difference_by_axis(
 
 
 def _declared_azimuth_mismatch_notes(
-    declared_components: Sequence[RecordComponent], stated_components: Sequence[RecordComponent]
+    components_with_declared_azimuths: Sequence[RecordComponent],
+    components_with_azimuths_from_files: Sequence[RecordComponent],
 ) -> list[str]:
     """Return a note for each axis whose azimuth, as given by the user, differs from the azimuth in its file."""
     return [
         f"axis {c.axis_name!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-        for c, was in zip(declared_components, stated_components, strict=False)
+        for c, was in zip(components_with_declared_azimuths, components_with_azimuths_from_files, strict=False)
         if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
     ]
 
@@ -170,30 +178,38 @@ def _cut_to_window_and_check_samples(
 
 
 def _extra_record_metadata(
-    cut_components: Sequence[RecordComponent],
+    components_in_common_window: Sequence[RecordComponent],
     declared_properties: DeclaredFileProperties,
     notes: list[str],
-    relative_header_peak_differences: dict[str, float],
-    trusted_contradictions: Sequence[str],
+    relative_header_peak_difference_by_axis: dict[str, float],
+    contradictions_accepted_by_user: Sequence[str],
 ) -> dict[str, Any]:
     """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field."""
-    first = cut_components[0]
+    first = components_in_common_window[0]
     extra: dict[str, Any] = dict(first.extra_metadata) | {
         "format": first.format_name,
         "processed": first.is_already_corrected,
     }
-    extra |= agency_processing_metadata(cut_components)
-    extra |= {"axes": [c.axis_name for c in cut_components]} | (
+    extra |= agency_processing_metadata(components_in_common_window)
+    extra |= {"axes": [c.axis_name for c in components_in_common_window]} | (
         {"origin_time": format_iso_utc_time(first.origin_time_utc)} if first.origin_time_utc else {}
     )
-    extra |= {"header_peak_difference": relative_header_peak_differences} if relative_header_peak_differences else {}
+    extra |= (
+        {"header_peak_difference": relative_header_peak_difference_by_axis}
+        if relative_header_peak_difference_by_axis
+        else {}
+    )
     if declared_properties.trust_data:
-        by_reader = [text for c in cut_components for text in c.extra_metadata.get("trusted", ())]
-        extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
-    extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in cut_components for n in c.notes)]) else {}
+        by_reader = [text for c in components_in_common_window for text in c.extra_metadata.get("trusted", ())]
+        extra |= {"trusted_data": True, "trusted": [*by_reader, *contradictions_accepted_by_user]}
+    extra |= (
+        {"notes": notes}
+        if (notes := [*notes, *dict.fromkeys(n for c in components_in_common_window for n in c.notes)])
+        else {}
+    )
     borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
-    stated = [] if declared_properties.azimuths_deg is None else cut_components
+    stated = [] if declared_properties.azimuths_deg is None else components_in_common_window
     azimuths = [
         f"axis {c.axis_name!r} of {c.file_name} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None
     ]
@@ -206,9 +222,9 @@ def _extra_record_metadata(
     return extra
 
 
-def station_name_with_word_borehole(station: str) -> str:
+def station_name_with_word_borehole(station_name: str) -> str:
     """Add the word "borehole" to the name of a station, unless the name contains it already."""
-    return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
+    return station_name if "borehole" in station_name.lower() else f"{station_name} (borehole)".strip()
 
 
 def _note_on_ignored_user_properties(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
@@ -242,7 +258,9 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
 
 
 def _order_horizontal_first_and_check_components(
-    components: Sequence[RecordComponent], declared_azimuths_deg: Sequence[float] | None, file_name: str
+    components: Sequence[RecordComponent],
+    declared_horizontal_azimuths_deg: Sequence[float] | None,
+    file_name_for_errors: str,
 ) -> list[RecordComponent]:
     """Order the components of a record: two horizontal ones, with azimuths given by the user if any, then vertical."""
     vertical = [c for c in components if c.vertical_sense]
@@ -250,15 +268,18 @@ def _order_horizontal_first_and_check_components(
     if len(horizontal) != 2 or len(vertical) > 1:
         axes = ", ".join(c.axis_name for c in components) or "none"
         raise RecordError(
-            f"{file_name}: components {axes}; a record has two horizontal components and at most one vertical one: "
-            "give the files of one sensor together"
+            f"{file_name_for_errors}: components {axes}; a record has two horizontal components and at most one "
+            "vertical one: give the files of one sensor together"
         )
-    if declared_azimuths_deg is not None:
-        if len(declared_azimuths_deg) != 2:
+    if declared_horizontal_azimuths_deg is not None:
+        if len(declared_horizontal_azimuths_deg) != 2:
             raise RecordError(
-                f"{file_name}: {len(declared_azimuths_deg)} azimuths given; two are needed, one per horizontal axis"
+                f"{file_name_for_errors}: {len(declared_horizontal_azimuths_deg)} azimuths given; two are needed, one "
+                "per horizontal axis"
             )
-        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, declared_azimuths_deg, strict=True)]
+        horizontal = [
+            replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, declared_horizontal_azimuths_deg, strict=True)
+        ]
     known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
     if len(known) < 2:
         files = " ".join(dict.fromkeys(c.file_name for c in horizontal if c.azimuth_deg is None))
@@ -269,32 +290,34 @@ def _order_horizontal_first_and_check_components(
         )
     if abs(math.sin(math.radians(known[1] - known[0]))) < MIN_SINE_BETWEEN_HORIZONTAL_AXES:
         raise RecordError(
-            f"{file_name}: horizontal axes at {known[0]:g} and {known[1]:g} degrees; they must be near a right angle: "
-            "give two components of one sensor"
+            f"{file_name_for_errors}: horizontal axes at {known[0]:g} and {known[1]:g} degrees; they must be near a "
+            "right angle: give two components of one sensor"
         )
     return [*horizontal, *vertical]
 
 
 def _orient_or_omit_vertical_components_with_notes(
-    components: Sequence[RecordComponent], declared_sense: VerticalSense | None
+    components: Sequence[RecordComponent], declared_vertical_sense: VerticalSense | None
 ) -> tuple[list[RecordComponent], list[str]]:
     """Set a vertical axis of unknown sense to the sense (up or down) given by the user, or omit it; return notes."""
-    vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
+    vertical = {"up": 1, "down": -1}.get(declared_vertical_sense or "", 0)
     kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:
-        if declared_sense == "none" and component.vertical_sense:  # Left out as declared, although its sense is known.
+        if (
+            declared_vertical_sense == "none" and component.vertical_sense
+        ):  # Left out as declared, although its sense is known.
             continue
         unknown = component.azimuth_deg is None and not component.vertical_sense
         if not (unknown and (component is third or is_vertical_axis_name_without_up_or_down(component.axis_name))):
             kept.append(component)
             if vertical * component.vertical_sense < 0:
                 notes.append(
-                    f"axis {component.axis_name!r} is not taken {declared_sense}, as declared: "
+                    f"axis {component.axis_name!r} is not taken {declared_vertical_sense}, as declared: "
                     "its file says the opposite"
                 )
         elif vertical:
             kept.append(replace(component, vertical_sense=vertical))
-        elif declared_sense is None:
+        elif declared_vertical_sense is None:
             notes.append(
                 f"vertical axis {component.axis_name!r} left out: {component.file_name} does not say whether up or "
                 "down; to use it declare vertical_sense up or down (in the record table; --vertical-sense on the "

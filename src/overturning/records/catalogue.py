@@ -246,9 +246,9 @@ def _example_file_path(table_row: RecordTableRow, example_name: str) -> Path:
     return path
 
 
-def _sorted_matching_files(folder: Path, pattern: str) -> list[Path]:
+def _sorted_matching_files(folder: Path, glob_pattern: str) -> list[Path]:
     """Return the files of a folder that match a pattern, in order of their names; empty if the folder is missing."""
-    return sorted(path for path in folder.glob(pattern) if path.is_file()) if folder.is_dir() else []
+    return sorted(path for path in folder.glob(glob_pattern) if path.is_file()) if folder.is_dir() else []
 
 
 def _has_archive_extension(path: Path) -> bool:
@@ -262,10 +262,10 @@ def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list
 
 
 def _missing_record_files_error(
-    table_row: RecordTableRow, data_dir: Path, missing_files: list[str]
+    table_row: RecordTableRow, data_dir: Path, missing_source_names: list[str]
 ) -> MissingDataError:
     """Return an error that names the missing files of a record, the folder searched, and their source."""
-    which, remedy = f"{' '.join(missing_files)} is", "put the file there, or name the folder in the config"
+    which, remedy = f"{' '.join(missing_source_names)} is", "put the file there, or name the folder in the config"
     if table_row.format in ("k-net", "kik-net"):
         remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "

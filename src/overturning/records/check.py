@@ -98,15 +98,15 @@ def _read_components_of_chosen_sensor_and_refusals(
 
 def _check_record(
     components: Sequence[RecordComponent],
-    all_component_groups: Sequence[Sequence[RecordComponent]],
-    file_paths: Sequence[Path],
+    components_of_each_record_in_files: Sequence[Sequence[RecordComponent]],
+    all_file_paths: Sequence[Path],
     declared_properties: DeclaredFileProperties,
 ) -> RecordCheckResult:
     """Check one record, given its components; the result has the assembled record, or the reason for refusing it."""
     files = tuple(dict.fromkeys(c.file_name for c in components))
     try:
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
-        own = [path for path in file_paths if path.name in files]
+        own = [path for path in all_file_paths if path.name in files]
         record = add_notes_to_record(
             record, notes_on_vertical_component_left_out(own, components, declared_properties) if own else []
         )
@@ -114,19 +114,19 @@ def _check_record(
             files, tuple(components), record, record_after_default_processing=process_record(record, None)
         )
     except OverturningError as problem:
-        several = _refusal_reason_if_several_sensors(components, all_component_groups)
+        several = _refusal_reason_if_several_sensors(components, components_of_each_record_in_files)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
         return RecordCheckResult(files, tuple(components), refusal_or_skip_reason=reason)
 
 
 def _refusal_reason_if_several_sensors(
-    components: Sequence[RecordComponent], all_component_groups: Sequence[Sequence[RecordComponent]]
+    components: Sequence[RecordComponent], components_of_each_record_in_files: Sequence[Sequence[RecordComponent]]
 ) -> str:
     """Return the reason to refuse components if several sensors of one station recorded the earthquake; else ""."""
     first = components[0]
     alike = [
         one[0]
-        for one in all_component_groups
+        for one in components_of_each_record_in_files
         if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))
     ]
     places = list(dict.fromkeys(one.sensor_location for one in alike if one.sensor_location))
@@ -140,7 +140,7 @@ def _read_source_files_and_refusals(paths: Sequence[Path]) -> tuple[list[SourceF
     """Read the files at the paths; return them, and a refusal for each unreadable file or folder without records."""
     sources, findings = [], []
     for path in paths:
-        there, skipped = _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)
+        there, skipped = _list_all_and_skipped_files(path, is_only_path_of_command=len(paths) == 1)
         if path.is_dir() and len(there) == len(skipped):
             why = f"{len(there)} files, none of them a record" if there else "an empty folder"
             findings.append(RecordCheckResult((path.name,), refusal_or_skip_reason=f"{path}: {why}"))
@@ -152,19 +152,27 @@ def _read_source_files_and_refusals(paths: Sequence[Path]) -> tuple[list[SourceF
     return sources, findings
 
 
-def _list_all_and_skipped_files(path: Path, *, is_only_argument: bool) -> tuple[list[Path], list[Path]]:
+def _list_all_and_skipped_files(
+    file_or_folder_path: Path, *, is_only_path_of_command: bool
+) -> tuple[list[Path], list[Path]]:
     """List all files in a folder (or a single file), and those among them that are skipped because of their names.
 
     A file that is the only argument of a command is never skipped.
     """
-    there = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    return there, [p for p in there if has_non_record_name(p) and (path.is_dir() or not is_only_argument)]
+    there = (
+        sorted(p for p in file_or_folder_path.rglob("*") if p.is_file())
+        if file_or_folder_path.is_dir()
+        else [file_or_folder_path]
+    )
+    return there, [
+        p for p in there if has_non_record_name(p) and (file_or_folder_path.is_dir() or not is_only_path_of_command)
+    ]
 
 
 def names_of_files_skipped_by_extension(paths: Sequence[Path]) -> list[str]:
     """Return the names of the files that are skipped since their extension belongs to no record format."""
     return sorted(
-        p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_argument=len(paths) == 1)[1]
+        p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_path_of_command=len(paths) == 1)[1]
     )
 
 
@@ -210,12 +218,12 @@ def _format_pga_pgv_pgd(processed_record: Record) -> str:
     return f"PGA {pga} Gal, PGV {pgv} cm/s, PGD {pgd} cm {how}{drifts}"
 
 
-def notes_for_check_report(record: Record, sensor: str = "surface") -> list[str]:
+def notes_for_check_report(record: Record, sensor_position: str = "surface") -> list[str]:
     """Return notes on a record: agency processing, omitted parts, properties given by the user, contradictions."""
     done = record.extra.get("agency_processing")
     cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
-    undeclared = sensor == "borehole" and "borehole sensor" not in declared
+    undeclared = sensor_position == "borehole" and "borehole sensor" not in declared
     how = "(--sensor borehole, or sensor in the record table)"
     return [
         *([f"by the agency: {done}"] if done else []),

@@ -89,28 +89,28 @@ def direction_from_channel_code(channel_code: str) -> AzimuthAndVerticalSense:
 
 
 def channel_direction_mismatch_notes(
-    channel_code: str, direction: AzimuthAndVerticalSense, direction_source: str
+    channel_code: str, taken_direction: AzimuthAndVerticalSense, direction_source_label: str
 ) -> tuple[str, ...]:
     """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
     coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN_DIRECTION
-    if UNKNOWN_DIRECTION in (coded, direction):
+    if UNKNOWN_DIRECTION in (coded, taken_direction):
         return ()
-    if coded[0] is None or direction[0] is None:
-        alike = coded == direction
+    if coded[0] is None or taken_direction[0] is None:
+        alike = coded == taken_direction
     else:
-        alike = angle_between_azimuths(coded[0], direction[0]) <= 5.0
-    where = {1: "up", -1: "down"}.get(direction[1], f"at {direction[0] or 0.0:g}°")
+        alike = angle_between_azimuths(coded[0], taken_direction[0]) <= 5.0
+    where = {1: "up", -1: "down"}.get(taken_direction[1], f"at {taken_direction[0] or 0.0:g}°")
     said = {"N": "north", "E": "east", "Z": "up"}[channel_code[-1].upper()]
-    note = f"channel {channel_code} is taken {where}, as {direction_source} says; its code says {said}"
+    note = f"channel {channel_code} is taken {where}, as {direction_source_label} says; its code says {said}"
     return () if alike else (note,)
 
 
 def direction_with_channel_code_fallback_and_notes(
-    channel_code: str, direction: AzimuthAndVerticalSense, reason_unknown: str
+    channel_code: str, stated_direction: AzimuthAndVerticalSense, reason_direction_is_unknown: str
 ) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
-    if direction != UNKNOWN_DIRECTION:
-        return direction, ()
+    if stated_direction != UNKNOWN_DIRECTION:
+        return stated_direction, ()
     coded = (
         direction_from_channel_code(channel_code)
         if re.fullmatch("[A-Z]{2}[NEZ]", channel_code.upper())
@@ -119,7 +119,7 @@ def direction_with_channel_code_fallback_and_notes(
     if coded == UNKNOWN_DIRECTION:
         return UNKNOWN_DIRECTION, ()
     where = {1: "up", -1: "down"}.get(coded[1], f"at {coded[0] or 0.0:g}°")
-    return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
+    return coded, (f"{reason_direction_is_unknown}; the code of channel {channel_code} says {where}",)
 
 
 MAX_AXIS_MISALIGNMENT_DEG: Final = 5.0
@@ -130,7 +130,7 @@ MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
 
 
 def direction_from_azimuth_and_dip_with_notes(
-    channel_code: str, azimuth_deg: float | None, dip_deg: float | None, channel_label: str
+    channel_code: str, azimuth_deg: float | None, dip_deg: float | None, file_and_channel_label: str
 ) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
     """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
 
@@ -146,15 +146,16 @@ def direction_from_azimuth_and_dip_with_notes(
     inclination = abs(abs(dip_deg) - 90.0) if steep else abs(dip_deg)
     if not inclination <= MAX_AXIS_MISALIGNMENT_DEG:
         raise RecordError(
-            f"{channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_MISALIGNMENT_DEG:g}° of horizontal or "
-            "vertical are read: rotate the channels of its sensor to north, east and up, or correct the dip"
+            f"{file_and_channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_MISALIGNMENT_DEG:g}° of "
+            "horizontal or vertical are read: rotate its sensor's channels to north, east and up, or correct the dip"
         )
     direction: AzimuthAndVerticalSense = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
     if not steep and azimuth_deg is not None:
         direction = float(azimuth_deg) % 360.0, 0
     if inclination <= MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG:
         return direction, ()
-    return direction, (f"{channel_label} dips by {dip_deg:g}°; it is read as {'vertical' if steep else 'horizontal'}",)
+    what = "vertical" if steep else "horizontal"
+    return direction, (f"{file_and_channel_label} dips by {dip_deg:g}°; it is read as {what}",)
 
 
 def direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
@@ -167,21 +168,18 @@ VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE: Final[dict[int, AzimuthAndVerticalSense
 
 
 def axis_direction_from_name_or_code(
-    axis_name: str, code_direction: AzimuthAndVerticalSense, create_line_error: Callable[[str], RecordError]
+    axis_name: str, header_code_direction: AzimuthAndVerticalSense, create_axis_line_error: Callable[[str], RecordError]
 ) -> AzimuthAndVerticalSense:
     """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
     named = parse_axis_direction(axis_name)
-    if UNKNOWN_DIRECTION in (named, code_direction):
-        return code_direction if named == UNKNOWN_DIRECTION else named
-    apart = (
-        0.0 if named[0] is None or code_direction[0] is None else angle_between_azimuths(named[0], code_direction[0])
-    )
-    if named[1] != code_direction[1] or apart > 1.0:
-        code = (
-            {1: "up", -1: "down"}[code_direction[1]] if code_direction[0] is None else f"{code_direction[0]:g} degrees"
-        )
+    if UNKNOWN_DIRECTION in (named, header_code_direction):
+        return header_code_direction if named == UNKNOWN_DIRECTION else named
+    coded, coded_sense = header_code_direction
+    apart = 0.0 if named[0] is None or coded is None else angle_between_azimuths(named[0], coded)
+    if named[1] != coded_sense or apart > 1.0:
+        code = {1: "up", -1: "down"}[coded_sense] if coded is None else f"{coded:g} degrees"
         why = f"axis {axis_name.strip()!r}, but the numbers below it say {code}; components may be swapped"
-        raise create_line_error(f"{why}: find out which, and correct the file")
+        raise create_axis_line_error(f"{why}: find out which, and correct the file")
     return named
 
 
@@ -204,7 +202,7 @@ MAX_SURFACE_SENSOR_DEPTH_M = 3.0
 """Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
-def classify_as_surface_or_borehole(depth_m: float | None = None, location_text: str = "") -> SensorPosition:
+def classify_as_surface_or_borehole(sensor_depth_m: float | None = None, location_text: str = "") -> SensorPosition:
     """Return "borehole" or "surface" for a sensor, from its depth, m, or a text on its location."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
@@ -212,9 +210,10 @@ def classify_as_surface_or_borehole(depth_m: float | None = None, location_text:
         rf"{size}\.?\s*(?:deep|depth|below(?! +(?:the +)?(?:deck|roof|top|girder|crest)))",
     ):
         if stated := re.search(pattern, location_text, re.IGNORECASE):
-            depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
+            sensor_depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
     named = re.search(r"\b(down|bore)[- ]?hole\b", location_text, re.IGNORECASE)
-    return "borehole" if named or (depth_m is not None and depth_m > MAX_SURFACE_SENSOR_DEPTH_M) else "surface"
+    is_deep = sensor_depth_m is not None and sensor_depth_m > MAX_SURFACE_SENSOR_DEPTH_M
+    return "borehole" if named or is_deep else "surface"
 
 
 _TALL_STRUCTURE_PATTERN: Final = "(pier|column|tower|pylon|tank|bent|arch|chimney|mast)"
@@ -254,11 +253,11 @@ class HeaderPeak:
 
     @classmethod
     def from_signed_acceleration(
-        cls, signed_acceleration: float, relative_resolution: float, line_number: int | None = None
+        cls, signed_acceleration_m_s2: float, last_digit_unit_to_peak_ratio: float, line_number: int | None = None
     ) -> "HeaderPeak":
         """Create a header peak from a signed acceleration, m/s², and the relative resolution of its printed digits."""
-        sign, peak = (signed_acceleration > 0) - (signed_acceleration < 0), abs(signed_acceleration)
-        return cls(peak, relative_resolution * peak, line_number=line_number, sign=sign)
+        sign, peak = (signed_acceleration_m_s2 > 0) - (signed_acceleration_m_s2 < 0), abs(signed_acceleration_m_s2)
+        return cls(peak, last_digit_unit_to_peak_ratio * peak, line_number=line_number, sign=sign)
 
 
 @dataclass(frozen=True)
@@ -291,16 +290,17 @@ class RecordComponent:
 
     @classmethod
     def from_file(
-        cls, source_file: SourceFile, axis_name: str, direction: AzimuthAndVerticalSense, samples: FloatArray,
-        sampling_interval: float, *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
+        cls, source_file: SourceFile, axis_name: str, direction: AzimuthAndVerticalSense, acceleration: FloatArray,
+        sampling_interval: float, *, station_latitude_longitude_deg: tuple[float | None, float | None] = (None, None),
+        **other_fields: Any,
     ) -> "RecordComponent":  # fmt: skip
         """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense.
 
         Longitudes above 180° become negative. A place off the globe is left out, with a note.
         """
-        latitude, longitude = normalise_coordinates(*coordinates)
-        if latitude is None and None not in coordinates:
-            place = "latitude {:g}° and longitude {:g}°".format(*coordinates)
+        latitude, longitude = normalise_coordinates(*station_latitude_longitude_deg)
+        if latitude is None and None not in station_latitude_longitude_deg:
+            place = "latitude {:g}° and longitude {:g}°".format(*station_latitude_longitude_deg)
             why = (
                 f"{place} in the header are no place on the globe; give station_latitude_deg and station_longitude_deg"
             )
@@ -309,7 +309,7 @@ class RecordComponent:
             )  # fmt: skip
         other_fields |= {"station_latitude_deg": latitude, "station_longitude_deg": longitude}
         return cls(
-            samples, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
+            acceleration, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
         )
 
     def __post_init__(self) -> None:
@@ -337,7 +337,7 @@ def peak_acceleration_comparable_to_header(component: RecordComponent) -> float:
 
 
 def checked_relative_header_peak_difference(
-    component: RecordComponent, report_contradiction: Callable[[str, str], None]
+    component: RecordComponent, report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> float | None:
     """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
 
@@ -353,14 +353,14 @@ def checked_relative_header_peak_difference(
     line = f" line {stated.line_number}" if stated.line_number else ""
     on_side = float((stated.sign * _samples_for_header_peak_comparison(component)).max()) if stated.sign else peak
     if difference <= tolerance < level - on_side:
-        report_contradiction(
+        report_contradiction_and_remedy(
             f"{component.file_name}{line}: the header states a peak of {stated.sign * level * 100:.6g} Gal along "
             f"{component.axis_name}, the data has {-stated.sign * peak * 100:.6g} Gal",
             "the sign of its samples is reversed: get the file again, or say --trust-data",
         )
         return None
     if difference > tolerance:
-        report_contradiction(
+        report_contradiction_and_remedy(
             f"{component.file_name}{line}: the header states a peak of {level * 100:.6g} Gal "
             f"along {component.axis_name}, the data has {peak * 100:.6g} Gal (0.5 % allowed)",
             "the file is cut or its units are not what they seem: get it again, or say --trust-data",

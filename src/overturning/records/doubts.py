@@ -38,7 +38,7 @@ def data_problem_kinds_in_notes(notes: Iterable[str]) -> list[str]:
 
 
 def sample_quality_notes(
-    components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
+    components: Sequence[RecordComponent], report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> list[str]:
     """Return notes on dead, clipped or identical axes of a record and on an implausible sampling interval.
 
@@ -46,7 +46,7 @@ def sample_quality_notes(
     sampling interval that fails two of the plausibility checks.
     """
     notes = [
-        *_doubtful_sampling_interval_notes(components, report_contradiction),
+        *_doubtful_sampling_interval_notes(components, report_contradiction_and_remedy),
         *_dead_vertical_axis_notes(components),
     ]
     first, second = components[0], components[min(1, len(components) - 1)]
@@ -82,7 +82,7 @@ def _peak_after_mean_removal(component: RecordComponent) -> float:
 
 
 def report_dead_horizontal_axis(
-    components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
+    components: Sequence[RecordComponent], report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> None:
     """Report a contradiction, by ``report_contradiction(reason, remedy)``, if a horizontal axis has no signal."""
     if len(components) < 2 or any(c.vertical_sense for c in components[:2]):
@@ -91,7 +91,7 @@ def report_dead_horizontal_axis(
     reason = dead_horizontal_axis_reason([component.acceleration for component in components], names)
     if reason:
         weak = min(components[:2], key=_peak_after_mean_removal)
-        report_contradiction(f"{weak.file_name}: {reason}", "get the file again, or say --trust-data")
+        report_contradiction_and_remedy(f"{weak.file_name}: {reason}", "get the file again, or say --trust-data")
 
 
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
@@ -107,7 +107,7 @@ def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str
 
 
 def _doubtful_sampling_interval_notes(
-    components: Sequence[RecordComponent], report_contradiction: Callable[[str, str], None]
+    components: Sequence[RecordComponent], report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> list[str]:
     """Return a note if the sampling interval fails one plausibility check; report a contradiction if several."""
     first = components[0]
@@ -118,5 +118,5 @@ def _doubtful_sampling_interval_notes(
     why = f"{first.file_name}: {interval} {DOUBTFUL_SAMPLING_INTERVAL_NOTE_PHRASE}: {'; '.join(doubts)}"
     if len(doubts) == 1:
         return [f"{why}; look whether its unit is right"]
-    report_contradiction(why, "correct it or its unit, or say --trust-data")
+    report_contradiction_and_remedy(why, "correct it or its unit, or say --trust-data")
     return []

@@ -108,7 +108,7 @@ def _file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _checked_download_file_name(url: str, sha256: str, file_name: str | None) -> str:
+def _checked_download_file_name(url: str, expected_sha256: str, requested_file_name: str | None) -> str:
     """Return the name under which a download is stored; raise an error for an invalid URL, hash or name."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
@@ -120,9 +120,9 @@ def _checked_download_file_name(url: str, sha256: str, file_name: str | None) ->
             f"{parts.hostname}: NIED gives records to registered users only; download them in a browser "
             "(www.kyoshin.bosai.go.jp, free account) and put them into the study's data folder"
         )
-    if len(sha256) != 64 or set(sha256.lower()) - set("0123456789abcdef"):
-        raise ArgumentError(f"sha256: {sha256!r}; it has 64 hexadecimal digits")
-    target = file_name or Path(parts.path).name
+    if len(expected_sha256) != 64 or set(expected_sha256.lower()) - set("0123456789abcdef"):
+        raise ArgumentError(f"sha256: {expected_sha256!r}; it has 64 hexadecimal digits")
+    target = requested_file_name or Path(parts.path).name
     if not target or Path(target).name != target or target.startswith("."):
         raise ArgumentError(f"name: {target!r}; give a plain file name")
     return target

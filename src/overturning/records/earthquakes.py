@@ -62,23 +62,23 @@ class _EarthquakeMetadataOfRecord:
     record_start_utc: datetime | None = None  # of the record
     is_synthetic: bool = False
 
-    def is_same_earthquake_if_known(self, other_metadata: "_EarthquakeMetadataOfRecord") -> bool | None:
+    def is_same_earthquake_if_known(self, other_record_metadata: "_EarthquakeMetadataOfRecord") -> bool | None:
         """Return whether two records are of one earthquake, by ids or origin times; None if these do not decide it."""
-        if self.event_id and other_metadata.event_id:
-            return self.event_id == other_metadata.event_id
-        if self.origin_time_utc is None or other_metadata.origin_time_utc is None:
+        if self.event_id and other_record_metadata.event_id:
+            return self.event_id == other_record_metadata.event_id
+        if self.origin_time_utc is None or other_record_metadata.origin_time_utc is None:
             return None
         near = (
             self.epicentre_latitude_longitude_deg is None
-            or other_metadata.epicentre_latitude_longitude_deg is None
+            or other_record_metadata.epicentre_latitude_longitude_deg is None
             or great_circle_distance_km(
-                self.epicentre_latitude_longitude_deg, other_metadata.epicentre_latitude_longitude_deg
+                self.epicentre_latitude_longitude_deg, other_record_metadata.epicentre_latitude_longitude_deg
             )
             <= MAX_EPICENTRE_DIFFERENCE_OF_ONE_EARTHQUAKE_KM
         )
         return (
             near
-            and abs(self.origin_time_utc - other_metadata.origin_time_utc)
+            and abs(self.origin_time_utc - other_record_metadata.origin_time_utc)
             <= MAX_ORIGIN_TIME_DIFFERENCE_OF_ONE_EARTHQUAKE
         )
 
@@ -126,23 +126,30 @@ class _RecordsOfEarthquake:
     )  # the first member with each id and origin
     original_name_by_lower_case_name: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
-    def add_record(self, record_index: int, metadata: _EarthquakeMetadataOfRecord) -> None:
+    def add_record(self, record_index: int, record_metadata: _EarthquakeMetadataOfRecord) -> None:
         """Add a record, given by its index in the study and its metadata, to the records of the earthquake."""
-        self.metadata_by_record_index[record_index] = metadata
+        self.metadata_by_record_index[record_index] = record_metadata
         self.first_metadata_by_id_origin_time_and_epicentre.setdefault(
-            (metadata.event_id, metadata.origin_time_utc, metadata.epicentre_latitude_longitude_deg), metadata
+            (
+                record_metadata.event_id,
+                record_metadata.origin_time_utc,
+                record_metadata.epicentre_latitude_longitude_deg,
+            ),
+            record_metadata,
         )
-        self.original_name_by_lower_case_name.setdefault(metadata.earthquake_name.casefold(), metadata.earthquake_name)
+        self.original_name_by_lower_case_name.setdefault(
+            record_metadata.earthquake_name.casefold(), record_metadata.earthquake_name
+        )
 
-    def matches_earthquake_of_record(self, metadata: _EarthquakeMetadataOfRecord) -> bool:
+    def matches_earthquake_of_record(self, record_metadata: _EarthquakeMetadataOfRecord) -> bool:
         """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
         certain = [
             same
             for member in self.first_metadata_by_id_origin_time_and_epicentre.values()
-            if (same := member.is_same_earthquake_if_known(metadata)) is not None
+            if (same := member.is_same_earthquake_if_known(record_metadata)) is not None
         ]
-        named = metadata.earthquake_name.casefold() in self.original_name_by_lower_case_name and (
-            metadata.earthquake_name != "" or not self.event_id_or_origin_time
+        named = record_metadata.earthquake_name.casefold() in self.original_name_by_lower_case_name and (
+            record_metadata.earthquake_name != "" or not self.event_id_or_origin_time
         )
         return all(certain) if certain else named
 
@@ -304,9 +311,10 @@ def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake
             )
 
 
-def _format_first_three_record_ids(records: list[_EarthquakeMetadataOfRecord]) -> str:
+def _format_first_three_record_ids(metadata_of_records: list[_EarthquakeMetadataOfRecord]) -> str:
     """Return the ids of the first three records as text, followed by … if there are more."""
-    return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
+    ids = [one.record_id for one in metadata_of_records]
+    return ", ".join(ids[:3]) + (", …" if len(ids) > 3 else "")
 
 
 def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
@@ -357,10 +365,11 @@ def _name_words_year_and_day_month(earthquake: _RecordsOfEarthquake) -> tuple[st
 
 
 def _may_name_same_earthquake(
-    first_name: tuple[str, str, tuple[int, ...]], second_name: tuple[str, str, tuple[int, ...]]
+    first_name_words_year_and_day_month: tuple[str, str, tuple[int, ...]],
+    second_name_words_year_and_day_month: tuple[str, str, tuple[int, ...]],
 ) -> bool:
     """Return True if two names, as words and date, may mean one earthquake: similar words, same day."""
-    (words, _, day), (others, _, other_day) = first_name, second_name
+    (words, _, day), (others, _, other_day) = first_name_words_year_and_day_month, second_name_words_year_and_day_month
     if day and other_day and day != other_day:
         return False
     if not (words and others):

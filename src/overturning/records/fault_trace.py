@@ -6,13 +6,13 @@ FaultTracePiecesInLatLonDeg: TypeAlias = tuple[tuple[tuple[float, float], ...], 
 """Pieces of a fault trace; each is a sequence of points (latitude and longitude, degrees)."""
 
 
-def parse_fault_trace(trace_text: str) -> FaultTracePiecesInLatLonDeg:
+def parse_fault_trace(fault_trace_text: str) -> FaultTracePiecesInLatLonDeg:
     """Return the pieces of a fault trace from text such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
 
     Raises a ValueError that names a point that is none, is off the globe, or is alone in its piece.
     """
     pieces = []
-    for piece in filter(str.strip, trace_text.split(";")):
+    for piece in filter(str.strip, fault_trace_text.split(";")):
         points = tuple(_parse_latitude_and_longitude_deg(point) for point in piece.split(","))
         if len(points) < 2:
             raise ValueError(f"{piece.strip()!r} is one point; a piece needs two: '40.71 29.34, 40.73 29.52'")
@@ -33,7 +33,7 @@ def _parse_latitude_and_longitude_deg(point_text: str) -> tuple[float, float]:
     return latitude, longitude
 
 
-def checked_fault_trace_text(trace_text: str) -> str:
+def checked_fault_trace_text(fault_trace_text: str) -> str:
     """Return the text of a fault trace unchanged; raise a ValueError if it cannot be parsed."""
-    parse_fault_trace(trace_text)
-    return trace_text
+    parse_fault_trace(fault_trace_text)
+    return fault_trace_text

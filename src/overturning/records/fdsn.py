@@ -115,12 +115,17 @@ def fetch_fdsn_record(
     return [waves, metadata]
 
 
-def _incomplete_channel_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iterator[str]:
+def _incomplete_channel_notes(
+    waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any
+) -> Iterator[str]:
     """Yield a note for each channel that begins or ends clearly inside the requested window."""
     found = read_obspy_stream(waveform_file, "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
-        ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
+        ends = (
+            min(one.starttime for one in pieces) - requested_start_utc,
+            requested_end_utc - max(one.endtime for one in pieces),
+        )
         lost = [
             f"{word} {s:.0f} s"
             for word, s in zip(("first", "last"), ends, strict=True)
@@ -143,13 +148,13 @@ def _connect_to_fdsn_server(server: str, timeout_s: float) -> Any:
         raise ArgumentError(f"server: {server!r} ({problem}); give its address, or a name that obspy knows") from None
 
 
-def _requested_time_window(request: FdsnWaveformRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
-    """Return start and end of the requested time window; ``get_events`` finds an earthquake by its id."""
+def _requested_time_window(request: FdsnWaveformRequest, fetch_events_by_id: Callable[[str], Any]) -> tuple[Any, Any]:
+    """Return start and end of the requested time window; ``fetch_events_by_id`` finds an earthquake by its id."""
     import obspy
 
     if request.event_id:
         try:
-            event = get_events(request.event_id)[0]
+            event = fetch_events_by_id(request.event_id)[0]
             origin = (event.preferred_origin() or event.origins[0]).time
         except IndexError:
             why = f"event {request.event_id!r} has no origin; give start and end"
@@ -191,24 +196,33 @@ def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> A
 
 
 def _download_and_save_checked(
-    path: Path, content_label: str, download: Callable[..., Any], check_content: Callable[[SourceFile], Any]
+    path: Path,
+    expected_format_label: str,
+    download_to_filename: Callable[..., Any],
+    raise_if_answer_is_unusable: Callable[[SourceFile], Any],
 ) -> None:
-    """Save a server's answer to a file; raise a RecordError if it is empty, a web page, or fails ``check_content``."""
+    """Save a server's answer, if it is usable, to a file; raise a RecordError if it is empty or a web page.
+
+    ``raise_if_answer_is_unusable`` gets the answer as a file in memory, and raises an error if its content is wrong.
+    """
     answer = io.BytesIO()
-    download(filename=answer)
+    download_to_filename(filename=answer)
     data = answer.getvalue()
     if not data or is_web_page(data):
-        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {content_label}")
-    check_content(SourceFile(content_label, data))
+        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {expected_format_label}")
+    raise_if_answer_is_unusable(SourceFile(expected_format_label, data))
     with atomic_write(path) as part:
         part.write_bytes(data)
 
 
-def _check_waveform_size_and_end(waveform_file: SourceFile, start: Any, end: Any) -> None:
+def _check_waveform_size_and_end(waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any) -> None:
     """Raise a RecordError if a MiniSEED file is incomplete or ends at another time than requested."""
     if len(waveform_file.data) % 128:
         raise RecordError(
             f"MiniSEED of {len(waveform_file.data)} bytes, no whole number of records: the answer was cut"
         )
-    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in read_obspy_stream(waveform_file, "MSEED")):
+    if any(
+        abs(t.stats.endtime - requested_end_utc) > 60 + 0.5 * (requested_end_utc - requested_start_utc)
+        for t in read_obspy_stream(waveform_file, "MSEED")
+    ):
         raise RecordError("MiniSEED of another time than asked for")

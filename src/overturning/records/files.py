@@ -22,14 +22,16 @@ EXTENSIONS_OF_TABLES_AND_TEXTS_IN_ARCHIVES: Final = frozenset(("csv", "doc", "do
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
-def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
+def read_components(
+    files_and_archives: Iterable[SourceFile], declared_properties: DeclaredFileProperties
+) -> list[RecordComponent]:
     """Read all components from files and archives; the format of each file is detected from its content.
 
     Files of plain number columns need columns declared by the user. StationXML among the files is passed to the readers
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
-    files = list(files)
-    packed = list(_files_paired_with_archives(files))
+    files_and_archives = list(files_and_archives)
+    packed = list(_files_paired_with_archives(files_and_archives))
     declared_properties = declared_properties.with_station_xml(member for member, _ in packed)
     named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
     is_csv = named is not None and named.name == "csv"
@@ -60,16 +62,18 @@ def read_components(files: Iterable[SourceFile], declared_properties: DeclaredFi
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
-        if files and not any(member not in declared_properties.metadata for member, _ in packed):
+        if files_and_archives and not any(member not in declared_properties.metadata for member, _ in packed):
             what = "StationXML alone" if packed else "an archive without files"
-            raise RecordError(f"{' '.join(file.name for file in files)}: {what}; name the file of a record, too")
+            raise RecordError(
+                f"{' '.join(file.name for file in files_and_archives)}: {what}; name the file of a record, too"
+            )
     reasons.raise_collected_reasons()
     return _drop_raw_versions_of_processed_components(components, packed, left_out)
 
 
-def _files_paired_with_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
+def _files_paired_with_archives(files_and_archives: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
     """Yield pairs (file, archive) of all archive members; a file outside an archive is paired with itself."""
-    for file in files:
+    for file in files_and_archives:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file
 
@@ -82,26 +86,34 @@ def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
 
 
 def _read_file_components(
-    file: SourceFile, required_format: RecordFileFormat | None, declared_properties: DeclaredFileProperties
+    source_file: SourceFile,
+    required_format_or_none: RecordFileFormat | None,
+    declared_properties: DeclaredFileProperties,
 ) -> list[RecordComponent]:
-    """Read the components of one file; its format is `required_format`, or detected from the content if None."""
-    if not file.data.strip(b"\0 \r\n\t"):
-        raise RecordError(f"{file.name}: the file is empty; get it again")
-    if required_format is not None and required_format.name != "csv" and not required_format.matches_file(file):
-        raise RecordError(f"{file.name}: not a {required_format.title} file; check `format` in the record table")
-    return (required_format or detect_format(file)).read_components(file, declared_properties)
+    """Read the components of one file; its format is the required one, or detected from the content if that is None."""
+    if not source_file.data.strip(b"\0 \r\n\t"):
+        raise RecordError(f"{source_file.name}: the file is empty; get it again")
+    if (
+        required_format_or_none is not None
+        and required_format_or_none.name != "csv"
+        and not required_format_or_none.matches_file(source_file)
+    ):
+        raise RecordError(
+            f"{source_file.name}: not a {required_format_or_none.title} file; check `format` in the record table"
+        )
+    return (required_format_or_none or detect_format(source_file)).read_components(source_file, declared_properties)
 
 
 def _drop_raw_versions_of_processed_components(
     components: Sequence[RecordComponent],
-    members_with_archive: Sequence[tuple[SourceFile, SourceFile]],
-    omission_reasons: Mapping[SourceFile, str],
+    pairs_of_file_and_archive: Sequence[tuple[SourceFile, SourceFile]],
+    omission_reason_by_file: Mapping[SourceFile, str],
 ) -> list[RecordComponent]:
     """Omit raw components of an archive that it also contains in processed form; add notes on all omitted files.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
-    archive = {member.sha256: file for member, file in members_with_archive if member is not file}
+    archive = {member.sha256: file for member, file in pairs_of_file_and_archive if member is not file}
     raw, processed = (
         [c for c in components if c.sha256 in archive and c.is_already_corrected is kind] for kind in (False, True)
     )
@@ -111,15 +123,23 @@ def _drop_raw_versions_of_processed_components(
         if any(archive[o.sha256] is archive[one.sha256] and _are_versions_of_same_component(one, o) for o in processed)
     ]
     said = [(c.file_name, "the same is there processed") for c in twice]
-    said += [(file.name, why) for file, why in omission_reasons.items() if file.extension not in NON_RECORD_EXTENSIONS]
+    said += [
+        (file.name, why) for file, why in omission_reason_by_file.items() if file.extension not in NON_RECORD_EXTENSIONS
+    ]
     kept = [c for c in components if not any(c is other for other in twice)]
     return [_add_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
 
 
-def _add_omission_notes(component: RecordComponent, omitted_files: Sequence[tuple[str, str]]) -> RecordComponent:
+def _add_omission_notes(
+    component: RecordComponent, names_and_reasons_of_omitted_files: Sequence[tuple[str, str]]
+) -> RecordComponent:
     """Add notes on omitted files to a component: on those with its name stem, or on all if no file has this stem."""
-    own = [one for one in omitted_files if one[0].partition(".")[0] == component.file_name.partition(".")[0]]
-    notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
+    own = [
+        one
+        for one in names_and_reasons_of_omitted_files
+        if one[0].partition(".")[0] == component.file_name.partition(".")[0]
+    ]
+    notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or names_and_reasons_of_omitted_files)]
     return replace(component, notes=(*component.notes, *notes))
 
 

@@ -26,13 +26,13 @@ AUTO_HIGHPASS_CORNER_BOUNDS_HZ: Final = (0.03, 1.0)
 """Lowest and highest corner frequency of the automatic choice, Hz."""
 
 
-def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
+def default_processing_steps(record: Record, highpass_corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
     """Return the default processing steps of a record, used if the study sets none.
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
-    of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
-    `choose_highpass_corner_hz_and_reason` finds from the noise before the onset. A `RecordError` refuses a raw record
-    of so few samples that a taper of 5 % has none.
+    of a short record), zero-phase Butterworth high-pass of order 2 at ``highpass_corner_hz``; with "auto", at the
+    corner that `choose_highpass_corner_hz_and_reason` finds from the noise before the onset. A `RecordError` refuses a
+    raw record of so few samples that a taper of 5 % has none.
     """
     if record.extra.get("processed", False):
         return ()
@@ -42,7 +42,7 @@ def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] 
             f"record {record.record_id}: {record.sample_count} samples are too few for the default processing (taper "
             "of 5 % at each end); declare the record processed, or set processing steps in the study"
         )
-    return (RemoveMean(), Taper(length_s=length), Highpass(corner_hz=corner_hz, order=2))
+    return (RemoveMean(), Taper(length_s=length), Highpass(corner_hz=highpass_corner_hz, order=2))
 
 
 def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite | None = None) -> Record:
@@ -89,19 +89,23 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
 
 
 def _append_processing_entry(
-    record_before: Record, record_after: Record, step: Step | SoilSite, parameter_note: str, start_shift_s: float = 0.0
+    record_before: Record,
+    record_after: Record,
+    step_or_site: Step | SoilSite,
+    note_on_parameter_choice: str,
+    start_shift_to_later_s: float = 0.0,
 ) -> Record:
     """Append a processing step, with its parameters and effect on peaks, to a record's list; shift its start time."""
     peaks = [
         largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
     ]
-    entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json")}
-    entry |= {"chosen": parameter_note} if parameter_note else {}
+    entry: dict[str, Any] = {"step": step_or_site.step, **step_or_site.model_dump(mode="json")}
+    entry |= {"chosen": note_on_parameter_choice} if note_on_parameter_choice else {}
     entry["effect"] = {name: [each[name] for each in peaks] for name in peaks[0]}
-    entry |= {"shift_s": round(start_shift_s, 9)} if start_shift_s else {}
+    entry |= {"shift_s": round(start_shift_to_later_s, 9)} if start_shift_to_later_s else {}
     start = record_after.start
-    start = start and format_iso_utc_time(datetime.fromisoformat(start) + timedelta(seconds=start_shift_s))
+    start = start and format_iso_utc_time(datetime.fromisoformat(start) + timedelta(seconds=start_shift_to_later_s))
     return replace(record_after, processing=(*record_before.processing, entry), start=start)
 
 

@@ -50,9 +50,9 @@ class HarmonicPulse(_PulseBaseClass):
         """Duration of the pulse, s: the period times the number of cycles."""
         return self.period_s * self.cycles
 
-    def acceleration(self, time_since_pulse_start: FloatArray) -> FloatArray:  # noqa: D102
+    def acceleration(self, time_since_pulse_start_s: FloatArray) -> FloatArray:  # noqa: D102
         wave = np.sin if self.shape == "sine" else np.cos
-        return np.asarray(self.amplitude_gal * GAL * wave(2.0 * np.pi * time_since_pulse_start / self.period_s))
+        return np.asarray(self.amplitude_gal * GAL * wave(2.0 * np.pi * time_since_pulse_start_s / self.period_s))
 
 
 class RickerPulse(_PulseBaseClass):
@@ -69,8 +69,8 @@ class RickerPulse(_PulseBaseClass):
         """Duration of the pulse, s: 3.2 periods; the amplitude is below 1e-9 of the peak outside."""
         return 3.2 * self.period_s
 
-    def acceleration(self, time_since_pulse_start: FloatArray) -> FloatArray:  # noqa: D102
-        x = np.pi * (time_since_pulse_start - 0.5 * self.duration) / self.period_s
+    def acceleration(self, time_since_pulse_start_s: FloatArray) -> FloatArray:  # noqa: D102
+        x = np.pi * (time_since_pulse_start_s - 0.5 * self.duration) / self.period_s
         return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
 
 
@@ -91,8 +91,8 @@ class MavroeidisPapageorgiouPulse(_PulseBaseClass):
         """Duration of the pulse, s: γ times the period."""
         return self.gamma * self.period_s
 
-    def acceleration(self, time_since_pulse_start: FloatArray) -> FloatArray:  # noqa: D102
-        phase = 2.0 * np.pi * (time_since_pulse_start - 0.5 * self.duration) / self.period_s
+    def acceleration(self, time_since_pulse_start_s: FloatArray) -> FloatArray:  # noqa: D102
+        phase = 2.0 * np.pi * (time_since_pulse_start_s - 0.5 * self.duration) / self.period_s
         slow, fast = phase / self.gamma, phase + math.radians(self.phase_deg)
         bracket = np.sin(slow) * np.cos(fast) / self.gamma + (1.0 + np.cos(slow)) * np.sin(fast)
         return -0.5 * self.amplitude_gal * GAL * bracket
@@ -114,8 +114,8 @@ class ConstantPulse(_PulseBaseClassWithDuration):
 
     shape: Literal["constant"] = "constant"
 
-    def acceleration(self, time_since_pulse_start: FloatArray) -> FloatArray:  # noqa: D102
-        return np.full_like(time_since_pulse_start, self.amplitude_gal * GAL)
+    def acceleration(self, time_since_pulse_start_s: FloatArray) -> FloatArray:  # noqa: D102
+        return np.full_like(time_since_pulse_start_s, self.amplitude_gal * GAL)
 
 
 class NoisePulse(_PulseBaseClassWithDuration):
@@ -137,7 +137,7 @@ class NoisePulse(_PulseBaseClassWithDuration):
         """Shortest period of the noise pulse, s: the inverse of its highest frequency."""
         return 1.0 / self.high_hz
 
-    def acceleration(self, time_since_pulse_start: FloatArray) -> FloatArray:  # noqa: D102
+    def acceleration(self, time_since_pulse_start_s: FloatArray) -> FloatArray:  # noqa: D102
         # Include frequencies that miss an end of the band by rounding only.
         first = max(1, math.ceil(self.low_hz * self.duration_s * (1.0 - 1e-12)))
         numbers = range(first, math.floor(self.high_hz * self.duration_s * (1.0 + 1e-12)) + 1)
@@ -145,12 +145,12 @@ class NoisePulse(_PulseBaseClassWithDuration):
             raise ConfigError(
                 f"noise: no frequency between {self.low_hz:g} and {self.high_hz:g} Hz in {self.duration_s:g} s"
             )
-        total = np.zeros_like(time_since_pulse_start)
+        total = np.zeros_like(time_since_pulse_start_s)
         for k in numbers:
             digest = hashlib.sha256(f"{self.seed}:{k}".encode()).digest()
             phase = 2.0 * np.pi * int.from_bytes(digest[:8]) / 2.0**64
-            total += np.cos(2.0 * np.pi * k * time_since_pulse_start / self.duration_s + phase)
-        bell = np.sin(np.pi * time_since_pulse_start / self.duration_s) ** 2
+            total += np.cos(2.0 * np.pi * k * time_since_pulse_start_s / self.duration_s + phase)
+        bell = np.sin(np.pi * time_since_pulse_start_s / self.duration_s) ** 2
         return self.amplitude_gal * GAL * math.sqrt(2.0 / len(numbers)) * bell * total
 
 

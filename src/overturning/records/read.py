@@ -124,9 +124,9 @@ def _read_record_components(table_row: RecordTableRow, data_dir: Path | str) -> 
     return read_components(read_record_files(table_row, Path(data_dir)), table_row.declared_file_properties)
 
 
-def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
+def _drop_empty_values(metadata_value_by_name: dict[str, Any]) -> dict[str, Any]:
     """Return the entries of a dictionary whose values are neither None nor empty."""
-    return {name: value for name, value in values_by_name.items() if value not in (None, "")}
+    return {name: value for name, value in metadata_value_by_name.items() if value not in (None, "")}
 
 
 def _assemble_record_of_chosen_sensor(

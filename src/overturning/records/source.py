@@ -139,7 +139,7 @@ def read_source_file(path: Path) -> SourceFile:
 
 
 def unpack_archive(
-    archive_file: SourceFile, *, _nesting_depth: int = 0, _remaining_bytes_and_members: list[int] | None = None
+    archive_file: SourceFile, *, _nesting_depth: int = 0, _remaining_byte_and_member_counts: list[int] | None = None
 ) -> Iterator[SourceFile]:
     """Yield the files in a .tar, .tar.gz or .zip archive, and those of archives inside it; also a file in .gz or .bz2.
 
@@ -148,8 +148,8 @@ def unpack_archive(
     archive's directory may state wrong ones.
     """
     remaining = (
-        _remaining_bytes_and_members
-        if _remaining_bytes_and_members is not None
+        _remaining_byte_and_member_counts
+        if _remaining_byte_and_member_counts is not None
         else [MAX_FILE_OR_ARCHIVE_BYTES, MAX_ARCHIVE_MEMBERS]
     )
     if _nesting_depth > 2:
@@ -158,7 +158,7 @@ def unpack_archive(
         for member in _archive_members(archive_file, remaining):
             if is_archive(member.data) and member.extension not in ZIPPED_DOCUMENT_EXTENSIONS:
                 yield from unpack_archive(
-                    member, _nesting_depth=_nesting_depth + 1, _remaining_bytes_and_members=remaining
+                    member, _nesting_depth=_nesting_depth + 1, _remaining_byte_and_member_counts=remaining
                 )
             else:
                 yield member
@@ -170,10 +170,10 @@ def unpack_archive(
         raise RecordError(f"{archive_file.name}: {problem}; unpack it first") from problem
 
 
-def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list[int]) -> Iterator[SourceFile]:
+def _archive_members(archive_file: SourceFile, remaining_byte_and_member_counts: list[int]) -> Iterator[SourceFile]:
     """Yield the files in an archive; an archive inside it is yielded as a file.
 
-    ``remaining_bytes_and_members`` holds the numbers of bytes and members that are still allowed.
+    ``remaining_byte_and_member_counts`` holds the numbers of bytes and members that are still allowed.
     """
     for member in (_zip_members if archive_file.data[:2] == b"PK" else _tar_members)(archive_file):
         name = member.name
@@ -185,14 +185,14 @@ def _archive_members(archive_file: SourceFile, remaining_bytes_and_members: list
             continue
         if not member.is_plain_file:
             raise RecordError(f"{archive_file.name}: member {name!r} is a link or a device; put the file itself there")
-        remaining_bytes_and_members[1] -= 1
-        if remaining_bytes_and_members[1] < 0:
+        remaining_byte_and_member_counts[1] -= 1
+        if remaining_byte_and_member_counts[1] < 0:
             raise RecordError(
                 f"{archive_file.name}: more than {MAX_ARCHIVE_MEMBERS} members; unpack by hand the ones you need"
             )
-        content = member.read_first_bytes(remaining_bytes_and_members[0] + 1)
-        remaining_bytes_and_members[0] -= len(content)
-        if remaining_bytes_and_members[0] < 0:
+        content = member.read_first_bytes(remaining_byte_and_member_counts[0] + 1)
+        remaining_byte_and_member_counts[0] -= len(content)
+        if remaining_byte_and_member_counts[0] < 0:
             why = f"unpacks to more than {MAX_FILE_OR_ARCHIVE_BYTES} bytes; unpack by hand the files you need"
             raise RecordError(f"{archive_file.name}: {why}")
         yield SourceFile(pure.name, content)

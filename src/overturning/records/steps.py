@@ -20,22 +20,23 @@ MAX_RESAMPLING_NUMERATOR_OR_DENOMINATOR = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def _unsuitable_step_error(record: Record, step_label: str, reason: str) -> RecordError:
+def _unsuitable_step_error(record: Record, step_and_parameter_label: str, reason: str) -> RecordError:
     """Return an error with the record, the processing step, and the reason why the step cannot be applied."""
-    return RecordError(f"record {record.record_id}: {step_label}; {reason}")
+    return RecordError(f"record {record.record_id}: {step_and_parameter_label}; {reason}")
 
 
-def _refuse_too_many_samples(record: Record, step_label: str, sample_count: float) -> None:
+def _refuse_too_many_samples(record: Record, step_and_parameter_label: str, sample_count_after_step: float) -> None:
     """Raise a RecordError if a processing step would give a record more than `MAX_SAMPLES_OF_MOTION` samples."""
-    if sample_count > MAX_SAMPLES_OF_MOTION:
-        bounds = f"the record would have {sample_count:.2g} samples, at most {MAX_SAMPLES_OF_MOTION:.0e} are possible"
-        raise _unsuitable_step_error(record, step_label, bounds)
+    if sample_count_after_step > MAX_SAMPLES_OF_MOTION:
+        most = f"at most {MAX_SAMPLES_OF_MOTION:.0e} are possible"
+        bounds = f"the record would have {sample_count_after_step:.2g} samples, {most}"
+        raise _unsuitable_step_error(record, step_and_parameter_label, bounds)
 
 
 class _ProcessingStep(StrictModel):
     """Base class of the processing steps of a record, such as a filter or a cut."""
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:
         """Return the processed samples of a component, m/s²; raise a RecordError if the step cannot be applied."""
         raise NotImplementedError
 
@@ -52,14 +53,14 @@ class RemoveMean(_ProcessingStep):
         default=None, gt=0, description="Length of the pre-event part, s; none: the whole record."
     )
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         if self.first_s is None:
-            return samples - samples.mean()
+            return acceleration - acceleration.mean()
         count = round(self.first_s / record.sampling_interval)
         if not 1 <= count <= record.north.size:
             bounds = f"it must lie between one sample and {record.duration:g} s"
             raise _unsuitable_step_error(record, f"remove_mean.first_s {self.first_s:g}", bounds)
-        return samples - samples[:count].mean()
+        return acceleration - acceleration[:count].mean()
 
 
 class Detrend(_ProcessingStep):
@@ -68,11 +69,11 @@ class Detrend(_ProcessingStep):
     step: Literal["detrend"] = "detrend"
     order: int = Field(default=1, ge=0, le=5, description="Order of the polynomial; 1 is a line.")
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
         # Legendre polynomials on [-1, 1] keep the least-squares problem well conditioned at every length.
-        abscissa = np.linspace(-1.0, 1.0, samples.size)
-        fit = np.polynomial.legendre.legfit(abscissa, samples, self.order)
-        return np.asarray(samples - np.polynomial.legendre.legval(abscissa, fit), dtype=np.float64)
+        abscissa = np.linspace(-1.0, 1.0, acceleration.size)
+        fit = np.polynomial.legendre.legfit(abscissa, acceleration, self.order)
+        return np.asarray(acceleration - np.polynomial.legendre.legval(abscissa, fit), dtype=np.float64)
 
 
 class Taper(_ProcessingStep):
@@ -81,12 +82,12 @@ class Taper(_ProcessingStep):
     step: Literal["taper"] = "taper"
     length_s: float = Field(gt=0, description="Length of the bell at each end, s.")
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         width = round(self.length_s / record.sampling_interval)
-        if not 1 <= width <= samples.size // 2:
+        if not 1 <= width <= acceleration.size // 2:
             bounds = f"it must lie between one sample and half the record, {0.5 * record.duration:g} s"
             raise _unsuitable_step_error(record, f"taper.length_s {self.length_s:g}", bounds)
-        return samples * cosine_taper_window(samples.size, width)
+        return acceleration * cosine_taper_window(acceleration.size, width)
 
 
 PositiveNumber = Annotated[float, Field(gt=0)]
@@ -102,7 +103,7 @@ class ButterworthFilter(_ProcessingStep):
     )
     order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         from scipy.signal import butter, sosfiltfilt
 
         nyquist, corner = 0.5 / record.sampling_interval, float(self.corner_hz)
@@ -111,11 +112,13 @@ class ButterworthFilter(_ProcessingStep):
             raise _unsuitable_step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
         pad = self._zero_count_padded_at_each_end(record.sampling_interval)
-        _refuse_too_many_samples(record, f"{self.step}.corner_hz {corner:g} needs added zeros", samples.size + 2 * pad)
-        filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
+        _refuse_too_many_samples(
+            record, f"{self.step}.corner_hz {corner:g} needs added zeros", acceleration.size + 2 * pad
+        )
+        filtered = sosfiltfilt(sections, np.pad(acceleration, pad), padtype=None)
         # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
         # integrate to a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
-        kept = filtered if self.step == "highpass" else filtered[pad : pad + samples.size]
+        kept = filtered if self.step == "highpass" else filtered[pad : pad + acceleration.size]
         return np.ascontiguousarray(kept, dtype=np.float64)
 
     def _zero_count_padded_at_each_end(self, sampling_interval: float) -> int:
@@ -135,26 +138,26 @@ class Highpass(ButterworthFilter):
 
     step: Literal["highpass"] = "highpass"
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         before = {entry["step"] for entry in record.processing}
         offset = (
             0.0
             if before & {"remove_mean", "detrend", "highpass"}
-            else _estimate_constant_offset(samples, record.sampling_interval)
+            else _estimate_constant_offset(acceleration, record.sampling_interval)
         )
-        return super().apply_to_component(samples - offset, record)
+        return super().apply_to_component(acceleration - offset, record)
 
     def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: D102
         return -self._zero_count_padded_at_each_end(sampling_interval) * sampling_interval
 
 
-def _estimate_constant_offset(samples: FloatArray, sampling_interval: float) -> float:
+def _estimate_constant_offset(acceleration: FloatArray, sampling_interval: float) -> float:
     """Estimate the constant offset of a component, m/s², from its mean and the medians of its first and last second.
 
     The offset is the value closest to 0 of these three, and 0 if they differ in sign.
     """
     end = max(1, round(1.0 / sampling_interval))
-    levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
+    levels = [float(np.median(acceleration[:end])), float(np.median(acceleration[-end:])), float(acceleration.mean())]
     return min(levels, key=abs) if min(levels) > 0 or max(levels) < 0 else 0.0
 
 
@@ -164,9 +167,9 @@ class Lowpass(ButterworthFilter):
     step: Literal["lowpass"] = "lowpass"
     corner_hz: PositiveNumber = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
-        offset = _estimate_constant_offset(samples, record.sampling_interval)
-        return super().apply_to_component(samples - offset, record) + offset
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        offset = _estimate_constant_offset(acceleration, record.sampling_interval)
+        return super().apply_to_component(acceleration - offset, record) + offset
 
 
 class Baseline(_ProcessingStep):
@@ -193,19 +196,19 @@ class Baseline(_ProcessingStep):
             raise ValueError("t1_s, t2_s, fit_from_s must ascend")
         return self
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         interval = record.sampling_interval
-        time = np.arange(samples.size) * interval
+        time = np.arange(acceleration.size) * interval
         end = time >= self.fit_from_s - 1e-9
         if end.sum() < 10:
             bounds = f"the record ends at {record.duration:g} s and the fit needs ten samples"
             raise _unsuitable_step_error(record, f"baseline.fit_from_s {self.fit_from_s:g}", bounds)
-        velocity = integrate(samples, interval)
+        velocity = integrate(acceleration, interval)
         # Solve about the middle of the fitted part: well conditioned however late it lies.
         middle = float(time[end].mean())
         final, at_middle = np.polyfit(time[end] - middle, velocity[end], 1)
         at_zero = at_middle - final * middle
-        corrected = samples.copy()
+        corrected = acceleration.copy()
         if self.t1_s is None or self.t2_s is None:
             # Time at which the fitted line is zero; outside of the record there is no step to subtract.
             t2 = -at_zero / final if final else math.inf
@@ -229,7 +232,7 @@ class Resample(_ProcessingStep):
     step: Literal["resample"] = "resample"
     sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         from scipy.signal import resample_poly
 
         exact = record.sampling_interval / self.sampling_interval_s
@@ -246,13 +249,13 @@ class Resample(_ProcessingStep):
                 f"their ratio must be a fraction of whole numbers up to {MAX_RESAMPLING_NUMERATOR_OR_DENOMINATOR}",
             )
         if ratio == 1:
-            return samples
+            return acceleration
         label = f"resample.sampling_interval_s {self.sampling_interval_s:g}"
-        _refuse_too_many_samples(record, label, samples.size * float(ratio))
+        _refuse_too_many_samples(record, label, acceleration.size * float(ratio))
         offset = _estimate_constant_offset(
-            samples, record.sampling_interval
+            acceleration, record.sampling_interval
         )  # The resampler assumes zeros beyond the ends.
-        out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
+        out = resample_poly(acceleration - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
 
 
@@ -270,15 +273,15 @@ class Cut(_ProcessingStep):
             raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
         return self
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         first = round(self.start_s / record.sampling_interval)
-        last = samples.size if self.end_s is None else round(self.end_s / record.sampling_interval) + 1
-        if last > samples.size or last - first < 2:
+        last = acceleration.size if self.end_s is None else round(self.end_s / record.sampling_interval) + 1
+        if last > acceleration.size or last - first < 2:
             what = f"cut from {self.start_s:g} s to {'the end' if self.end_s is None else f'{self.end_s:g} s'}"
             raise _unsuitable_step_error(
                 record, what, f"two samples or more must lie within the record, {record.duration:g} s"
             )
-        return samples[first:last].copy()
+        return acceleration[first:last].copy()
 
     def start_shift_of_record_s(self, sampling_interval: float) -> float:  # noqa: D102
         return round(self.start_s / sampling_interval) * sampling_interval
@@ -290,8 +293,8 @@ class Scale(_ProcessingStep):
     step: Literal["scale"] = "scale"
     factor: float = Field(gt=0, description="Factor, without unit.")
 
-    def apply_to_component(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
-        return samples * self.factor
+    def apply_to_component(self, acceleration: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
+        return acceleration * self.factor
 
 
 Step = Annotated[

@@ -49,10 +49,10 @@ def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_re
 
 
 def _write_record_time_series(
-    netcdf_file: Any, record: Record, variable_suffix: str = "", long_name_suffix: str = ""
+    netcdf_file: Any, record: Record, variable_name_suffix: str = "", long_name_suffix: str = ""
 ) -> None:
     """Write the times and components of a record as variables of an open NetCDF file."""
-    netcdf_file.createDimension(f"time{variable_suffix}", record.north.size)
+    netcdf_file.createDimension(f"time{variable_name_suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
     for name, values, unit, long_name in (
         ("time", time, "s", "time after the start of the record"),
@@ -62,7 +62,7 @@ def _write_record_time_series(
     ):
         if values is not None:
             variable = netcdf_file.createVariable(
-                f"{name}{variable_suffix}", "f8", (f"time{variable_suffix}",), zlib=True, shuffle=True
+                f"{name}{variable_name_suffix}", "f8", (f"time{variable_name_suffix}",), zlib=True, shuffle=True
             )
             variable.setncatts({"long_name": long_name + long_name_suffix, "units": unit})
             variable[:] = values
@@ -102,7 +102,7 @@ def read_unprocessed_record_from_motion_file(path: Path | str) -> Record | None:
     return replace(_read_stored_record(Path(path), "_unprocessed"), processing=()) if there else None
 
 
-def _read_stored_record(path: Path, variable_suffix: str) -> Record:
+def _read_stored_record(path: Path, variable_name_suffix: str) -> Record:
     """Read a record from a NetCDF motion file; the suffix of variable names selects it processed or unprocessed."""
     import netCDF4
 
@@ -118,11 +118,11 @@ def _read_stored_record(path: Path, variable_suffix: str) -> Record:
                     f"{path}: not a {MOTION_FILE_SCHEMA!r} file; run the study again, which writes it again"
                 )
             samples = {
-                name: np.asarray(file[name + variable_suffix][:].filled(np.nan), dtype=np.float64)
+                name: np.asarray(file[name + variable_name_suffix][:].filled(np.nan), dtype=np.float64)
                 for name in ("north", "east", "up")
-                if name + variable_suffix in file.variables
+                if name + variable_name_suffix in file.variables
             }
-            attributes |= {"start": attributes.get("start_unprocessed", "")} if variable_suffix else {}
+            attributes |= {"start": attributes.get("start_unprocessed", "")} if variable_name_suffix else {}
             fields: dict[str, Any] = {
                 name: str(attributes[name]) for name in _RECORD_TEXT_FIELD_NAMES if name in attributes
             }
@@ -132,7 +132,7 @@ def _read_stored_record(path: Path, variable_suffix: str) -> Record:
                 north=samples["north"],
                 east=samples["east"],
                 up=samples.get("up"),
-                sampling_interval=float(attributes[f"sampling_interval{variable_suffix}"]),
+                sampling_interval=float(attributes[f"sampling_interval{variable_name_suffix}"]),
                 component_azimuths_deg=tuple(float(a) for a in azimuths),
                 processing=tuple(json.loads(attributes["processing"])),
                 extra=json.loads(attributes["extra"]),

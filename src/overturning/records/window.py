@@ -37,11 +37,11 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
         """True if at least one reason to refuse the components has been collected."""
         return bool(self._found)
 
-    def refuse_or_store_contradiction(self, contradiction: str, remedy: str) -> None:
+    def refuse_or_store_contradiction(self, contradiction_text: str, remedy: str) -> None:
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not self.trusts_contradictions:
-            raise RecordError(f"{contradiction}; {remedy}")
-        self.trusted_contradictions.append(contradiction)
+            raise RecordError(f"{contradiction_text}; {remedy}")
+        self.trusted_contradictions.append(contradiction_text)
 
 
 def cut_to_common_window(
@@ -163,16 +163,16 @@ def _check_station_places_agree(components: Sequence[RecordComponent], refusals_
 
 
 def _check_peak_in_common_window(
-    components: Sequence[RecordComponent],
-    cut_components: Sequence[RecordComponent],
+    components_before_cut: Sequence[RecordComponent],
+    components_in_common_window: Sequence[RecordComponent],
     refusals_out: AssemblyRefusalCollector,
 ) -> None:
     """Report a contradiction if a component's peak lies outside the time window that all components cover."""
-    for component, kept in zip(components, cut_components, strict=True):
+    for component, kept in zip(components_before_cut, components_in_common_window, strict=True):
         level = component.acceleration.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.acceleration, kept.acceleration))
         if left < MIN_PEAK_IN_WINDOW_TO_WHOLE_PEAK_RATIO * peak:
-            short, size = min(components, key=lambda one: one.acceleration.size), component.acceleration.size
+            short, size = min(components_before_cut, key=lambda one: one.acceleration.size), component.acceleration.size
             why = (
                 f"{short.file_name}: {short.axis_name} breaks off after {short.acceleration.size} of {size} samples, "
                 f"before the largest motion along {component.axis_name} ({100 * left:.4g} Gal until then, "
@@ -183,15 +183,17 @@ def _check_peak_in_common_window(
 
 
 def common_window_processing_entry(
-    components: Sequence[RecordComponent],
-    cut_components: Sequence[RecordComponent],
-    north: FloatArray,
-    east: FloatArray,
+    components_before_cut: Sequence[RecordComponent],
+    components_in_common_window: Sequence[RecordComponent],
+    north_acceleration_in_common_window: FloatArray,
+    east_acceleration_in_common_window: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
     """Return an entry for `Record.processing` on the cut to the common time window; () if nothing is cut."""
-    sizes = {c.axis_name: c.acceleration.size for c in components}
-    kept, interval = cut_components[0].acceleration.size, cut_components[0].sampling_interval
+    sizes = {c.axis_name: c.acceleration.size for c in components_before_cut}
+    kept, interval = components_in_common_window[0].acceleration.size, components_in_common_window[0].sampling_interval
     left_out = max(sizes.values()) - kept
-    found = largest_pga_pgv_pgd_of_components(np.stack([north, east]), interval)
+    found = largest_pga_pgv_pgd_of_components(
+        np.stack([north_acceleration_in_common_window, east_acceleration_in_common_window]), interval
+    )
     step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
     return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()

@@ -30,29 +30,33 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"\* VOL1", "only volume 1 is read")
-def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a BHRC file (Iran); return the component and its number of lines."""
     header = HeaderFields.find_fields(
-        channel_lines, HEADER_FIELD_PATTERNS, HEADER_LINE_COUNT, min_lines=HEADER_LINE_COUNT
+        lines_from_channel_start, HEADER_FIELD_PATTERNS, HEADER_LINE_COUNT, min_line_count=HEADER_LINE_COUNT
     )
-    text = channel_lines.lines
+    text = lines_from_channel_start.lines
     axis, azimuths = header.field_text("L, V or T"), header.field_pattern_match("azimuths of L and T")
     if axis != header.field_text("component"):
         raise header.line_error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
     assert azimuths is not None
     direction = UNKNOWN_DIRECTION if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
-    interval = channel_lines.sampling_interval_of_rate(
-        channel_lines.parse_number(text[SAMPLING_RATE_LINE_INDEX][:13], SAMPLING_RATE_LINE_INDEX, "the rate"),
+    interval = lines_from_channel_start.sampling_interval_of_rate(
+        lines_from_channel_start.parse_number(
+            text[SAMPLING_RATE_LINE_INDEX][:13], SAMPLING_RATE_LINE_INDEX, "the rate"
+        ),
         SAMPLING_RATE_LINE_INDEX,
     )
     count = int(header.field_text("NO. OF POINTS"))
-    channel_lines.check_duration_stated_in_line(10, count, interval, header.number_in_field("DURATION"))
-    samples, end, notes = channel_lines.read_fixed_width_samples_next_line_and_notes(
+    lines_from_channel_start.check_duration_stated_in_line(10, count, interval, header.number_in_field("DURATION"))
+    samples, end, notes = lines_from_channel_start.read_fixed_width_samples_next_line_and_notes(
         HEADER_LINE_COUNT, column_width=13, numbers_per_line=10, number_count=count
     )
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
-        raise channel_lines.line_error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
+        raise lines_from_channel_start.line_error(
+            at, f"no end mark /& after {count} samples; the file is cut: get it again"
+        )
     when = " ".join(header.field_text("origin").split())
     event = f"earthquake of {when}" if when else ""
     samples = samples * 0.1 * STANDARD_GRAVITY

@@ -86,7 +86,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             station=station.field_text("station"),
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
             origin_time_utc=origin,
-            coordinates=_latitude_and_longitude(station),
+            station_latitude_longitude_deg=_latitude_and_longitude(station),
             header_peak=_stated_peak_of_column(header, column - 1),
             epicentre=_latitude_and_longitude(header),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
@@ -119,7 +119,11 @@ def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> date
     return None if moment and moment.year in YEARS_WITH_SUMMER_TIME_IN_PERU and moment.month <= 4 else moment
 
 
-def _stated_peak_of_column(header: HeaderFields, column_number: int) -> HeaderPeak | None:
+def _stated_peak_of_column(header: HeaderFields, acceleration_column_index: int) -> HeaderPeak | None:
     """Return the peak acceleration that the header states for one data column; None if it states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
-    return header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[column_number]) if stated else None
+    return (
+        header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[acceleration_column_index])
+        if stated
+        else None
+    )

@@ -76,23 +76,23 @@ SAMPLE_BLOCK_HEADING_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a CSMIP or CGS file (California); return the component and its number of lines."""
-    volume = {"U": 1, "C": 2}.get(channel_lines.lines[0].lstrip()[0].upper())
+    volume = {"U": 1, "C": 2}.get(lines_from_channel_start.lines[0].lstrip()[0].upper())
     if volume is None:
-        raise channel_lines.line_error(0, "response spectra (volume 3); get volume 1 or 2")
-    end = next((i for i, line in enumerate(channel_lines.lines) if END_OF_DATA_PATTERN.match(line)), None)
+        raise lines_from_channel_start.line_error(0, "response spectra (volume 3); get volume 1 or 2")
+    end = next((i for i, line in enumerate(lines_from_channel_start.lines) if END_OF_DATA_PATTERN.match(line)), None)
     if end is None:
-        raise channel_lines.line_error(
-            len(channel_lines.lines) - 1, "the file ends without the end mark of a channel; get it again"
+        raise lines_from_channel_start.line_error(
+            len(lines_from_channel_start.lines) - 1, "the file ends without the end mark of a channel; get it again"
         )
-    channel_lines = replace(channel_lines, lines=channel_lines.lines[:end])
+    channel_lines = replace(lines_from_channel_start, lines=lines_from_channel_start.lines[:end])
     text_lines = 13 if volume == 1 else 25
     header = HeaderFields.find_fields(
         channel_lines,
         {**HEADER_FIELD_PATTERNS, "peak": PEAK_ACCELERATION_PATTERN_BY_VOLUME[volume]},
         text_lines,
-        min_lines=text_lines + 14,
+        min_line_count=text_lines + 14,
     )
     at = header.line_index_of_field("CHAN with the axis")
     number, axis = header.line_index_and_match_by_field["CHAN with the axis"][1].groups()
@@ -138,11 +138,11 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
         start_time_utc=start,
         station=station,
         origin_time_utc=origin,
-        coordinates=(latitude, longitude),
+        station_latitude_longitude_deg=(latitude, longitude),
         sensor_position=classify_as_surface_or_borehole(location_text=channel),
         sensor_location=sensor_location_in_header_line(channel),
         header_peak=header.field_peak_acceleration(
-            "peak", UNIT_IN_M_S2_BY_NAME[_header_peak_unit(header)], is_sign_stated=True
+            "peak", UNIT_IN_M_S2_BY_NAME[_header_peak_unit(header)], format_states_sign_of_peak=True
         )
         if header.field_text("peak")
         else None,
@@ -153,7 +153,7 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     return component, end + 1
 
 
-def _start_time_of_renadic_file(header: HeaderFields, stated_origin: datetime | None) -> datetime | None:
+def _start_time_of_renadic_file(header: HeaderFields, stated_origin_time_utc: datetime | None) -> datetime | None:
     """Return the UTC time of the first sample of a file of RENADIC (Chile); None if its clock does not give it.
 
     The field ORIGIN is the time of the first sample in whole seconds: in files of recorders with satellite clocks, the
@@ -162,11 +162,15 @@ def _start_time_of_renadic_file(header: HeaderFields, stated_origin: datetime | 
     sample. Recorders without a satellite clock have local time there, although the header says GMT, or 1980-01-01.
     """
     trigger = header.utc_time_of_month_day_year_field("trigger")
-    if trigger is None or stated_origin is None or RECORDER_WITHOUT_SATELLITE_CLOCK_PATTERN.search(header.lines[4]):
+    if (
+        trigger is None
+        or stated_origin_time_utc is None
+        or RECORDER_WITHOUT_SATELLITE_CLOCK_PATTERN.search(header.lines[4])
+    ):
         return None
     if (trigger.year, trigger.month, trigger.day) == (1980, 1, 1):
         return None
-    start = stated_origin.replace(microsecond=trigger.microsecond)
+    start = stated_origin_time_utc.replace(microsecond=trigger.microsecond)
     return start if timedelta() <= trigger - start <= MAX_PRE_EVENT_MEMORY else None
 
 
@@ -177,14 +181,14 @@ def _header_peak_unit(header: HeaderFields) -> str:
 
 
 def _read_evenly_spaced_samples_interval_and_notes(
-    channel_lines: TextLines, data_line_index: int, header: HeaderFields
+    channel_lines: TextLines, sample_block_heading_line_index: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Return samples at constant intervals, m/s², their sampling interval, s, and notes on surplus lines."""
     data = HeaderFields.find_fields(
         replace(
             channel_lines,
-            lines=channel_lines.lines[data_line_index:],
-            preceding_line_count=channel_lines.preceding_line_count + data_line_index,
+            lines=channel_lines.lines[sample_block_heading_line_index:],
+            preceding_line_count=channel_lines.preceding_line_count + sample_block_heading_line_index,
         ),
         SAMPLE_BLOCK_HEADING_FIELD_PATTERNS,
         1,
@@ -193,19 +197,21 @@ def _read_evenly_spaced_samples_interval_and_notes(
     interval = (
         data.number_in_field("rate or interval")
         if rate is None
-        else channel_lines.sampling_interval_of_rate(rate, data_line_index)
+        else channel_lines.sampling_interval_of_rate(rate, sample_block_heading_line_index)
     )
     unit = data.field_text("unit").lower() or _header_peak_unit(header)
     if unit not in UNIT_IN_M_S2_BY_NAME:
         raise channel_lines.line_error(
-            data_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNIT_IN_M_S2_BY_NAME)}"
+            sample_block_heading_line_index, f"unit {unit or 'missing'!r}; known are {', '.join(UNIT_IN_M_S2_BY_NAME)}"
         )
     form, count = data.field_pattern_match("format"), int(data.field_text("number of samples"))
     per_line, width = (
-        (int(form[1]), int(form[2])) if form else _sample_column_count_and_width(channel_lines, data_line_index + 1)
+        (int(form[1]), int(form[2]))
+        if form
+        else _sample_column_count_and_width(channel_lines, sample_block_heading_line_index + 1)
     )
     samples, _, notes = channel_lines.read_fixed_width_samples_next_line_and_notes(
-        data_line_index + 1, column_width=width, numbers_per_line=per_line, number_count=count
+        sample_block_heading_line_index + 1, column_width=width, numbers_per_line=per_line, number_count=count
     )
     if header.field_text("record length"):
         header.check_sample_count("NO. OF POINTS", count)
@@ -215,24 +221,26 @@ def _read_evenly_spaced_samples_interval_and_notes(
     return samples * UNIT_IN_M_S2_BY_NAME[unit], interval, notes
 
 
-def _sample_column_count_and_width(channel_lines: TextLines, line_index: int) -> tuple[int, int]:
+def _sample_column_count_and_width(channel_lines: TextLines, first_sample_line_index: int) -> tuple[int, int]:
     """Return number and width of the columns in a line of samples, if the file does not state the FORTRAN format.
 
     There are eight columns, of ten characters unless the line is full with another width (``8F9.6`` of RAW files).
     """
-    width, rest = divmod(len("".join(channel_lines.lines[line_index : line_index + 1]).rstrip()), 8)
+    width, rest = divmod(
+        len("".join(channel_lines.lines[first_sample_line_index : first_sample_line_index + 1]).rstrip()), 8
+    )
     return 8, width if width > 0 and not rest else 10
 
 
 def _read_samples_interval_and_notes_from_time_pairs(
-    channel_lines: TextLines, text_line_count: int, header: HeaderFields
+    channel_lines: TextLines, header_text_line_count: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
-    count, first = int(header.number_in_field("NO. OF POINTS")), text_line_count + 14
+    count, first = int(header.number_in_field("NO. OF POINTS")), header_text_line_count + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = channel_lines.read_fixed_width_numbers(first, column_width=7, numbers_per_line=10, number_count=2 * count)
     _, notes = channel_lines.skip_surplus_number_lines_with_notes(
-        first + -(-2 * count // 10), count, must_end_file=True
+        first + -(-2 * count // 10), count, refuse_text_after_numbers=True
     )
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)

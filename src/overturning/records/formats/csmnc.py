@@ -48,7 +48,7 @@ ACCELERATION_LINE_PATTERN: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/S
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a CSMNC file (China), as a list; a RecordError names the line of an error."""
-    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 20, min_lines=17)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 20, min_line_count=17)
     header.check_field_pattern("quantity", ACCELERATION_LINE_PATTERN, "acceleration in CM/SEC/SEC")
     axis = header.field_text("COMP. with the axis")
     samples, notes = header.cut_to_stated_sample_count_with_notes(

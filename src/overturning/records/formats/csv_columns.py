@@ -74,14 +74,14 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     ]
 
 
-def _column_declaration_and_record_key_of_file(columns_text: str, file_name: str) -> tuple[str, str]:
+def _column_declaration_and_record_key_of_file(declared_columns_text: str, file_name: str) -> tuple[str, str]:
     """Return the column declaration for a file, and a key that is equal for all files of the same record.
 
     The key has the parts of the name that each ``*`` matches; it is "" if the declaration names no files.
     """
-    words = columns_text.split()
+    words = declared_columns_text.split()
     if not any("=" in word for word in words):
-        return columns_text, ""
+        return declared_columns_text, ""
     declared: dict[str, list[str]] = {}
     pattern = ""
     for word in words:
@@ -106,30 +106,33 @@ def _column_declaration_and_record_key_of_file(columns_text: str, file_name: str
     return " ".join(declared[pattern]), found[pattern]
 
 
-def _split_column_values_per_line_and_field_width(columns_text: str, file_name: str) -> tuple[str, int, int]:
+def _split_column_values_per_line_and_field_width(declared_columns_text: str, file_name: str) -> tuple[str, int, int]:
     """Split ``north:gal*8F10`` into column, values per line (8) and field width (10); a number not stated is 0."""
-    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", columns_text.strip())
+    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", declared_columns_text.strip())
     if match is None:
-        if "*" in columns_text:
+        if "*" in declared_columns_text:
             raise RecordError(
-                f"{file_name}: columns {columns_text!r}; only a single column has several values a line: north:gal*8"
+                f"{file_name}: columns {declared_columns_text!r}; only a single column has several values a line: "
+                "north:gal*8"
             )
-        return columns_text, 0, 0
+        return declared_columns_text, 0, 0
     per_line, width = int(match[2]), int(match[3] or 0)
     if not (1 <= per_line <= 1000 and (match[3] is None or 1 <= width <= 100)):
-        raise RecordError(f"{file_name}: columns {columns_text!r}; 1 to 1000 values a line, of 1 to 100 characters")
+        raise RecordError(
+            f"{file_name}: columns {declared_columns_text!r}; 1 to 1000 values a line, of 1 to 100 characters"
+        )
     return match[1], per_line, width
 
 
-def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, str]]:
+def _parse_axes_and_units(declared_columns_text: str, file_name: str) -> list[tuple[str, str]]:
     """Return the axis and unit of each declared column; raise a RecordError if the declaration is invalid."""
-    if not columns_text.strip():
+    if not declared_columns_text.strip():
         raise RecordError(
             f"{file_name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
             "(columns in the record table, --columns here)"
         )
     columns = []
-    for word in columns_text.split():
+    for word in declared_columns_text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
         if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS_BY_TIME_UNIT):
             columns.append((axis.lower(), unit))
@@ -137,7 +140,7 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
             columns.append((axis, unit.lower()))
         elif not columns and re.search(r"[,;]", word):
             raise RecordError(
-                f"{file_name}: columns {columns_text!r}; set them off by blanks, not by commas or semicolons"
+                f"{file_name}: columns {declared_columns_text!r}; set them off by blanks, not by commas or semicolons"
             )
         else:
             raise RecordError(
@@ -149,37 +152,43 @@ def _parse_axes_and_units(columns_text: str, file_name: str) -> list[tuple[str, 
 
 def _read_number_rows_first_line_and_notes(
     lines: TextLines,
-    declared_columns: Sequence[tuple[str, str]],
+    axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],
     declared_properties: DeclaredFileProperties,
-    values_per_line: int,
-    field_width: int,
+    samples_per_line_or_0: int,
+    characters_per_sample_or_0: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of a file, shape (rows, columns), the index of their first line, and notes on headings."""
     name, first = lines.source.name, first_number_line_index(lines.lines)
     trusting = declared_properties.trust_data
     texts = {
-        i: line if field_width else text
+        i: line if characters_per_sample_or_0 else text
         for i, line in enumerate(lines.lines[first:], first)
         if (text := line.strip()) and text[0] != "#"
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
-    headings = read_heading_cells(lines.lines[:first], separator, len(declared_columns))
-    notes, why = heading_mismatch_notes_and_refusal(name, headings, declared_columns)
-    stated, quantity = unit_mismatch_notes_and_refusal(name, lines.lines[:first], separator, declared_columns)
+    headings = read_heading_cells(lines.lines[:first], separator, len(axis_and_unit_of_declared_columns))
+    notes, why = heading_mismatch_notes_and_refusal(name, headings, axis_and_unit_of_declared_columns)
+    stated, quantity = unit_mismatch_notes_and_refusal(
+        name, lines.lines[:first], separator, axis_and_unit_of_declared_columns
+    )
     notes, why = notes + stated, why or quantity
     if why and not trusting:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
-    if values_per_line:
-        values = _read_axis_with_several_samples_per_line(lines, texts, separator, values_per_line, field_width)
+    if samples_per_line_or_0:
+        values = _read_axis_with_several_samples_per_line(
+            lines, texts, separator, samples_per_line_or_0, characters_per_sample_or_0
+        )
     else:
         cells = {i: text.split(separator) for i, text in texts.items()}
         if separator is not None:
             cells = {i: [cell.strip() for cell in row] for i, row in cells.items()}
         for index, row in cells.items():
-            if wrong := _separator_or_decimal_mark_error(texts[index], row, separator, len(declared_columns)):
+            if wrong := _separator_or_decimal_mark_error(
+                texts[index], row, separator, len(axis_and_unit_of_declared_columns)
+            ):
                 raise lines.line_error(index, wrong)
-        values = lines.parse_cells_as_numbers(cells, "a cell").reshape(-1, len(declared_columns))
+        values = lines.parse_cells_as_numbers(cells, "a cell").reshape(-1, len(axis_and_unit_of_declared_columns))
     if not lines.ends_with_newline:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.line_error(len(lines.lines) - 1, why)
@@ -187,13 +196,13 @@ def _read_number_rows_first_line_and_notes(
         raise RecordError(f"{name}: {len(values)} rows of numbers; a record needs at least 2")
     # Some files begin with the count of samples, or with count and interval on two lines.
     counted = float(values[0, 0]) in (len(values) - 1, len(values) - 2) and len(values) > 10
-    if counted and declared_columns[0][0] != "time" and not trusting:
+    if counted and axis_and_unit_of_declared_columns[0][0] != "time" and not trusting:
         why = f"{values[0, 0]:g} is the count of the lines below, not a sample; write # before it, or say --trust-data"
         raise lines.line_error(next(iter(texts)), why)
-    for (word, _), column in zip(declared_columns, values.T, strict=True):
+    for (word, _), column in zip(axis_and_unit_of_declared_columns, values.T, strict=True):
         mark = 0.0 if word in ("time", "skip") or trusting else _missing_sample_marker(column)
         if mark:
-            index = list(texts)[int(np.flatnonzero(np.abs(column) == mark)[0]) // max(values_per_line, 1)]
+            index = list(texts)[int(np.flatnonzero(np.abs(column) == mark)[0]) // max(samples_per_line_or_0, 1)]
             why = f"{mark:g} marks a missing sample; cut the record there, or say --trust-data if it is a sample"
             raise lines.line_error(index, why)
     return values, next(iter(texts)), notes
@@ -205,70 +214,82 @@ _MISSING_SAMPLE_MARKERS: Final = frozenset(
 """Numbers that programs write in place of a missing sample, such as 999.99, with either sign."""
 
 
-def _missing_sample_marker(samples: FloatArray) -> float:
+def _missing_sample_marker(numbers_of_column: FloatArray) -> float:
     """Return the number, such as 999.99, that stands for missing samples in a file; 0 if there is none.
 
     Such a number consists of nines, and all other samples are less than half as large.
     """
-    sizes = np.unique(np.abs(samples))
+    sizes = np.unique(np.abs(numbers_of_column))
     largest = float(sizes[-1])
     return largest if largest in _MISSING_SAMPLE_MARKERS and (sizes.size == 1 or sizes[-2] < 0.5 * largest) else 0.0
 
 
 def _read_axis_with_several_samples_per_line(
-    lines: TextLines, texts_by_line: Mapping[int, str], separator: str | None, values_per_line: int, field_width: int
+    lines: TextLines,
+    text_by_line_index: Mapping[int, str],
+    separator: str | None,
+    samples_per_line: int,
+    characters_per_sample_or_0: int,
 ) -> FloatArray:
     """Read the samples of a file with a single axis and several samples per line, shape (samples, 1)."""
     cells_by_line: dict[int, list[str]] = {}
-    last = max(texts_by_line, default=0)
-    for index, text in texts_by_line.items():
+    last = max(text_by_line_index, default=0)
+    for index, text in text_by_line_index.items():
         line = text.rstrip()
         cells = (
-            re.findall(f".{{1,{field_width}}}", line)
-            if field_width
+            re.findall(f".{{1,{characters_per_sample_or_0}}}", line)
+            if characters_per_sample_or_0
             else line.strip(f"{separator or ' '} ").split(separator)
         )
         if (
-            len(cells) > values_per_line
-            or (len(cells) < values_per_line and index != last)
-            or (field_width and len(line) % field_width)
+            len(cells) > samples_per_line
+            or (len(cells) < samples_per_line and index != last)
+            or (characters_per_sample_or_0 and len(line) % characters_per_sample_or_0)
         ):
             lines.parse_cells_as_numbers(cells_by_line, "a value")  # an error in an earlier line is reported first
-            why = f"{len(cells)} values, {values_per_line} are declared"
+            why = f"{len(cells)} values, {samples_per_line} are declared"
+            each = f" of {characters_per_sample_or_0} characters" if characters_per_sample_or_0 else ""
             raise lines.line_error(
-                index, f"{why}{f' of {field_width} characters' if field_width else ''}; correct either"
+                index,
+                f"{why}{each}; correct either",
             )
         cells_by_line[index] = cells
     return lines.parse_cells_as_numbers(cells_by_line, "a value").reshape(-1, 1)
 
 
-def _separator_or_decimal_mark_error(line: str, cells: list[str], separator: str | None, column_count: int) -> str:
+def _separator_or_decimal_mark_error(
+    line_text: str, cell_texts_of_line: list[str], separator: str | None, declared_column_count: int
+) -> str:
     """Return an error message if a line has decimal commas or wrong separators; "" if the line is correct."""
-    if len(cells) == column_count and (separator == "," or "," not in line):
+    if len(cell_texts_of_line) == declared_column_count and (separator == "," or "," not in line_text):
         return ""
-    decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
+    decimal = next((cell for cell in cell_texts_of_line if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (
-        separator == "," and len(cells) == 2 * column_count and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)
+        separator == ","
+        and len(cell_texts_of_line) == 2 * declared_column_count
+        and all(re.fullmatch(r"[+-]?\d*", c) for c in cell_texts_of_line)
     ):
-        return f"{decimal or line[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
-    if len(cells) == column_count:
+        return f"{decimal or line_text[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
+    if len(cell_texts_of_line) == declared_column_count:
         return ""
-    if separator != ";" and ";" in line:
+    if separator != ";" and ";" in line_text:
         return "cells are set off by semicolons here, but not in the first line; set off all lines alike"
-    return f"{len(cells)} columns, {column_count} are declared; correct either"
+    return f"{len(cell_texts_of_line)} columns, {declared_column_count} are declared; correct either"
 
 
 def _checked_sampling_interval(
-    lines: TextLines, first_line_index: int, time: FloatArray, declared_interval: float | None
+    lines: TextLines, first_time_line_index: int, time_s: FloatArray, declared_sampling_interval_s: float | None
 ) -> float:
     """Compute the sampling interval from a time column, s; a RecordError if it is uneven or not as the user states."""
-    exact = float(time[-1] - time[0]) / (time.size - 1)
-    steps = np.abs(np.diff(time) - exact)
+    exact = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
+    steps = np.abs(np.diff(time_s) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):
         at = int(np.flatnonzero(steps > max(0.02 * abs(exact), 1e-9))[0]) if exact > 0 else 0
-        raise lines.line_error(first_line_index + at + 1, "times are not evenly spaced; resample the file first")
+        raise lines.line_error(first_time_line_index + at + 1, "times are not evenly spaced; resample the file first")
     interval = round(exact, 9)
-    if declared_interval is not None and abs(declared_interval - interval) > 1e-3 * interval:
-        why = f"times are {interval:g} s apart, sampling_interval_s says {declared_interval:g}; correct either"
+    if declared_sampling_interval_s is not None and abs(declared_sampling_interval_s - interval) > 1e-3 * interval:
+        why = (
+            f"times are {interval:g} s apart, sampling_interval_s says {declared_sampling_interval_s:g}; correct either"
+        )
         raise RecordError(f"{lines.source.name}: {why}")
     return interval

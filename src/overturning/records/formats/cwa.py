@@ -63,7 +63,10 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             origin_time_utc=parse_time_as_utc(
                 header.field_text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", utc_offset=TAIWAN_UTC_OFFSET
             ),
-            coordinates=(header.number_in_field("StationLatitude(N)"), header.number_in_field("StationLongitude(E)")),
+            station_latitude_longitude_deg=(
+                header.number_in_field("StationLatitude(N)"),
+                header.number_in_field("StationLongitude(E)"),
+            ),
             header_peak=_read_header_peak(header, f"AmplitudeMAX. {axis[0]}"),
             epicentre=(
                 header.optional_number_in_field("EpicenterLatitude(N)"),
@@ -87,5 +90,5 @@ def _read_header_peak(header: HeaderFields, field_name: str) -> HeaderPeak:
         field_name,
         GAL,
         max(stated.groups(), key=lambda text: abs(header.number_in_field(field_name, text))),
-        is_sign_stated=True,
+        format_states_sign_of_peak=True,
     )

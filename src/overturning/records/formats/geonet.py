@@ -42,17 +42,17 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"(Unc|C)orrected", "get the file again")
-def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
     header = HeaderFields.find_fields(
-        channel_lines, HEADER_FIELD_PATTERNS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_LINE_COUNT
+        lines_from_channel_start, HEADER_FIELD_PATTERNS, HEADER_TEXT_LINE_COUNT, min_line_count=HEADER_LINE_COUNT
     )
-    text = channel_lines.lines
+    text = lines_from_channel_start.lines
     corrected = text[0].startswith("Corrected")
-    whole = channel_lines.read_fixed_width_integers(
+    whole = lines_from_channel_start.read_fixed_width_integers(
         HEADER_TEXT_LINE_COUNT, column_width=8, numbers_per_line=10, number_count=40
     )
-    real = channel_lines.read_fixed_width_numbers(20, column_width=8, numbers_per_line=10, number_count=60)
+    real = lines_from_channel_start.read_fixed_width_numbers(20, column_width=8, numbers_per_line=10, number_count=60)
     count = int(whole[33])
     header.check_sample_count("Number of points", count)
     interval = header.number_in_field("interval")
@@ -63,30 +63,30 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
     axis = header.field_text("component")
     # The code of a vertical axis has no meaning.
     coded = UNKNOWN_DIRECTION if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
-    samples = channel_lines.read_fixed_width_numbers(
+    samples = lines_from_channel_start.read_fixed_width_numbers(
         HEADER_LINE_COUNT, column_width=8, numbers_per_line=10, number_count=count
     )
     end = HEADER_LINE_COUNT + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
-        raise channel_lines.line_error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
+        raise lines_from_channel_start.line_error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
     *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # Start of the buffer, UT.
     # "near" names the place of the epicentre, which may be far from the station.
     when, where = (" ".join(header.field_text(name).split()) for name in ("origin", "near"))
     bands = header.field_text("bands").replace(" are", "") if corrected else ""
     agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
-    end, notes = channel_lines.skip_surplus_number_lines_with_notes(end, count)
+    end, notes = lines_from_channel_start.skip_surplus_number_lines_with_notes(end, count)
     return header.create_component(
         axis,
         axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),
         samples * (MILLIMETRE_IN_M if corrected else MILLIMETRE_IN_M * header.number_in_field("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.
-        start_time_utc=channel_lines.utc_time(HEADER_TEXT_LINE_COUNT, day, hour, minute, millis / 1000)
+        start_time_utc=lines_from_channel_start.utc_time(HEADER_TEXT_LINE_COUNT, day, hour, minute, millis / 1000)
         - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin_time_utc=parse_time_as_utc(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
         header_peak=header.field_peak_acceleration(
-            "Acceleration: Peak in mm/s/s", MILLIMETRE_IN_M, is_sign_stated=True
+            "Acceleration: Peak in mm/s/s", MILLIMETRE_IN_M, format_states_sign_of_peak=True
         ),
         is_already_corrected=corrected,
         # 0 stands for an unknown magnitude.

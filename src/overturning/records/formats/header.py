@@ -47,13 +47,15 @@ def last_digit_resolution(number_text: str) -> float:
     return float(10.0 ** (int(exponent or 0) - decimals))
 
 
-def signed_coordinate_from_hemisphere(coordinate_deg: float, hemisphere_letter: str) -> float:
+def signed_coordinate_from_hemisphere(latitude_or_longitude_deg: float, hemisphere_letter: str) -> float:
     """Return a latitude or longitude, degrees, positive to the north or east, from a number and a hemisphere letter.
 
     The letter is N, E, S, W, O (Spanish for west) or empty. With S, W or O the result is negative, also if the number
     is: some headers write both the minus sign and the letter.
     """
-    return -abs(coordinate_deg) if hemisphere_letter.upper() in ("S", "W", "O") else coordinate_deg
+    return (
+        -abs(latitude_or_longitude_deg) if hemisphere_letter.upper() in ("S", "W", "O") else latitude_or_longitude_deg
+    )
 
 
 def parse_time_as_utc(time_text: str, *time_patterns: str, utc_offset: timedelta = timedelta()) -> datetime | None:
@@ -76,30 +78,43 @@ class HeaderFields(TextLines):
     @classmethod
     def find_fields(
         cls,
-        lines: TextLines | SourceFile,
+        lines_or_source_file: TextLines | SourceFile,
         field_patterns: HeaderFieldPatterns,
-        max_lines: int = 500,
+        searched_line_count: int = 500,
         *,
-        min_lines: int = 0,
+        min_line_count: int = 0,
     ) -> "HeaderFields":
-        """Find the header fields by their patterns (regular expressions) in the first ``max_lines`` lines.
+        """Find the header fields by their patterns (regular expressions) in the first lines of a file.
 
-        Raises a RecordError if there are fewer than ``min_lines`` lines.
+        A field with a line index is searched for in that line only, any other in the first ``searched_line_count``
+        lines. Raises a RecordError if there are fewer than ``min_line_count`` lines.
         """
-        lines = TextLines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
-        lines.check_header_length(min_lines)
+        lines_or_source_file = (
+            TextLines(lines_or_source_file, lines_or_source_file.lines)
+            if isinstance(lines_or_source_file, SourceFile)
+            else lines_or_source_file
+        )
+        lines_or_source_file.check_header_length(min_line_count)
         found = {}
         for name, stated in field_patterns.items():
             at, pattern = (None, stated) if isinstance(stated, str) else stated
             search = re.compile(pattern, re.IGNORECASE).search
-            for index, line in enumerate(lines.lines[:max_lines]) if at is None else [(at, lines.lines[at])]:
+            for index, line in (
+                enumerate(lines_or_source_file.lines[:searched_line_count])
+                if at is None
+                else [(at, lines_or_source_file.lines[at])]
+            ):
                 if match := search(line):
                     found[name] = index, match
                     break
             else:
                 if at is not None:
-                    raise lines.line_error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
-        return cls(lines.source, lines.lines, lines.preceding_line_count, found)
+                    raise lines_or_source_file.line_error(
+                        at, f"{line.strip()[:60]!r} where {name} belongs; get the file again"
+                    )
+        return cls(
+            lines_or_source_file.source, lines_or_source_file.lines, lines_or_source_file.preceding_line_count, found
+        )
 
     def line_index_of_field(self, field_name: str) -> int:
         """Return the line index of a header field; raise a RecordError if the header lacks the field."""
@@ -121,12 +136,12 @@ class HeaderFields(TextLines):
         match = self.field_pattern_match(field_name)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
-    def line_error(self, line_index_or_field: int | str, problem: str) -> RecordError:
+    def line_error(self, line_index_or_field_name: int | str, problem: str) -> RecordError:
         """Return an error about a line of the file, which is given by its index or by the name of a header field."""
         return super().line_error(
-            self.line_index_of_field(line_index_or_field)
-            if isinstance(line_index_or_field, str)
-            else line_index_or_field,
+            self.line_index_of_field(line_index_or_field_name)
+            if isinstance(line_index_or_field_name, str)
+            else line_index_or_field_name,
             problem,
         )
 
@@ -147,10 +162,12 @@ class HeaderFields(TextLines):
             self.number_in_field(field_name, override_text), self.line_index_of_field(field_name)
         )
 
-    def number_fields_as_metadata(self, fields_by_name: Mapping[str, str]) -> dict[str, Any]:
+    def number_fields_as_metadata(self, field_name_by_metadata_name: Mapping[str, str]) -> dict[str, Any]:
         """Return the numbers in header fields as metadata (`Record.extra`); missing fields are left out."""
         return {
-            name: self.number_in_field(stated) for name, stated in fields_by_name.items() if self.field_text(stated)
+            name: self.number_in_field(stated)
+            for name, stated in field_name_by_metadata_name.items()
+            if self.field_text(stated)
         }
 
     def field_peak_acceleration(
@@ -159,21 +176,21 @@ class HeaderFields(TextLines):
         unit_in_m_s2: float,
         override_text: str | None = None,
         *,
-        is_mean_removed: bool = False,
-        is_sign_stated: bool = False,
+        is_peak_after_mean_removal: bool = False,
+        format_states_sign_of_peak: bool = False,
     ) -> HeaderPeak:
         """Return the peak acceleration (converted to m/s²), its sign and its resolution from a header field.
 
-        A positive number has the sign + only if the format writes peaks with their sign (``is_sign_stated``).
+        A positive number has the sign + only if the format writes the sign of peaks (``format_states_sign_of_peak``).
         """
         stated = self.field_text(field_name) if override_text is None else override_text
         number = self.number_in_field(field_name, stated)
         return HeaderPeak(
             abs(number) * unit_in_m_s2,
             last_digit_resolution(stated) * unit_in_m_s2,
-            is_mean_removed,
+            is_peak_after_mean_removal,
             self.preceding_line_count + self.line_index_of_field(field_name) + 1,
-            -1 if number < 0 else int(is_sign_stated and number > 0),
+            -1 if number < 0 else int(format_states_sign_of_peak and number > 0),
         )
 
     def field_utc_time(
@@ -238,22 +255,24 @@ class HeaderFields(TextLines):
             self.field_latitude_and_longitude_deg("hypocentre")
         ) else {}
 
-    def check_field_pattern(self, field_name: str, text_pattern: str, readable_kind: str) -> None:
+    def check_field_pattern(self, field_name: str, required_text_pattern: str, supported_content_label: str) -> None:
         """Raise a RecordError if a header field, such as the unit of the samples, does not match a pattern."""
-        if not re.match(text_pattern, self.field_text(field_name), re.IGNORECASE):
+        if not re.match(required_text_pattern, self.field_text(field_name), re.IGNORECASE):
             raise self.line_error(
-                field_name, f"{field_name} {self.field_text(field_name)!r}; only {readable_kind} is read: get that file"
+                field_name,
+                f"{field_name} {self.field_text(field_name)!r}; only {supported_content_label} is read: get that file",
             )
 
-    def check_sample_count(self, field_name: str, sample_count: int) -> None:
+    def check_sample_count(self, field_name: str, found_sample_count: int) -> None:
         """Raise a RecordError if the file has another number of samples than a header field states."""
-        if self.number_in_field(field_name) != sample_count:
+        if self.number_in_field(field_name) != found_sample_count:
             raise self.line_error(
-                field_name, f"{self.field_text(field_name)} samples here, but {sample_count} below; get the file again"
+                field_name,
+                f"{self.field_text(field_name)} samples here, but {found_sample_count} below; get the file again",
             )
 
     def check_stated_duration(
-        self, field_name: str, sample_count: int, sampling_interval: float, override_text: str | None = None
+        self, field_name: str, found_sample_count: int, sampling_interval: float, override_text: str | None = None
     ) -> None:
         """Raise a RecordError if the duration of the samples differs from that in a header field (or `override_text`).
 
@@ -263,31 +282,31 @@ class HeaderFields(TextLines):
         if stated:
             self.check_duration_stated_in_line(
                 self.line_index_of_field(field_name),
-                sample_count,
+                found_sample_count,
                 sampling_interval,
                 self.number_in_field(field_name, stated),
                 1.01 * last_digit_resolution(stated),
             )
 
     def cut_to_stated_sample_count_with_notes(
-        self, field_name: str, samples: FloatArray, override_text: str | None = None
+        self, field_name: str, samples_or_rows: FloatArray, override_text: str | None = None
     ) -> tuple[FloatArray, tuple[str, ...]]:
         """Cut samples to the number that a header field (or `override_text`) states; return also a note if any are cut.
 
         Raises a RecordError if the file has fewer.
         """
-        count, found = self.number_in_field(field_name, override_text), len(samples)
+        count, found = self.number_in_field(field_name, override_text), len(samples_or_rows)
         if found < count or count != int(count):
             what = f"header promises {override_text or self.field_text(field_name)} samples, the file has {found}"
             raise self.line_error(field_name, f"{what}; it is cut: get it again")
         more = found - int(count)
-        return samples[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
+        return samples_or_rows[: int(count)], self.surplus_number_notes(int(count), f"{more} samples") if more else ()
 
     def create_component(
         self,
-        axis: str,
-        direction: AzimuthAndVerticalSense,
-        samples: FloatArray,
+        axis_name: str,
+        axis_direction: AzimuthAndVerticalSense,
+        acceleration: FloatArray,
         sampling_interval: float,
         **metadata: Any,
     ) -> RecordComponent:
@@ -298,9 +317,11 @@ class HeaderFields(TextLines):
         usual = {"station": self.field_text("station"), "event": " ".join(self.field_text("event").split())}
         extra = self.number_fields_as_metadata({"magnitude": "magnitude"}) | metadata.pop("extra_metadata", {})
         extra |= epicentre_metadata(*metadata.pop("epicentre", self.field_latitude_and_longitude_deg("epicentre")))
-        metadata = usual | {"coordinates": self.field_latitude_and_longitude_deg("coordinates")} | metadata
+        metadata = (
+            usual | {"station_latitude_longitude_deg": self.field_latitude_and_longitude_deg("coordinates")} | metadata
+        )
         return RecordComponent.from_file(
-            self.source, axis, direction, samples, sampling_interval, extra_metadata=extra, **metadata
+            self.source, axis_name, axis_direction, acceleration, sampling_interval, extra_metadata=extra, **metadata
         )
 
 

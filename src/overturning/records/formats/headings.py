@@ -40,11 +40,11 @@ _STATED_UNIT_PATTERN: Final = re.compile(
 """Unit in a normalised line of text: ``units: g``, ``acceleration in m/s2``, ``velocity (cm/s)``."""
 
 
-def _normalise_heading(heading: str) -> str:
+def _normalise_heading(column_heading: str) -> str:
     """Return a column heading in lower case, with uniform spelling of units such as m/s2."""
-    heading = heading.strip("\"'# \t").lower().replace("²", "2").replace("^", "").replace("**", "")
-    heading = re.sub(r"(?<=m)[ .*·]?s-(1|2)\b", lambda power: "/s" if power[1] == "1" else "/s2", heading)
-    return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", heading)).replace("/s/s", "/s2")
+    plain = column_heading.strip("\"'# \t").lower().replace("²", "2").replace("^", "").replace("**", "")
+    spelled = re.sub(r"(?<=m)[ .*·]?s-(1|2)\b", lambda power: "/s" if power[1] == "1" else "/s2", plain)
+    return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", spelled)).replace("/s/s", "/s2")
 
 
 def first_number_line_index(lines: Sequence[str]) -> int:
@@ -61,13 +61,17 @@ def first_number_line_index(lines: Sequence[str]) -> int:
     return 0
 
 
-def read_heading_cells(lines: Sequence[str], separator: str | None, column_count: int) -> list[list[str]]:
+def read_heading_cells(
+    lines_above_numbers: Sequence[str], separator: str | None, declared_column_count: int
+) -> list[list[str]]:
     """Split each heading line (a line above the numbers with one cell per column) into its cells.
 
     Cells are separated like the numbers or by blanks; cells of several words by at least two blanks. A line of prose
     may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
     """
-    return [cells for line in lines if (cells := _split_heading_line(line, separator, column_count))]
+    return [
+        cells for line in lines_above_numbers if (cells := _split_heading_line(line, separator, declared_column_count))
+    ]
 
 
 def _strip_comment_marks(line: str, separator: str | None) -> str:
@@ -75,22 +79,22 @@ def _strip_comment_marks(line: str, separator: str | None) -> str:
     return line.strip().lstrip("#%!/* \t" + ("" if separator == ";" else ";")).strip()
 
 
-def _split_heading_line(line: str, separator: str | None, column_count: int) -> list[str]:
+def _split_heading_line(line: str, separator: str | None, declared_column_count: int) -> list[str]:
     """Split a heading line into cells; return [] if the line does not have one cell per column."""
     text = _strip_comment_marks(line, separator)
     ways = [text.split(separator)] if separator else []
-    blanks = [re.split(r"\s{2,}|\t", text), text.split(), *([[text]] if column_count == 1 else [])]
+    blanks = [re.split(r"\s{2,}|\t", text), text.split(), *([[text]] if declared_column_count == 1 else [])]
     ways += [way for way in blanks if all(re.search("[A-Za-z]", cell) for cell in way)]
-    cells = next((way for way in ways if len(way) == column_count), []) if text else []
+    cells = next((way for way in ways if len(way) == declared_column_count), []) if text else []
     return [cell.strip() for cell in cells]
 
 
-def axis_direction_in_column_heading(heading: str) -> AzimuthAndVerticalSense:
+def axis_direction_in_column_heading(column_heading: str) -> AzimuthAndVerticalSense:
     """Return the axis direction in a column heading such as ``HNE`` or ``Acc.E-W (gal)``; else `UNKNOWN_DIRECTION`."""
-    if (whole := parse_axis_direction(heading.partition("(")[0].partition("[")[0])) != UNKNOWN_DIRECTION:
+    if (whole := parse_axis_direction(column_heading.partition("(")[0].partition("[")[0])) != UNKNOWN_DIRECTION:
         return whole
     named = set[AzimuthAndVerticalSense]()
-    for word in re.split(r"[\s_.:,()\[\]]+", heading):
+    for word in re.split(r"[\s_.:,()\[\]]+", column_heading):
         prefixed = _PREFIXED_AXIS_PATTERN.fullmatch(word)
         if _CHANNEL_CODE_PATTERN.fullmatch(word.upper()) and len(word) == 3:
             named.add(direction_from_channel_code(word))
@@ -101,21 +105,24 @@ def axis_direction_in_column_heading(heading: str) -> AzimuthAndVerticalSense:
 
 
 def unit_mismatch_notes_and_refusal(
-    file_name: str, lines: Sequence[str], separator: str | None, declared_columns: Sequence[tuple[str, str]]
+    file_name: str,
+    lines_above_numbers: Sequence[str],
+    separator: str | None,
+    axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],
 ) -> tuple[tuple[str, ...], str]:
     """Return notes on lines with another unit than the user states, and the reason to refuse the file (or "").
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
     acceleration; "" if there is none. See `heading_mismatch_notes_and_refusal`.
     """
-    units = {unit for word, unit in declared_columns if word not in ("time", "skip")}
+    units = {unit for word, unit in axis_and_unit_of_declared_columns if word not in ("time", "skip")}
     notes, others = [], []
-    for line in lines:
+    for line in lines_above_numbers:
         text = _strip_comment_marks(line, separator)
         plain = _normalise_heading(text)
         quantity = re.match(r"(?:(?:un)?corrected |processed |ground )*(velocity|displacement)\b", plain)
         about = bool(quantity) or re.match(r"(?:(?:un)?corrected |processed |ground )*acc|.*\bunits?\b", plain)
-        if _split_heading_line(line, separator, len(declared_columns)) or not about:
+        if _split_heading_line(line, separator, len(axis_and_unit_of_declared_columns)) or not about:
             continue
         stated = [word for match in _STATED_UNIT_PATTERN.finditer(plain) for word in match.groups() if word]
         what = (
@@ -134,7 +141,9 @@ def unit_mismatch_notes_and_refusal(
 
 
 def heading_mismatch_notes_and_refusal(
-    file_name: str, headings: Sequence[Sequence[str]], declared_columns: Sequence[tuple[str, str]]
+    file_name: str,
+    cells_of_heading_lines: Sequence[Sequence[str]],
+    axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],
 ) -> tuple[tuple[str, ...], str]:
     """Return notes on headings with another axis or unit than the user states, and the reason to refuse the file.
 
@@ -144,14 +153,14 @@ def heading_mismatch_notes_and_refusal(
     ----------
     file_name : str
         Name of the file.
-    headings : sequence of sequences of str
+    cells_of_heading_lines : sequence of sequences of str
         Cells of the lines of headings: ``E``, ``north (g)``, ``N-S(cm/s/s)``.
-    declared_columns : sequence of pairs
+    axis_and_unit_of_declared_columns : sequence of pairs
         Declared axis and unit of each column.
     """
     notes, others = [], []
-    for cells in headings:
-        for text, (word, unit) in zip(cells, declared_columns, strict=True):
+    for cells in cells_of_heading_lines:
+        for text, (word, unit) in zip(cells, axis_and_unit_of_declared_columns, strict=True):
             axis, _, rest = text.strip("\"'# ").replace("[", "(").partition("(")
             known: Mapping[str, float] = SECONDS_BY_TIME_UNIT if word == "time" else ACCELERATION_UNITS_IN_M_S2
             # A second line of headings may hold units only.
@@ -169,7 +178,7 @@ def heading_mismatch_notes_and_refusal(
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def _quantity_other_than_acceleration(heading: str) -> str:
+def _quantity_other_than_acceleration(column_heading: str) -> str:
     """Return the quantity in a column heading if it is not acceleration, such as "velocity"; else ""."""
-    plain = _normalise_heading(heading)
+    plain = _normalise_heading(column_heading)
     return next((what for what, pattern in _PATTERNS_OF_NON_ACCELERATION_QUANTITIES if re.search(pattern, plain)), "")

@@ -57,7 +57,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             header.sampling_interval_of_rate_field("SAMPLING RATE"),
             start_time_utc=header.field_utc_time("INITIAL TIME", *TIME_FORMATS, utc_offset=JAPAN_UTC_OFFSET),
             station=station,
-            coordinates=(header.number_in_field("LAT."), header.number_in_field("LON.")),
+            station_latitude_longitude_deg=(header.number_in_field("LAT."), header.number_in_field("LON.")),
         )
         for column, axis in enumerate(columns)
     ]

@@ -52,7 +52,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
     A RecordError names the line of an error.
     """
-    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_lines=len(HEADER_KEYS))
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_line_count=len(HEADER_KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.field_text("Station Code")):
         raise header.line_error(
             "Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it"
@@ -95,8 +95,11 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             origin_time_utc=parse_time_as_utc(
                 header.field_text("Origin Time"), TIME_FORMAT, utc_offset=JAPAN_UTC_OFFSET
             ),
-            coordinates=(header.number_in_field("Station Lat."), header.number_in_field("Station Long.")),
-            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, is_mean_removed=True),
+            station_latitude_longitude_deg=(
+                header.number_in_field("Station Lat."),
+                header.number_in_field("Station Long."),
+            ),
+            header_peak=header.field_peak_acceleration("Max. Acc. (gal)", GAL, is_peak_after_mean_removal=True),
             sensor_position=sensor,
             # An unknown magnitude is blank.
             extra_metadata={

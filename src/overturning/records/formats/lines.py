@@ -26,7 +26,7 @@ _NUMBER_CHARACTERS: Final = set("0123456789+-.eE ")
 
 @dataclass(frozen=True)
 class TextLines:
-    """Lines of a text file, or of one channel in a file; line indices start at 0 for the first of these lines."""
+    """Lines of a text file, or its lines from the first one of a channel on; indices of lines count from 0 there."""
 
     source: SourceFile
     lines: Sequence[str]
@@ -41,27 +41,30 @@ class TextLines:
         """Return an error with the file name, the line number and a description of the problem."""
         return RecordError(f"{self.source.name} line {self.preceding_line_count + line_index + 1}: {problem}")
 
-    def parse_number(self, text: str, line_index: int, quantity_label: str) -> float:
+    def parse_number(self, number_text: str, line_index: int, quantity_label: str) -> float:
         """Parse a text as one finite number; raise a RecordError for other text, such as blanks, ``nan`` or ``***``."""
-        match = _NUMBER_PATTERN.fullmatch(text)
+        match = _NUMBER_PATTERN.fullmatch(number_text)
         if match is None:
             raise self.line_error(
-                line_index, f"{quantity_label} is {text.strip()!r}, not a number; correct it or get the file again"
+                line_index,
+                f"{quantity_label} is {number_text.strip()!r}, not a number; correct it or get the file again",
             )
         return float(match[1].replace("D", "E").replace("d", "e"))
 
-    def utc_time(self, line_index: int, date: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
+    def utc_time(
+        self, line_index: int, year_month_day: Sequence[int], hour: int, minute: int, seconds_after_minute: float
+    ) -> datetime:
         """Convert year, month, day, hour, minute and seconds in a line to a UTC time; a RecordError if invalid."""
-        year, month, of_month = date
+        year, month, of_month = year_month_day
         try:
-            return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
+            return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds_after_minute)
         except ValueError as problem:
             stated = f"start {year}-{month}-{of_month} {hour}:{minute}"
             raise self.line_error(line_index, f"{stated} ({problem}); correct it") from problem
 
-    def check_header_length(self, min_lines: int) -> None:
-        """Raise a RecordError if the file has fewer than ``min_lines`` lines, so that it ends within its header."""
-        if len(self.lines) < min_lines:
+    def check_header_length(self, min_line_count: int) -> None:
+        """Raise a RecordError if the file has fewer than ``min_line_count`` lines, and so ends in its header."""
+        if len(self.lines) < min_line_count:
             raise self.line_error(len(self.lines) - 1, "the file ends in the header; get it again")
 
     def sampling_interval_of_rate(self, sampling_rate_hz: float, line_index: int) -> float:
@@ -75,18 +78,26 @@ class TextLines:
         return 1.0 / sampling_rate_hz
 
     def check_duration_stated_in_line(
-        self, line_index: int, sample_count: int, sampling_interval: float, duration: float, tolerance: float = 0.0
+        self,
+        line_index: int,
+        found_sample_count: int,
+        sampling_interval: float,
+        stated_duration_s: float,
+        tolerance_s: float = 0.0,
     ) -> None:
-        """Raise a RecordError if the duration of the samples differs from the stated ``duration``, s."""
-        if abs(sample_count * sampling_interval - duration) > max(2.0 * sampling_interval, 0.011, tolerance):
-            what = f"{sample_count} samples every {sampling_interval:g} s, but the header's length is {duration:g} s"
+        """Raise a RecordError if sample count × sampling interval, s, differs from the duration stated in a line."""
+        if abs(found_sample_count * sampling_interval - stated_duration_s) > max(
+            2.0 * sampling_interval, 0.011, tolerance_s
+        ):
+            what = f"{found_sample_count} samples every {sampling_interval:g} s, but the header's length is "
+            what += f"{stated_duration_s:g} s"
             raise self.line_error(line_index, f"{what}; the file is cut or holds more: get it again")
 
-    def surplus_number_notes(self, stated_count: int, surplus_label: str) -> tuple[str, ...]:
+    def surplus_number_notes(self, stated_sample_count: int, surplus_count_text: str) -> tuple[str, ...]:
         """Return a note that the file has more numbers than the samples stated in its header."""
         return (
-            f"{self.source.name} goes on after the {stated_count} samples that its header promises: "
-            f"{surplus_label} left out",
+            f"{self.source.name} goes on after the {stated_sample_count} samples that its header promises: "
+            f"{surplus_count_text} left out",
         )
 
     def read_fixed_width_samples_next_line_and_notes(
@@ -96,46 +107,54 @@ class TextLines:
         column_width: int,
         numbers_per_line: int,
         number_count: int,
-        must_end_file: bool = False,
+        refuse_text_after_numbers: bool = False,
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
         """Read ``number_count`` samples in fixed-width columns; return also the next line's index and notes."""
         values = self.read_fixed_width_numbers(
             first_line_index, column_width=column_width, numbers_per_line=numbers_per_line, number_count=number_count
         )
         return values, *self.skip_surplus_number_lines_with_notes(
-            first_line_index + -(-number_count // numbers_per_line), number_count, must_end_file=must_end_file
+            first_line_index + -(-number_count // numbers_per_line),
+            number_count,
+            refuse_text_after_numbers=refuse_text_after_numbers,
         )
 
     def skip_surplus_number_lines_with_notes(
-        self, first_line_index: int, stated_count: int, *, must_end_file: bool = False
+        self, line_index_after_samples: int, stated_sample_count: int, *, refuse_text_after_numbers: bool = False
     ) -> tuple[int, tuple[str, ...]]:
         """Skip lines of numbers after the last sample; return the next line's index, and a note if lines are skipped.
 
-        The `stated_count` samples of the header end before `first_line_index`. With `must_end_file`, text after them
-        raises a RecordError.
+        `line_index_after_samples` is the first line after the samples that the header states. With
+        `refuse_text_after_numbers`, a RecordError is raised if text follows the skipped lines.
         """
-        end = first_line_index
+        end = line_index_after_samples
         while (
             end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _NUMBER_CHARACTERS
         ):
             end += 1
-        if must_end_file and any(line.strip() for line in self.lines[end:]):
+        if refuse_text_after_numbers and any(line.strip() for line in self.lines[end:]):
             raise self.line_error(
-                end, f"{self.lines[end][:40]!r} after the last of {stated_count} samples; get the file again"
+                end, f"{self.lines[end][:40]!r} after the last of {stated_sample_count} samples; get the file again"
             )
         return end, self.surplus_number_notes(
-            stated_count, f"{end - first_line_index} line{'s' * (end - first_line_index > 1)} of numbers"
-        ) if end > first_line_index else ()
+            stated_sample_count,
+            f"{end - line_index_after_samples} line{'s' * (end - line_index_after_samples > 1)} of numbers",
+        ) if end > line_index_after_samples else ()
 
     def check_times_have_constant_interval(
-        self, first_line_index: int, time: FloatArray, sampling_interval: float, times_per_line: float, remedy: str
+        self,
+        first_time_line_index: int,
+        time_s: FloatArray,
+        sampling_interval: float,
+        time_count_per_line: float,
+        remedy: str,
     ) -> None:
-        """Raise a RecordError if a time in ``time``, s, deviates by more than 1.1 ms from constant intervals."""
-        uneven = np.flatnonzero(np.abs(time - time[0] - sampling_interval * np.arange(time.size)) > 0.0011)
+        """Raise a RecordError if a time in ``time_s``, s, deviates by more than 1.1 ms from constant intervals."""
+        uneven = np.flatnonzero(np.abs(time_s - time_s[0] - sampling_interval * np.arange(time_s.size)) > 0.0011)
         if uneven.size:
-            at = first_line_index + int(uneven[0] // times_per_line)
+            at = first_time_line_index + int(uneven[0] // time_count_per_line)
             raise self.line_error(
-                at, f"time {time[uneven[0]]:g} s does not fit an interval of {sampling_interval:g} s; {remedy}"
+                at, f"time {time_s[uneven[0]]:g} s does not fit an interval of {sampling_interval:g} s; {remedy}"
             )
 
     def read_all_numbers(self, first_line_index: int) -> FloatArray:
@@ -211,23 +230,27 @@ class TextLines:
             raise self._check_cells_and_create_line_error(line_index, cells, why)
         return cells
 
-    def _check_cells_and_create_line_error(self, line_index: int, cells: Sequence[str], problem: str) -> RecordError:
+    def _check_cells_and_create_line_error(
+        self, line_index: int, cell_texts_of_line: Sequence[str], problem: str
+    ) -> RecordError:
         """Create an error about a problem in a line; if a cell of it is no number, raise an error about the cell."""
-        for cell in cells:
+        for cell in cell_texts_of_line:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")
 
     def parse_cells_as_numbers(
-        self, cells_by_line: Mapping[int, Sequence[str]], quantity_label: str = "a sample"
+        self, cell_texts_by_line_index: Mapping[int, Sequence[str]], quantity_label: str = "a sample"
     ) -> FloatArray:
         """Convert the texts in cells of lines, given by line index, to numbers; return a one-dimensional array."""
-        words = [word for cells in cells_by_line.values() for word in cells]
+        words = [word for cells in cell_texts_by_line_index.values() for word in cells]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
         if not set("".join(words)) - _NUMBER_CHARACTERS:
             with suppress(ValueError):
                 return np.array(words, dtype=np.float64)
         numbers = [
-            self.parse_number(word, index, quantity_label) for index, cells in cells_by_line.items() for word in cells
+            self.parse_number(word, index, quantity_label)
+            for index, cells in cell_texts_by_line_index.items()
+            for word in cells
         ]
         return np.array(numbers, dtype=np.float64)
 
@@ -257,13 +280,13 @@ _ComponentReader = Callable[[TextLines], tuple[RecordComponent, int]]
 
 
 def decorator_for_reading_all_components(
-    first_line_pattern: str, remedy: str
+    first_line_pattern_of_component: str, remedy_text: str
 ) -> Callable[[_ComponentReader], Callable[[SourceFile], list[RecordComponent]]]:
     """Return a decorator that turns a reader of one component into a reader of all components of a file.
 
-    Each component begins with a line that fits ``first_line_pattern``. The decorated function gets the lines from there
-    on and returns the component and the number of its lines. Blank lines are skipped. A RecordError names the line at
-    which a component is cut or inconsistent.
+    Each component begins with a line that fits ``first_line_pattern_of_component``. The decorated function gets the
+    lines from there to the end of the file, and returns the component and the number of its lines. Blank lines before
+    a component are skipped. A RecordError that ends with ``remedy_text`` names a line that begins no component.
     """
 
     def read_all_components(read_component: _ComponentReader, source_file: SourceFile) -> list[RecordComponent]:
@@ -273,8 +296,8 @@ def decorator_for_reading_all_components(
             line, length = source_file.lines[at].strip(), 1
             if line:
                 block = TextLines(source_file, source_file.lines[at:], at)
-                if not re.match(first_line_pattern, line, re.IGNORECASE):
-                    raise block.line_error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
+                if not re.match(first_line_pattern_of_component, line, re.IGNORECASE):
+                    raise block.line_error(0, f"{line[:40]!r} where the next component should begin; {remedy_text}")
                 component, length = read_component(block)
                 components.append(component)
             at += length

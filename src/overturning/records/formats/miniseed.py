@@ -57,7 +57,7 @@ def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any
 
 
 def stream_components_in_m_s2(
-    stream: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    obspy_stream: Any, obspy_inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
     """Convert an obspy Stream from counts to components in m/s², by the gain or response in the StationXML.
 
@@ -66,28 +66,32 @@ def stream_components_in_m_s2(
     """
     name = source_file.name
     try:
-        stream.merge(method=-1)
+        obspy_stream.merge(method=-1)
     except Exception as problem:
         raise RecordError(f"{name}: pieces of a channel do not fit together ({problem}); get it again") from problem
-    for number, trace in enumerate(stream):
-        if trace.id in [other.id for other in stream[:number]]:
+    for number, trace in enumerate(obspy_stream):
+        if trace.id in [other.id for other in obspy_stream[:number]]:
             raise RecordError(f"{name}: channel {trace.id} has a gap or an overlap; cut the file to one side of it")
         if trace.stats.npts < 2:
             raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
     components, reasons = [], RecordRefusalReasons()
-    for trace in stream:
+    for trace in obspy_stream:
         with reasons.collect_reason():
-            components.append(_component_of_trace(trace, inventory, source_file, declared_properties))
+            components.append(_component_of_trace(trace, obspy_inventory, source_file, declared_properties))
     reasons.raise_collected_reasons()
     return components
 
 
 def _component_of_trace(
-    trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    obspy_trace: Any, obspy_inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert one obspy trace to a record component, m/s²; a RecordError if the channel's StationXML is unsuitable."""
-    channel, moment, code = f"{source_file.name}: channel {trace.id}", trace.stats.starttime, trace.stats.channel
-    epoch = find_channel_epoch(trace, inventory, source_file, declared_properties)
+    channel, moment, code = (
+        f"{source_file.name}: channel {obspy_trace.id}",
+        obspy_trace.stats.starttime,
+        obspy_trace.stats.channel,
+    )
+    epoch = find_channel_epoch(obspy_trace, obspy_inventory, source_file, declared_properties)
     unit, scale = epoch.input_unit, acceleration_unit_in_m_s2(epoch.input_unit)
     if scale is None and not is_metre_per_second(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
@@ -106,7 +110,7 @@ def _component_of_trace(
     # The code does not replace a direction that the StationXML calls unknown.
     direction, coded = (epoch.direction, ()) if epoch.is_orientation_unknown else (direction, coded)
     notes = [*channel_direction_mismatch_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
-    samples, removed = np.asarray(trace.data, dtype=np.float64) / epoch.gain_in_counts_per_unit, "gain"
+    samples, removed = np.asarray(obspy_trace.data, dtype=np.float64) / epoch.gain_in_counts_per_unit, "gain"
     if scale is not None:
         samples *= scale
     else:
@@ -114,41 +118,42 @@ def _component_of_trace(
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
         response, changed = normalise_filter_coefficient_sums_with_notes(epoch.obspy_channel.response, channel)
-        samples, removed = _acceleration_from_velocity_trace(trace, response, source_file.name), "response"
+        samples, removed = _acceleration_from_velocity_trace(obspy_trace, response, source_file.name), "response"
         notes += changed
     return RecordComponent.from_file(
         source_file,
         code,
         direction,
         samples,
-        float(trace.stats.delta),
+        float(obspy_trace.stats.delta),
         start_time_utc=moment.datetime.replace(tzinfo=UTC),
-        station=trace.stats.station,
-        coordinates=(epoch.obspy_channel.latitude, epoch.obspy_channel.longitude),
+        station=obspy_trace.stats.station,
+        station_latitude_longitude_deg=(epoch.obspy_channel.latitude, epoch.obspy_channel.longitude),
         sensor_position=classify_as_surface_or_borehole(epoch.obspy_channel.depth),
-        sensor_location=trace.stats.location or BLANK_LOCATION_CODE,
+        sensor_location=obspy_trace.stats.location or BLANK_LOCATION_CODE,
         user_declared_unit=declared_properties.unit
         if declared_properties.unit and ACCELERATION_UNITS_IN_M_S2.get(declared_properties.unit) == scale
         else "",
-        extra_metadata={"removed": removed, "network": trace.stats.network} | epoch.trusted_contradictions_metadata,
+        extra_metadata={"removed": removed, "network": obspy_trace.stats.network}
+        | epoch.trusted_contradictions_metadata,
         notes=tuple(notes),
     )
 
 
-def _acceleration_from_velocity_trace(trace: Any, response: Any, file_name: str) -> FloatArray:
+def _acceleration_from_velocity_trace(obspy_trace: Any, obspy_response: Any, file_name: str) -> FloatArray:
     """Return the acceleration, m/s², from a velocity sensor's trace, by removing its response above 0.02 Hz.
 
     The band limits the amplification. A water level would be relative to the largest response to acceleration, which a
     broadband sensor has at its corner period: for 120 s, 60 dB below it is reached at 12 Hz, and higher frequencies
     would come out too small.
     """
-    if not response.response_stages:
-        why = f"response of {trace.id} has no stages, so it cannot be removed from a velocity sensor"
+    if not obspy_response.response_stages:
+        why = f"response of {obspy_trace.id} has no stages, so it cannot be removed from a velocity sensor"
         raise RecordError(f"{file_name}: {why}; get level=response")
-    nyquist = 0.5 * trace.stats.sampling_rate
+    nyquist = 0.5 * obspy_trace.stats.sampling_rate
     band = (0.01, 0.02, 0.8 * nyquist, 0.95 * nyquist)
-    copy = trace.copy()
-    copy.stats.response = response
+    copy = obspy_trace.copy()
+    copy.stats.response = obspy_response
     copy.data = np.asarray(copy.data, dtype=np.float64)
     # Fraction of both ends together, as obspy defines it. Its default of 5 % tapers 90 s at each end of an hour, which
     # may contain the earthquake.
@@ -160,6 +165,6 @@ def _acceleration_from_velocity_trace(trace: Any, response: Any, file_name: str)
             hide_sensitivity_mismatch_warning=True,
         )  # fmt: skip
     except Exception as problem:
-        why = f"response of {trace.id} cannot be removed ({problem})"
+        why = f"response of {obspy_trace.id} cannot be removed ({problem})"
         raise RecordError(f"{file_name}: {why}; get level=response") from problem
     return np.asarray(copy.data, dtype=np.float64)

@@ -31,7 +31,7 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the components of an NSMN file (Türkiye); raise a RecordError with the line number if it is damaged."""
-    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_lines=HEADER_LINE_COUNT)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, min_line_count=HEADER_LINE_COUNT)
     values, notes = header.cut_to_stated_sample_count_with_notes(
         "number of data", header.read_number_rows(HEADER_LINE_COUNT, 3)
     )
@@ -57,7 +57,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                     "%d/%m/%Y %H:%M:%S",
                     "%Y/%m/%d %H:%M:%S",
                 ),
-                coordinates=header.field_latitude_and_longitude_deg("a place like 40.84N-31.15E"),
+                station_latitude_longitude_deg=header.field_latitude_and_longitude_deg("a place like 40.84N-31.15E"),
                 header_peak=header.field_peak_acceleration("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 epicentre=header.field_latitude_and_longitude_deg("an epicentre like 40.84N-31.15E"),
                 notes=notes,

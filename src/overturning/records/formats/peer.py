@@ -31,7 +31,7 @@ BOREHOLE_AXIS_PATTERN: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
 
 def read_components(source_file: SourceFile) -> list[RecordComponent]:
     """Read the one component of a PEER AT2 file, as a list; a RecordError for a wrong unit or sample count."""
-    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 4, min_lines=5)
+    header = HeaderFields.find_fields(source_file, HEADER_FIELD_PATTERNS, 4, min_line_count=5)
     samples, notes = header.cut_to_stated_sample_count_with_notes("NPTS", header.read_all_numbers(4))
     parts = [part.strip() for part in header.field_text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()

@@ -65,10 +65,10 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
 
 
 def _component_of_trace(
-    trace: Any, source_file: SourceFile, unit: str, declared_properties: DeclaredFileProperties
+    obspy_trace: Any, source_file: SourceFile, declared_unit: str, declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert a SAC trace of a given unit to a record component, m/s²; a RecordError if it is no acceleration."""
-    header, scale = trace.stats.sac, ACCELERATION_UNITS_IN_M_S2[unit]
+    header, scale = obspy_trace.stats.sac, ACCELERATION_UNITS_IN_M_S2[declared_unit]
 
     def header_number(header_key: str) -> float | None:
         """Return a number of the SAC header; None if it is undefined."""
@@ -84,41 +84,45 @@ def _component_of_trace(
     extremes = [v for key in ("depmin", "depmax") if (v := header_number(key)) is not None and np.isfinite(v)]
     extreme = max(extremes, key=abs, default=None)
     # Origin and first sample are relative to one reference time, which the header may omit.
-    dated, moment, late = header_number("nzyear") is not None, trace.stats.starttime, header_number("o")
+    dated, moment, late = header_number("nzyear") is not None, obspy_trace.stats.starttime, header_number("o")
     after = None if late is None or not dated else late - (header_number("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = epicentre_metadata(header_number("evla"), header_number("evlo"))
     # SAC's CMPINC is counted from upwards: 0 up, 90 horizontal, 180 down.
     azimuth, inclination = header_number("cmpaz"), header_number("cmpinc")
-    channel = f"{source_file.name}: channel {trace.id}"
+    channel = f"{source_file.name}: channel {obspy_trace.id}"
     dip = None if inclination is None else inclination - 90.0
-    direction, notes = direction_from_azimuth_and_dip_with_notes(trace.stats.channel, azimuth, dip, channel)
-    notes += channel_direction_mismatch_notes(trace.stats.channel, direction, "its header")
+    direction, notes = direction_from_azimuth_and_dip_with_notes(obspy_trace.stats.channel, azimuth, dip, channel)
+    notes += channel_direction_mismatch_notes(obspy_trace.stats.channel, direction, "its header")
     if azimuth is None or inclination is None:
         why = f"{source_file.name}: its header states no direction (CMPAZ, CMPINC)"
-        direction, coded = direction_with_channel_code_fallback_and_notes(trace.stats.channel, direction, why)
+        direction, coded = direction_with_channel_code_fallback_and_notes(obspy_trace.stats.channel, direction, why)
         notes += coded
     if (factor := header_number("scale")) not in (None, 0.0, 1.0):
         notes += (
-            f"{source_file.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",
+            f"{source_file.name}: its header's SCALE, {factor:g}, is not applied: samples are in {declared_unit}, as "
+            "declared",
         )
     return RecordComponent.from_file(
         source_file,
-        trace.stats.channel or "unnamed",
+        obspy_trace.stats.channel or "unnamed",
         direction,
-        np.asarray(trace.data, dtype=np.float64) * scale,
-        round(float(trace.stats.delta), 9),
+        np.asarray(obspy_trace.data, dtype=np.float64) * scale,
+        round(float(obspy_trace.stats.delta), 9),
         start_time_utc=moment.datetime.replace(tzinfo=UTC) if dated else None,
-        station=trace.stats.station,
+        station=obspy_trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
         origin_time_utc=origin,
-        coordinates=(header_number("stla"), header_number("stlo")),
+        station_latitude_longitude_deg=(header_number("stla"), header_number("stlo")),
         header_peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
         sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
-        sensor_location=trace.stats.location,
+        sensor_location=obspy_trace.stats.location,
         is_already_corrected=bool(declared_properties.processed),
-        user_declared_unit=unit,
-        extra_metadata={"network": trace.stats.network, "declared": declared_properties.declared_sample_property_texts}
+        user_declared_unit=declared_unit,
+        extra_metadata={
+            "network": obspy_trace.stats.network,
+            "declared": declared_properties.declared_sample_property_texts,
+        }
         | epicentre,
         notes=notes,
     )

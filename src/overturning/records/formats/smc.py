@@ -67,7 +67,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             station=(station[1] if station else "") or lines[2].strip(),
             origin_time_utc=parse_time_as_utc(" ".join(lines[3].split()[:4]), "%Y %m %d %H%M"),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
-            coordinates=(known.get(10), known.get(11)),
+            station_latitude_longitude_deg=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
             header_peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line_number=23)
             if extreme is not None
@@ -81,17 +81,19 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 
 
 def _read_samples_in_gal_and_notes(
-    lines: TextLines, comment_count: int, sample_count: int
+    lines: TextLines, comment_line_count: int, stated_sample_count: int
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the samples, cm/s², that follow the comment lines, and a note if there are more than `sample_count`."""
-    if sample_count < 2 or not 0 <= comment_count <= 10_000:
-        raise lines.line_error(13, f"{sample_count} samples and {comment_count} comment lines; correct the header")
-    first = HEADER_LINE_COUNT + comment_count
+    """Return the samples, cm/s², that follow the comment lines, and a note if there are more than stated."""
+    if stated_sample_count < 2 or not 0 <= comment_line_count <= 10_000:
+        raise lines.line_error(
+            13, f"{stated_sample_count} samples and {comment_line_count} comment lines; correct the header"
+        )
+    first = HEADER_LINE_COUNT + comment_line_count
     for index, line in enumerate(lines.lines[HEADER_LINE_COUNT:first], HEADER_LINE_COUNT):
         if not line.startswith("|"):
             raise lines.line_error(index, "a comment should begin with |; get the file again")
     samples, _, notes = lines.read_fixed_width_samples_next_line_and_notes(
-        first, column_width=10, numbers_per_line=8, number_count=sample_count, must_end_file=True
+        first, column_width=10, numbers_per_line=8, number_count=stated_sample_count, refuse_text_after_numbers=True
     )
     return samples, notes
 
@@ -121,7 +123,7 @@ def _sensor_location_in_structure(header_integers: np.ndarray) -> str:
 
 
 def _flagged_problem_and_longitude_notes(
-    file_name: str, header_integers: np.ndarray, header_reals: dict[int, float]
+    file_name: str, header_integers: np.ndarray, header_real_by_index: dict[int, float]
 ) -> list[str]:
     """Return notes on a problem that the header flags, and on a longitude that may be positive to the west."""
     flagged = (
@@ -129,7 +131,7 @@ def _flagged_problem_and_longitude_notes(
         if header_integers[17] == 1
         else []
     )
-    east = header_reals.get(11, 0.0)
+    east = header_real_by_index.get(11, 0.0)
     remedy = "give station_longitude_deg where it counts to the west, as some of these files do"
     return flagged + ([f"the station's longitude {east:g} is taken as east; {remedy}"] if east > 0 else [])
 

@@ -105,24 +105,24 @@ class ChannelEpoch:
 
 
 def find_channel_epoch(
-    trace: Any, inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    obspy_trace: Any, obspy_inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
 ) -> ChannelEpoch:
     """Return gain, unit and direction of a trace's channel from the StationXML epoch in which the trace begins.
 
     Raises a RecordError if the StationXML has no epoch, several different ones, no gain, or a gain that contradicts
     its stages. With ``trust_data``, different epochs (the latest is used) and contradicting stages are accepted.
     """
-    name = f"{source_file.name}: channel {trace.id}"
+    name = f"{source_file.name}: channel {obspy_trace.id}"
     trusted: list[str] = []
 
-    def refuse_or_store_contradiction(contradiction: str, remedy: str) -> None:
+    def refuse_or_store_contradiction(contradiction_text: str, remedy: str) -> None:
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not declared_properties.trust_data:
-            raise RecordError(f"{name} {contradiction}; {remedy}, or say --trust-data")
-        trusted.append(f"{name} {contradiction}")
+            raise RecordError(f"{name} {contradiction_text}; {remedy}, or say --trust-data")
+        trusted.append(f"{name} {contradiction_text}")
 
-    channel = _channel_at_trace_start(trace, inventory, name, refuse_or_store_contradiction)
-    rate, stated = float(trace.stats.sampling_rate), float(channel.sample_rate or 0.0)
+    channel = _channel_at_trace_start(obspy_trace, obspy_inventory, name, refuse_or_store_contradiction)
+    rate, stated = float(obspy_trace.stats.sampling_rate), float(channel.sample_rate or 0.0)
     if stated and abs(rate / stated - 1.0) > MAX_RELATIVE_SAMPLING_RATE_DIFFERENCE:
         refuse_or_store_contradiction(
             f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
@@ -140,27 +140,30 @@ def find_channel_epoch(
 
 
 def _channel_at_trace_start(
-    trace: Any, inventory: Any, channel_label: str, report_contradiction: Callable[[str, str], None]
+    obspy_trace: Any,
+    obspy_inventory: Any,
+    file_and_channel_label: str,
+    report_contradiction_and_remedy: Callable[[str, str], None],
 ) -> Any:
     """Return the StationXML channel valid at a trace's start; report a contradiction if it is ambiguous or changes."""
-    fitting = _channels_active_at_time(trace, inventory, trace.stats.starttime)
+    fitting = _channels_active_at_time(obspy_trace, obspy_inventory, obspy_trace.stats.starttime)
     if not fitting:
-        why = f"at {trace.stats.starttime} is not in the StationXML given"
-        raise RecordError(f"{channel_label} {why}; get it with level=response for that channel and time")
+        why = f"at {obspy_trace.stats.starttime} is not in the StationXML given"
+        raise RecordError(f"{file_and_channel_label} {why}; get it with level=response for that channel and time")
     channel = fitting[-1]
     if len({_channel_properties_affecting_record(one) for one in fitting}) > 1:
         listed = " and ".join(
             f"{_gain_and_direction_text(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting
         )
-        report_contradiction(
-            f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
+        report_contradiction_and_remedy(
+            f"has {len(fitting)} epochs in the StationXML that fit {obspy_trace.stats.starttime} and differ: {listed}",
             "end the one that was over, in the StationXML",
         )
-    later = _channels_active_at_time(trace, inventory, trace.stats.endtime)
+    later = _channels_active_at_time(obspy_trace, obspy_inventory, obspy_trace.stats.endtime)
     if later and all(
         _channel_properties_affecting_record(one) != _channel_properties_affecting_record(channel) for one in later
     ):
-        report_contradiction(
+        report_contradiction_and_remedy(
             f"changes in the StationXML while it records: {_gain_and_direction_text(channel)}, "
             f"then {_gain_and_direction_text(later[-1])} from "
             f"{str(later[-1].start_date)[:19]} on",
@@ -169,75 +172,90 @@ def _channel_at_trace_start(
     return channel
 
 
-def _channel_gain_in_counts_per_unit_and_unit(channel: Any, channel_label: str) -> tuple[float, str]:
+def _channel_gain_in_counts_per_unit_and_unit(obspy_channel: Any, file_and_channel_label: str) -> tuple[float, str]:
     """Return the gain of a StationXML channel, counts per unit, and its unit; a RecordError if it has no gain."""
-    sensitivity = getattr(channel.response, "instrument_sensitivity", None)
+    sensitivity = getattr(obspy_channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
         raise RecordError(
-            f"{channel_label} has no gain in the StationXML; get it with level=response for that channel and time"
+            f"{file_and_channel_label} has no gain in the StationXML; get it with level=response for that channel and "
+            "time"
         )
     gain, unit = float(sensitivity.value), (sensitivity.input_units or "").strip().upper()
     if not np.isfinite(gain) or gain == 0:
-        raise RecordError(f"{channel_label} has a gain of {gain}; correct the StationXML")
+        raise RecordError(f"{file_and_channel_label} has a gain of {gain}; correct the StationXML")
     return gain, unit
 
 
 def _compare_gain_with_stage_gains(
-    response: Any, gain: float, unit: str, channel_label: str, report_contradiction: Callable[[str, str], None]
+    obspy_response: Any,
+    channel_gain_in_counts_per_unit: float,
+    input_unit: str,
+    file_and_channel_label: str,
+    report_contradiction_and_remedy: Callable[[str, str], None],
 ) -> tuple[str, ...]:
     """Compare a channel's gain with the product of its stage gains: note a small, report a large difference."""
-    made, difference = _total_stage_gain_and_relative_difference(response, gain)
-    stated = f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}"
+    made, difference = _total_stage_gain_and_relative_difference(obspy_response, channel_gain_in_counts_per_unit)
+    stated = f"has a gain of {channel_gain_in_counts_per_unit:g} in the StationXML, whose stages make {made:g}"
     if difference > (
         MAX_RELATIVE_VELOCITY_SENSOR_GAIN_DIFFERENCE
-        if is_metre_per_second(unit)
+        if is_metre_per_second(input_unit)
         else MAX_RELATIVE_STAGE_GAIN_DIFFERENCE
     ):
-        report_contradiction(stated, "find out which is right")
+        report_contradiction_and_remedy(stated, "find out which is right")
     elif difference > MAX_RELATIVE_GAIN_DIFFERENCE_WITHOUT_NOTE:
-        used = "the stages" if is_metre_per_second(unit) else f"{gain:g}"
-        return (f"{channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
+        used = "the stages" if is_metre_per_second(input_unit) else f"{channel_gain_in_counts_per_unit:g}"
+        return (f"{file_and_channel_label} {stated}, a difference of {100 * difference:.2g} %; computed with {used}",)
     return ()
 
 
-def _check_first_stage_unit(response: Any, unit: str, report_contradiction: Callable[[str, str], None]) -> None:
+def _check_first_stage_unit(
+    obspy_response: Any, input_unit: str, report_contradiction_and_remedy: Callable[[str, str], None]
+) -> None:
     """Report a contradiction if a channel is in acceleration but its first stage in velocity, or the reverse."""
-    first = (response.response_stages or [None])[0]
+    first = (obspy_response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
-    differ = (acceleration_unit_in_m_s2(unit) is None) != (acceleration_unit_in_m_s2(other) is None)
+    differ = (acceleration_unit_in_m_s2(input_unit) is None) != (acceleration_unit_in_m_s2(other) is None)
     if differ and is_acceleration_or_velocity_unit(other):
-        report_contradiction(
-            f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right"
+        report_contradiction_and_remedy(
+            f"is in {input_unit} in the StationXML, whose first stage is in {other}", "find out which is right"
         )
 
 
-def inventory_has_channel_of_trace(trace: Any, inventory: Any) -> bool:
+def inventory_has_channel_of_trace(obspy_trace: Any, obspy_inventory: Any) -> bool:
     """Return True if the StationXML describes the channel of a trace, for any period."""
-    codes = trace.stats
+    codes = obspy_trace.stats
     return any(
         (network.code, station.code, channel.location_code, channel.code)
         == (codes.network, codes.station, codes.location, codes.channel)
-        for network in inventory
+        for network in obspy_inventory
         for station in network
         for channel in station
     )
 
 
-def _total_stage_gain_and_relative_difference(response: Any, gain: float) -> tuple[float, float]:
+def _total_stage_gain_and_relative_difference(
+    obspy_response: Any, channel_gain_in_counts_per_unit: float
+) -> tuple[float, float]:
     """Return the total gain of a response's stages, and its relative difference from the channel's gain.
 
     Stages may state their gains at other frequencies than the channel. The product of the stated gains and the product
     of the gains at the frequency of the channel's gain are compared with it; the closer one is returned. Without
     stages, or where a stage has no gain, the gain is NaN and the difference 0.
     """
-    stages = response.response_stages or ()
+    stages = obspy_response.response_stages or ()
     stated = np.array([float(stage.stage_gain or 0.0) for stage in stages])
     if not stated.size or not stated.all():
         return np.nan, 0.0
-    frequency = response.instrument_sensitivity.frequency
+    frequency = obspy_response.instrument_sensitivity.frequency
     shifted = stated * [_gain_ratio_to_gain_at_stated_frequency(stage, frequency) for stage in stages]
     products = float(stated.prod()), float(shifted.prod())
-    pairs = [(made, max(abs(made / gain - 1.0), abs(gain / made - 1.0))) for made in products]
+    pairs = [
+        (
+            made,
+            max(abs(made / channel_gain_in_counts_per_unit - 1.0), abs(channel_gain_in_counts_per_unit / made - 1.0)),
+        )
+        for made in products
+    ]
     return min(pairs, key=lambda pair: pair[1])
 
 
@@ -245,32 +263,38 @@ _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE: Final = {"LAPLACE (RADIANS/SECOND)":
 """Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
-def _gain_ratio_to_gain_at_stated_frequency(stage: Any, frequency: float | None) -> float:
+def _gain_ratio_to_gain_at_stated_frequency(
+    obspy_response_stage: Any, channel_gain_frequency_hz: float | None
+) -> float:
     """Return the gain of a response stage at a frequency, Hz, divided by its gain at the frequency that it states.
 
     The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
     has no gain.
     """
-    scale = _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE.get(getattr(stage, "pz_transfer_function_type", ""))
-    if scale is None or not frequency or not stage.stage_gain_frequency:
+    scale = _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE.get(
+        getattr(obspy_response_stage, "pz_transfer_function_type", "")
+    )
+    if scale is None or not channel_gain_frequency_hz or not obspy_response_stage.stage_gain_frequency:
         return 1.0
-    laplace = 1j * scale * np.array([frequency, stage.stage_gain_frequency])
+    laplace = 1j * scale * np.array([channel_gain_frequency_hz, obspy_response_stage.stage_gain_frequency])
     zeros, poles = (
         np.polynomial.polynomial.polyvalfromroots(laplace, np.asarray(roots, dtype=complex))
-        for roots in (stage.zeros, stage.poles)
+        for roots in (obspy_response_stage.zeros, obspy_response_stage.poles)
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         here, stated = np.abs(zeros / poles)
     return float(here / stated) if np.isfinite([here, stated]).all() and here > 0 and stated > 0 else 1.0
 
 
-def normalise_filter_coefficient_sums_with_notes(response: Any, channel_label: str) -> tuple[Any, tuple[str, ...]]:
+def normalise_filter_coefficient_sums_with_notes(
+    obspy_response: Any, file_and_channel_label: str
+) -> tuple[Any, tuple[str, ...]]:
     """Scale FIR filters of a response so that their coefficients sum to 1; return a note for each one changed.
 
     evalresp changes the same filters, and prints a line on the terminal for each. Symmetric filters, of which half is
     stated, are not changed.
     """
-    normalised, notes = copy.deepcopy(response), []
+    normalised, notes = copy.deepcopy(obspy_response), []
     for stage in normalised.response_stages:
         name = "coefficients" if getattr(stage, "symmetry", "") == "NONE" else "numerator"
         coefficients = [float(one) for one in getattr(stage, name, None) or ()]
@@ -283,57 +307,65 @@ def normalise_filter_coefficient_sums_with_notes(response: Any, channel_label: s
             continue
         setattr(stage, name, [one / total for one in coefficients])
         what = f"the coefficients of its filter in stage {stage.stage_sequence_number} have the sum {total:g}"
-        notes.append(f"{channel_label}: {what} in the StationXML; they are divided by it")
+        notes.append(f"{file_and_channel_label}: {what} in the StationXML; they are divided by it")
     return normalised, tuple(notes)
 
 
-def _channels_active_at_time(trace: Any, inventory: Any, time: Any) -> list[Any]:
+def _channels_active_at_time(obspy_trace: Any, obspy_inventory: Any, time_utc: Any) -> list[Any]:
     """Return the StationXML channels of a trace that were active at a time, ordered by their start."""
-    codes = trace.stats
+    codes = obspy_trace.stats
     found = [
         channel
-        for network in inventory
-        if network.code == codes.network and network.is_active(time=time)
+        for network in obspy_inventory
+        if network.code == codes.network and network.is_active(time=time_utc)
         for station in network
-        if station.code == codes.station and station.is_active(time=time)
+        if station.code == codes.station and station.is_active(time=time_utc)
         for channel in station
-        if (channel.code, channel.location_code) == (codes.channel, codes.location) and channel.is_active(time=time)
+        if (channel.code, channel.location_code) == (codes.channel, codes.location) and channel.is_active(time=time_utc)
     ]
     return sorted(found, key=lambda channel: channel.start_date.timestamp if channel.start_date else -np.inf)
 
 
-def _channel_properties_affecting_record(channel: Any) -> tuple[Any, ...]:
+def _channel_properties_affecting_record(obspy_channel: Any) -> tuple[Any, ...]:
     """Return a channel's properties that affect a record, to test whether two epochs of the channel differ."""
-    response = channel.response
+    response = obspy_channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
     stages = [
         (type(stage).__name__, stage.stage_gain, str(getattr(stage, "poles", "")), str(getattr(stage, "zeros", "")))
         for stage in getattr(response, "response_stages", None) or ()
     ]
     gain = (sensitivity.value, normalise_unit(sensitivity.input_units or "")) if sensitivity else None
-    return gain, tuple(stages), channel.azimuth, channel.dip, channel.depth, channel.latitude, channel.longitude
+    return (
+        gain,
+        tuple(stages),
+        obspy_channel.azimuth,
+        obspy_channel.dip,
+        obspy_channel.depth,
+        obspy_channel.latitude,
+        obspy_channel.longitude,
+    )
 
 
-def _gain_and_direction_text(channel: Any) -> str:
+def _gain_and_direction_text(obspy_channel: Any) -> str:
     """Return the gain, azimuth and dip of a channel as text for messages."""
-    sensitivity = getattr(channel.response, "instrument_sensitivity", None)
+    sensitivity = getattr(obspy_channel.response, "instrument_sensitivity", None)
     gain = f"gain {sensitivity.value:g}" if sensitivity and sensitivity.value is not None else "no gain"
-    return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
+    return f"{gain}, azimuth {obspy_channel.azimuth}, dip {obspy_channel.dip}"
 
 
 def _channel_direction_unknown_text_and_notes(
-    channel: Any, channel_label: str
+    obspy_channel: Any, file_and_channel_label: str
 ) -> tuple[AzimuthAndVerticalSense, str, tuple[str, ...]]:
     """Return the direction of a channel, the StationXML text that declares it unknown (or ""), and notes.
 
     A RecordError names a channel that is neither horizontal nor vertical.
     """
     direction, notes = direction_from_azimuth_and_dip_with_notes(
-        channel.code, channel.azimuth, channel.dip, channel_label
+        obspy_channel.code, obspy_channel.azimuth, obspy_channel.dip, file_and_channel_label
     )
     if direction[1]:
         return direction, "", notes
-    texts = [channel.description, *(comment.value for comment in channel.comments)]
-    texts += [channel.sensor.description] if channel.sensor else []
+    texts = [obspy_channel.description, *(comment.value for comment in obspy_channel.comments)]
+    texts += [obspy_channel.sensor.description] if obspy_channel.sensor else []
     unknown = next((text for text in texts if text and _UNKNOWN_ORIENTATION_PATTERN.search(text)), "")
     return UNKNOWN_DIRECTION if unknown else direction, unknown, notes

@@ -72,8 +72,10 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             station=header.field_text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.field_text('FECHA DEL SISMO')} {header.field_text('HORA EPICENTRO')} GMT",
             origin_time_utc=origin,
-            coordinates=_station_latitude_and_longitude_deg(header),
-            header_peak=header.field_peak_acceleration("ACEL. MAX.", GAL, peaks[column], is_sign_stated=True)
+            station_latitude_longitude_deg=_station_latitude_and_longitude_deg(header),
+            header_peak=header.field_peak_acceleration(
+                "ACEL. MAX.", GAL, peaks[column], format_states_sign_of_peak=True
+            )
             if column < len(peaks)
             else None,
             notes=stated[column][1],

@@ -53,33 +53,40 @@ MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 @decorator_for_reading_all_components(
     r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
 )
-def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordComponent, int]:
+def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
     header = HeaderFields.find_fields(
-        channel_lines, HEADER_FIELD_PATTERNS, HEADER_TEXT_LINE_COUNT, min_lines=HEADER_TEXT_LINE_COUNT + 14
+        lines_from_channel_start,
+        HEADER_FIELD_PATTERNS,
+        HEADER_TEXT_LINE_COUNT,
+        min_line_count=HEADER_TEXT_LINE_COUNT + 14,
     )
-    text = channel_lines.lines
+    text = lines_from_channel_start.lines
     # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[HEADER_TEXT_LINE_COUNT + 5]
-    whole = channel_lines.read_fixed_width_integers(
+    whole = lines_from_channel_start.read_fixed_width_integers(
         HEADER_TEXT_LINE_COUNT, column_width=4 if narrow else 5, numbers_per_line=20 if narrow else 16, number_count=100
     )
     reals_at = HEADER_TEXT_LINE_COUNT + (5 if narrow else 7)
-    real = channel_lines.read_fixed_width_numbers(reals_at, column_width=10, numbers_per_line=8, number_count=50)
+    real = lines_from_channel_start.read_fixed_width_numbers(
+        reals_at, column_width=10, numbers_per_line=8, number_count=50
+    )
     if abs(real[4] - 0.1) > 1e-6:
-        raise channel_lines.line_error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
+        raise lines_from_channel_start.line_error(
+            reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again"
+        )
     code, count = int(whole[26]), int(whole[27])
     header.check_sample_count("NO. OF POINTS", count)
     per_line, first = (8 if narrow else 10), reals_at + 7
-    pairs = replace(channel_lines, lines=[line[1:] for line in text])
+    pairs = replace(lines_from_channel_start, lines=[line[1:] for line in text])
     values = pairs.read_fixed_width_numbers(first, column_width=7, numbers_per_line=per_line, number_count=2 * count)
-    end, notes = channel_lines.skip_surplus_number_lines_with_notes(first + -(-2 * count // per_line), count)
+    end, notes = lines_from_channel_start.skip_surplus_number_lines_with_notes(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
     if abs(time[-1] - header.number_in_field("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
     samples, interval, resampled = _evenly_spaced_samples_interval_and_notes(
-        channel_lines, first, per_line // 2, time, samples
+        lines_from_channel_start, first, per_line // 2, time, samples
     )
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.create_component(
@@ -100,29 +107,35 @@ def read_component_and_line_count(channel_lines: TextLines) -> tuple[RecordCompo
 
 
 def _evenly_spaced_samples_interval_and_notes(
-    channel_lines: TextLines, first_line_index: int, values_per_line: int, time: FloatArray, samples: FloatArray
+    lines_from_channel_start: TextLines,
+    first_pair_line_index: int,
+    pairs_per_line: int,
+    time_s: FloatArray,
+    acceleration: FloatArray,
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
     """Return samples at constant time intervals, the interval (s), and a note if samples had to be resampled."""
-    steps = np.diff(time)
-    wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > MAX_TIME_BETWEEN_SAMPLES_S)])
+    steps = np.diff(time_s)
+    wrong = np.flatnonzero([time_s[0] != 0, *(steps <= 0) | (steps > MAX_TIME_BETWEEN_SAMPLES_S)])
     if wrong.size:
-        why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {MAX_TIME_BETWEEN_SAMPLES_S:g} s"
-        raise channel_lines.line_error(
-            first_line_index + int(wrong[0]) // values_per_line, f"{why}: get the file again"
+        why = f"time {time_s[wrong[0]]:g} s; times begin at 0 and rise by at most {MAX_TIME_BETWEEN_SAMPLES_S:g} s"
+        raise lines_from_channel_start.line_error(
+            first_pair_line_index + int(wrong[0]) // pairs_per_line, f"{why}: get the file again"
         )
     mean = float(steps.mean())
     even = round(mean, 3)
-    if np.abs(time - even * np.arange(time.size)).max() < 0.00051:
-        return samples, even, ()
+    if np.abs(time_s - even * np.arange(time_s.size)).max() < 0.00051:
+        return acceleration, even, ()
     from scipy.interpolate import PchipInterpolator
     from scipy.signal import resample_poly
 
-    fine = np.arange(int(time[-1] / RESAMPLED_SAMPLING_INTERVAL_S * INTERPOLATION_OVERSAMPLING_FACTOR + 1e-6) + 1) * (
+    fine = np.arange(int(time_s[-1] / RESAMPLED_SAMPLING_INTERVAL_S * INTERPOLATION_OVERSAMPLING_FACTOR + 1e-6) + 1) * (
         RESAMPLED_SAMPLING_INTERVAL_S / INTERPOLATION_OVERSAMPLING_FACTOR
     )
-    out = resample_poly(PchipInterpolator(time, samples)(fine), 1, INTERPOLATION_OVERSAMPLING_FACTOR, padtype="line")
+    out = resample_poly(
+        PchipInterpolator(time_s, acceleration)(fine), 1, INTERPOLATION_OVERSAMPLING_FACTOR, padtype="line"
+    )
     note = (
-        f"{channel_lines.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and "
+        f"{lines_from_channel_start.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and "
         f"{1e3 * steps.max():.0f} ms at most, resampled to {1e3 * RESAMPLED_SAMPLING_INTERVAL_S:g} ms "
         "(monotone cubic, anti-alias filter at "
         f"{0.5 / RESAMPLED_SAMPLING_INTERVAL_S:g} Hz)"

@@ -166,7 +166,7 @@ class ForkServer:
 
 
 def _values_by_command_line_option(command_line_arguments: list[str]) -> dict[str, str]:
-    """Return the values of command-line options, by option, from the arguments of a workflow step."""
+    """Return the argument after each argument of a workflow step: the value of each option such as --output."""
     return dict(pairwise(command_line_arguments))
 
 
@@ -182,7 +182,7 @@ def _receive_request_and_output_descriptors(client_connection: socket.socket) ->
 
 
 def _load_compiled_simulation_code(arguments_of_earlier_simulation_step: list[str]) -> None:
-    """Load compiled simulation code that an earlier simulation step of the same study has stored on disk."""
+    """Load the compiled simulation code that a finished simulation step of the same variant has stored on disk."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.sweep import load_compiled_simulation_code

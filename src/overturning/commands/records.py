@@ -68,7 +68,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
 
 
 def _print_notes_on_record_files(earthquake_notes: Iterable[str]) -> None:
-    """Print notes on record files, each on its own line."""
+    """Print notes on the assignment of records to earthquakes, each on its own line after "earthquakes:"."""
     for note in earthquake_notes:
         typer.echo(f"earthquakes: {note}")
 

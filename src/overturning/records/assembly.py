@@ -130,7 +130,11 @@ def assemble_record(
 def _relative_header_peak_difference_by_axis(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> dict[str, float]:
-    """Return, by axis, the relative difference of the peak of the samples from the peak stated in the header."""
+    """Return |peak of samples − peak in header| / peak in header of each component, by axis name.
+
+    Axes without a peak in the header, or with one that contradicts the samples, are left out; the contradiction is a
+    reason to refuse the record unless the user trusts its data.
+    """
     differences = {}
     for component in components:
         with refusals_out.collect_reason():
@@ -158,7 +162,10 @@ def _declared_azimuth_mismatch_notes(
 def _cut_to_window_and_check_samples(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector, notes_out: list[str]
 ) -> Sequence[RecordComponent]:
-    """Cut components to their common time window and check the samples; problems go to the two output arguments."""
+    """Cut components to their common time window and check the samples.
+
+    Reasons to refuse the record go to `refusals_out`, and notes on doubtful samples to `notes_out`.
+    """
     window = components
     with refusals_out.collect_reason():
         window = cut_to_common_window(components, refusals_out)
@@ -184,7 +191,10 @@ def _extra_record_metadata(
     relative_header_peak_difference_by_axis: dict[str, float],
     contradictions_accepted_by_user: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field."""
+    """Return the dictionary `Record.extra` of a record: properties for which the class `Record` has no field.
+
+    Notes and contradictions that the readers of the files found are added to those given.
+    """
     first = components_in_common_window[0]
     extra: dict[str, Any] = dict(first.extra_metadata) | {
         "format": first.format_name,

@@ -247,7 +247,7 @@ def _example_file_path(table_row: RecordTableRow, example_name: str) -> Path:
 
 
 def _sorted_matching_files(folder: Path, glob_pattern: str) -> list[Path]:
-    """Return the files of a folder that match a pattern, in order of their names; empty if the folder is missing."""
+    """Return the files in a folder whose names match a glob pattern, in order; [] if the folder is missing."""
     return sorted(path for path in folder.glob(glob_pattern) if path.is_file()) if folder.is_dir() else []
 
 

@@ -122,7 +122,7 @@ def _check_record(
 def _refusal_reason_if_several_sensors(
     components: Sequence[RecordComponent], components_of_each_record_in_files: Sequence[Sequence[RecordComponent]]
 ) -> str:
-    """Return the reason to refuse components if several sensors of one station recorded the earthquake; else ""."""
+    """Return the reason to refuse components if sensors at several places of a station recorded the event, or ""."""
     first = components[0]
     alike = [
         one[0]
@@ -204,7 +204,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
 
 
 def _format_pga_pgv_pgd(processed_record: Record) -> str:
-    """Return a text with PGA, PGV and PGD of a processed record; PGD is in parentheses if the record drifts."""
+    """Return a text with PGA, PGV and PGD of north and east; PGD is in parentheses if the displacement drifts."""
     pga, pgv, pgd = (
         f"{100 * peak:.1f}"
         for peak in largest_pga_pgv_pgd_of_components(

@@ -159,7 +159,7 @@ def direction_from_azimuth_and_dip_with_notes(
 
 
 def direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
-    """Convert a header code from 1 to 360, an azimuth, to an axis direction; `UNKNOWN_DIRECTION` for other codes."""
+    """Convert a header code above 0 and up to 360, an azimuth in degrees, to a direction; else `UNKNOWN_DIRECTION`."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN_DIRECTION
 
 
@@ -203,7 +203,7 @@ MAX_SURFACE_SENSOR_DEPTH_M = 3.0
 
 
 def classify_as_surface_or_borehole(sensor_depth_m: float | None = None, location_text: str = "") -> SensorPosition:
-    """Return "borehole" or "surface" for a sensor, from its depth, m, or a text on its location."""
+    """Return "borehole" for a sensor deeper than 3 m, or called so in the text on its location; else "surface"."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
         rf"depth\D{{0,5}}{size}",
@@ -255,7 +255,7 @@ class HeaderPeak:
     def from_signed_acceleration(
         cls, signed_acceleration_m_s2: float, last_digit_unit_to_peak_ratio: float, line_number: int | None = None
     ) -> "HeaderPeak":
-        """Create a header peak from a signed acceleration, m/s², and the relative resolution of its printed digits."""
+        """Create a header peak from its acceleration with sign, and the last printed digit's unit as a share of it."""
         sign, peak = (signed_acceleration_m_s2 > 0) - (signed_acceleration_m_s2 < 0), abs(signed_acceleration_m_s2)
         return cls(peak, last_digit_unit_to_peak_ratio * peak, line_number=line_number, sign=sign)
 
@@ -341,7 +341,7 @@ def checked_relative_header_peak_difference(
 ) -> float | None:
     """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
 
-    Call ``report_contradiction(reason, remedy)`` and return None if they differ by more than 0.5 % and by more than
+    Call ``report_contradiction_and_remedy`` and return None if they differ by more than 0.5 % and by more than
     half a unit of the header's last digit, or if no sample of this size has the sign that the header states.
     """
     stated, peak = component.header_peak, peak_acceleration_comparable_to_header(component)
@@ -374,7 +374,7 @@ MAX_DEVIATION_FROM_RIGHT_ANGLE_WITHOUT_NOTE_DEG = 5.0
 
 
 def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[str]:
-    """Return a note if the angle between two horizontal axes deviates noticeably from 90°."""
+    """Return a note if the angle between the first two components, which are horizontal, is not within 5° of 90°."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = angle_between_azimuths(second, first)
     if abs(apart - 90.0) <= MAX_DEVIATION_FROM_RIGHT_ANGLE_WITHOUT_NOTE_DEG:

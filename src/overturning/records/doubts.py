@@ -42,8 +42,8 @@ def sample_quality_notes(
 ) -> list[str]:
     """Return notes on dead, clipped or identical axes of a record and on an implausible sampling interval.
 
-    ``report_contradiction(reason, remedy)``, which refuses the record unless the user trusts its data, is called for a
-    sampling interval that fails two of the plausibility checks.
+    ``report_contradiction_and_remedy``, which refuses the record unless the user trusts its data, is called for a
+    sampling interval that fails at least two of the plausibility checks.
     """
     notes = [
         *_doubtful_sampling_interval_notes(components, report_contradiction_and_remedy),
@@ -84,7 +84,10 @@ def _peak_after_mean_removal(component: RecordComponent) -> float:
 def report_dead_horizontal_axis(
     components: Sequence[RecordComponent], report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> None:
-    """Report a contradiction, by ``report_contradiction(reason, remedy)``, if a horizontal axis has no signal."""
+    """Report a contradiction, by ``report_contradiction_and_remedy``, if a horizontal axis is dead.
+
+    The peak of a dead axis, from its mean, is below 1/100 of that of another axis.
+    """
     if len(components) < 2 or any(c.vertical_sense for c in components[:2]):
         return
     names = [f"axis {component.axis_name!r}" for component in components]
@@ -95,7 +98,7 @@ def report_dead_horizontal_axis(
 
 
 def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
-    """Return a note if the vertical component of a record is far weaker than its horizontal ones; else []."""
+    """Return a note if the vertical component's peak is below 1/100 of the largest horizontal peak; else []."""
     peaks = [_peak_after_mean_removal(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS * max(peaks[:2]):
         return []

@@ -109,7 +109,7 @@ def _file_sha256(path: Path) -> str:
 
 
 def _checked_download_file_name(url: str, expected_sha256: str, requested_file_name: str | None) -> str:
-    """Return the name under which a download is stored; raise an error for an invalid URL, hash or name."""
+    """Return the requested file name, or the last part of the URL; raise an error for an unusable URL, hash or name."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")

@@ -59,7 +59,7 @@ def motion_fingerprint(record: Record) -> MotionFingerprint | None:
 
 
 def find_id_pairs_of_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
-    """Find records with the same samples, even if one is rotated; return pairs of their ids."""
+    """Find records of the same motion, even if one is rotated or shifted; return sorted pairs of their ids."""
     known = sorted(
         (one for one in fingerprints if one is not None and one.root_of_integral_of_squared_acceleration > 0),
         key=lambda one: one.root_of_integral_of_squared_acceleration,
@@ -83,7 +83,7 @@ def find_id_pairs_of_duplicate_records(fingerprints: Iterable[MotionFingerprint 
 
 
 def largest_motion_correlation(first_fingerprint: MotionFingerprint, second_fingerprint: MotionFingerprint) -> float:
-    """Return the largest correlation of two motions over time shifts, rotations and reflections."""
+    """Return the largest correlation coefficient of two horizontal motions over time shifts, rotations, reflections."""
     length = 2 * first_fingerprint.north_plus_i_east_acceleration_near_peak.size
     spectra = [
         np.fft.fft(motion, length)

@@ -142,7 +142,7 @@ class _RecordsOfEarthquake:
         )
 
     def matches_earthquake_of_record(self, record_metadata: _EarthquakeMetadataOfRecord) -> bool:
-        """Return True if a record belongs to this earthquake by id or origin time, or else by earthquake name."""
+        """Return True if a record belongs to this earthquake: by id or origin time, or else by name."""
         certain = [
             same
             for member in self.first_metadata_by_id_origin_time_and_epicentre.values()
@@ -266,7 +266,10 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
 
 
 def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a warning for each earthquake whose records have no name, or have the same name but start hours apart."""
+    """Yield a warning for each earthquake with several records without name, or records of one name over 1 h apart.
+
+    Records with an id or an origin time of the earthquake, and synthetic ones, are certain.
+    """
     for one in earthquakes:
         loose = [
             each
@@ -368,7 +371,10 @@ def _may_name_same_earthquake(
     first_name_words_year_and_day_month: tuple[str, str, tuple[int, ...]],
     second_name_words_year_and_day_month: tuple[str, str, tuple[int, ...]],
 ) -> bool:
-    """Return True if two names, as words and date, may mean one earthquake: similar words, same day."""
+    """Return True if two names, as words and date, may mean one earthquake.
+
+    Their words are similar, and neither days nor numbers differ. If a name has no words, the days must be equal.
+    """
     (words, _, day), (others, _, other_day) = first_name_words_year_and_day_month, second_name_words_year_and_day_month
     if day and other_day and day != other_day:
         return False

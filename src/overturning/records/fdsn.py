@@ -118,7 +118,7 @@ def fetch_fdsn_record(
 def _incomplete_channel_notes(
     waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any
 ) -> Iterator[str]:
-    """Yield a note for each channel that begins or ends clearly inside the requested window."""
+    """Yield a note for each channel that begins or ends more than 2 s inside the requested window."""
     found = read_obspy_stream(waveform_file, "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
@@ -216,7 +216,10 @@ def _download_and_save_checked(
 
 
 def _check_waveform_size_and_end(waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any) -> None:
-    """Raise a RecordError if a MiniSEED file is incomplete or ends at another time than requested."""
+    """Raise a RecordError if a MiniSEED file is incomplete, or ends too far from the requested end.
+
+    A trace may end 60 s plus half of the requested window before or after the requested end.
+    """
     if len(waveform_file.data) % 128:
         raise RecordError(
             f"MiniSEED of {len(waveform_file.data)} bytes, no whole number of records: the answer was cut"

@@ -144,6 +144,6 @@ def _add_omission_notes(
 
 
 def _are_versions_of_same_component(first_component: RecordComponent, second_component: RecordComponent) -> bool:
-    """Return True if two components have the same axis, sensor and earthquake according to their metadata."""
+    """Return True if two components have the same format, axis direction, station, sensor location and earthquake."""
     same = ("format_name", "station", "event", "sensor_location", "sensor_position", "azimuth_deg", "vertical_sense")
     return all(getattr(first_component, name) == getattr(second_component, name) for name in same)

@@ -44,7 +44,7 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
 
 
 def _have_equal_record_metadata(first_component: RecordComponent, second_component: RecordComponent) -> bool:
-    """Return True if two components have the same station, earthquake and sensor, and almost the same start time."""
+    """Return True if format, station, event, place, sensor and processing state are equal, and starts within 0.5 s."""
     alike = (
         "format_name",
         "station",

@@ -95,7 +95,7 @@ def _append_processing_entry(
     note_on_parameter_choice: str,
     start_shift_to_later_s: float = 0.0,
 ) -> Record:
-    """Append a processing step, with its parameters and effect on peaks, to a record's list; shift its start time."""
+    """Append a step, with its parameters and PGA, PGV and PGD before and after it, to a record; shift its start."""
     peaks = [
         largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)

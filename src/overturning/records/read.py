@@ -125,7 +125,7 @@ def _read_record_components(table_row: RecordTableRow, data_dir: Path | str) -> 
 
 
 def _drop_empty_values(metadata_value_by_name: dict[str, Any]) -> dict[str, Any]:
-    """Return the entries of a dictionary whose values are neither None nor empty."""
+    """Return the entries of a dictionary whose values are neither None nor an empty text."""
     return {name: value for name, value in metadata_value_by_name.items() if value not in (None, "")}
 
 
@@ -171,7 +171,7 @@ def read_record_without_processing(
     declared_properties: DeclaredFileProperties | None = None,
     record_id: str | None = None,
 ) -> Record:
-    """Read a record from a file or several files, without processing."""
+    """Read a record without processing: from one file and those of its record next to it, or from several files."""
     declared_properties = declared_properties or DeclaredFileProperties()
     several = path if isinstance(path, Sequence) and not isinstance(path, str | bytes) else [path]
     paths = [convert_argument_to_path("paths", one) for one in several]

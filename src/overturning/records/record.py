@@ -108,14 +108,20 @@ def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
 
 
 def largest_pga_pgv_pgd_of_components(
-    horizontal_acceleration: FloatArray, sampling_interval: float
+    acceleration_of_horizontal_components: FloatArray, sampling_interval: float
 ) -> dict[str, float]:
     """Return PGA (m/s²), PGV (m/s) and PGD (m), each from the horizontal component with the larger peak.
 
+    Samples are along the last axis of the accelerations, m/s²; their interval is in s. Velocity starts from zero.
+
     The values are rounded to nine digits; the keys are ``pga``, ``pgv`` and ``pgd``.
     """
-    velocity = integrate(horizontal_acceleration, sampling_interval)
-    series = {"pga": horizontal_acceleration, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
+    velocity = integrate(acceleration_of_horizontal_components, sampling_interval)
+    series = {
+        "pga": acceleration_of_horizontal_components,
+        "pgv": velocity,
+        "pgd": integrate(velocity, sampling_interval),
+    }
     # Nine digits suffice for a report and are the same on every processor.
     return {name: float(f"{np.abs(samples).max():.9g}") for name, samples in series.items()}
 

@@ -122,7 +122,7 @@ class ButterworthFilter(_ProcessingStep):
         return np.ascontiguousarray(kept, dtype=np.float64)
 
     def _zero_count_padded_at_each_end(self, sampling_interval: float) -> int:
-        """Return the number of zeros to add at each end before filtering (1.5 order/corner; Converse & Brady 1992)."""
+        """Return the number of zeros to add at each end, for 1.5 order/corner seconds (Converse & Brady 1992)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
 

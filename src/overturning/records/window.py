@@ -76,7 +76,7 @@ def cut_to_common_window(
 def _check_components_belong_to_one_record(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> None:
-    """Report a contradiction if components differ in station, earthquake or sensor, or only some of them are raw."""
+    """Report a contradiction if components differ in station, network, earthquake or sensor, or only some are raw."""
     said = [
         (
             c.station,
@@ -111,7 +111,7 @@ def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
 def _sample_counts_before_common_start(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> list[int]:
-    """Return each component's number of samples before the latest start of any component; 0 if a start is unknown."""
+    """Return each component's number of samples before the latest start of all; zeros if a start is unknown."""
     starts = [c.start_time_utc for c in components if c.start_time_utc is not None]
     if 0 < len(starts) < len(components):
         undated = " and ".join(f"{c.axis_name} of {c.file_name}" for c in components if c.start_time_utc is None)
@@ -135,7 +135,11 @@ def _sample_counts_before_common_start(
 def _checked_longest_minus_shortest_duration_s(
     components: Sequence[RecordComponent], sampling_interval: float, refusals_out: AssemblyRefusalCollector
 ) -> float:
-    """Return the longest minus the shortest duration, s; report a contradiction if several files differ too much."""
+    """Return the longest minus the shortest duration of the components, s.
+
+    Report a contradiction if it is above `MAX_START_OR_DURATION_DIFFERENCE_S` and the components come from several
+    files that were not digitised from film.
+    """
     sizes = [c.acceleration.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.is_from_film for c in components)
@@ -167,7 +171,10 @@ def _check_peak_in_common_window(
     components_in_common_window: Sequence[RecordComponent],
     refusals_out: AssemblyRefusalCollector,
 ) -> None:
-    """Report a contradiction if a component's peak lies outside the time window that all components cover."""
+    """Report a contradiction if the peak in the common time window is below 80 % of the peak of the whole component.
+
+    Both peaks are counted from the mean of the whole component.
+    """
     for component, kept in zip(components_before_cut, components_in_common_window, strict=True):
         level = component.acceleration.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.acceleration, kept.acceleration))
@@ -188,7 +195,7 @@ def common_window_processing_entry(
     north_acceleration_in_common_window: FloatArray,
     east_acceleration_in_common_window: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
-    """Return an entry for `Record.processing` on the cut to the common time window; () if nothing is cut."""
+    """Return a tuple with the entry of `Record.processing` on the cut to the common window; () if nothing is cut."""
     sizes = {c.axis_name: c.acceleration.size for c in components_before_cut}
     kept, interval = components_in_common_window[0].acceleration.size, components_in_common_window[0].sampling_interval
     left_out = max(sizes.values()) - kept

@@ -120,7 +120,7 @@ def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> date
 
 
 def _stated_peak_of_column(header: HeaderFields, acceleration_column_index: int) -> HeaderPeak | None:
-    """Return the peak acceleration that the header states for one data column; None if it states no peaks."""
+    """Return the peak that the header states for an acceleration column, counted from 0; None if it states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
     return (
         header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[acceleration_column_index])

@@ -210,17 +210,19 @@ def _checked_sample_unit_code(
 
 
 def _axis_name_and_direction(
-    header: HeaderFields, comment_lines: Sequence[str], direction_code: int
+    header: HeaderFields, comment_lines: Sequence[str], azimuth_or_vertical_code: int
 ) -> tuple[str, AzimuthAndVerticalSense]:
-    """Return axis name and direction from text and code of the header, or else from the SEED channel code."""
+    """Return axis name and direction from text and code of the header, or else from a SEED channel code in the text."""
     word = header.field_text("axis")
-    coded = {400: (None, 1), 401: (None, -1)}.get(direction_code, direction_from_azimuth_code(direction_code))
+    coded = {400: (None, 1), 401: (None, -1)}.get(
+        azimuth_or_vertical_code, direction_from_azimuth_code(azimuth_or_vertical_code)
+    )
     direction = axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
-    if direction == UNKNOWN_DIRECTION and direction_code in (0, -999):
+    if direction == UNKNOWN_DIRECTION and azimuth_or_vertical_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comment_lines]))
         word = found[1] if found else word
         direction = direction_from_channel_code(found[1] if found else "")
-    return word or str(direction_code), direction
+    return word or str(azimuth_or_vertical_code), direction
 
 
 def _utc_time_of_first_sample(

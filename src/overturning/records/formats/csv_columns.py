@@ -260,7 +260,7 @@ def _read_axis_with_several_samples_per_line(
 def _separator_or_decimal_mark_error(
     line_text: str, cell_texts_of_line: list[str], separator: str | None, declared_column_count: int
 ) -> str:
-    """Return an error message if a line has decimal commas or wrong separators; "" if the line is correct."""
+    """Return an error message if a line has decimal commas, wrong separators or not one cell per column; else ""."""
     if len(cell_texts_of_line) == declared_column_count and (separator == "," or "," not in line_text):
         return ""
     decimal = next((cell for cell in cell_texts_of_line if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
@@ -280,7 +280,7 @@ def _separator_or_decimal_mark_error(
 def _checked_sampling_interval(
     lines: TextLines, first_time_line_index: int, time_s: FloatArray, declared_sampling_interval_s: float | None
 ) -> float:
-    """Compute the sampling interval from a time column, s; a RecordError if it is uneven or not as the user states."""
+    """Return the mean interval of a time column, s; a RecordError if it is uneven by over 2 % or not as declared."""
     exact = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
     steps = np.abs(np.diff(time_s) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):

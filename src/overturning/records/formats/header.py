@@ -41,7 +41,7 @@ FIRST_TWO_DIGIT_YEAR_OF_1900S: Final = 33
 
 
 def last_digit_resolution(number_text: str) -> float:
-    """Return the unit of the last digit of a printed number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
+    """Return the value of one unit of a printed number's last digit: 0.001 for ``927.174``, 10 for ``1.23E3``."""
     mantissa, _, exponent = number_text.strip().upper().replace("D", "E").partition("E")
     decimals = len(mantissa.partition(".")[2])
     return float(10.0 ** (int(exponent or 0) - decimals))
@@ -264,7 +264,7 @@ class HeaderFields(TextLines):
             )
 
     def check_sample_count(self, field_name: str, found_sample_count: int) -> None:
-        """Raise a RecordError if the file has another number of samples than a header field states."""
+        """Raise a RecordError if the number of samples found differs from that in a header field."""
         if self.number_in_field(field_name) != found_sample_count:
             raise self.line_error(
                 field_name,

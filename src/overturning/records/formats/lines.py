@@ -54,7 +54,7 @@ class TextLines:
     def utc_time(
         self, line_index: int, year_month_day: Sequence[int], hour: int, minute: int, seconds_after_minute: float
     ) -> datetime:
-        """Convert year, month, day, hour, minute and seconds in a line to a UTC time; a RecordError if invalid."""
+        """Convert year, month, day, hour, minute and seconds after it to a UTC time; a RecordError names the line."""
         year, month, of_month = year_month_day
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds_after_minute)
@@ -85,7 +85,10 @@ class TextLines:
         stated_duration_s: float,
         tolerance_s: float = 0.0,
     ) -> None:
-        """Raise a RecordError if sample count × sampling interval, s, differs from the duration stated in a line."""
+        """Raise a RecordError if count × interval of the samples found differs from the duration that a line states, s.
+
+        Two sampling intervals, 11 ms or `tolerance_s` are allowed, whichever is longest.
+        """
         if abs(found_sample_count * sampling_interval - stated_duration_s) > max(
             2.0 * sampling_interval, 0.011, tolerance_s
         ):
@@ -94,7 +97,7 @@ class TextLines:
             raise self.line_error(line_index, f"{what}; the file is cut or holds more: get it again")
 
     def surplus_number_notes(self, stated_sample_count: int, surplus_count_text: str) -> tuple[str, ...]:
-        """Return a note that the file has more numbers than the samples stated in its header."""
+        """Return a note that numbers after the samples stated in the header are left out, and how many."""
         return (
             f"{self.source.name} goes on after the {stated_sample_count} samples that its header promises: "
             f"{surplus_count_text} left out",

@@ -193,7 +193,10 @@ def _compare_gain_with_stage_gains(
     file_and_channel_label: str,
     report_contradiction_and_remedy: Callable[[str, str], None],
 ) -> tuple[str, ...]:
-    """Compare a channel's gain with the product of its stage gains: note a small, report a large difference."""
+    """Compare a channel's gain with the product of its stage gains.
+
+    Return a note on a relative difference above 0.5 %; above 5 % (velocity sensors: 100 %), report a contradiction.
+    """
     made, difference = _total_stage_gain_and_relative_difference(obspy_response, channel_gain_in_counts_per_unit)
     stated = f"has a gain of {channel_gain_in_counts_per_unit:g} in the StationXML, whose stages make {made:g}"
     if difference > (
@@ -211,7 +214,7 @@ def _compare_gain_with_stage_gains(
 def _check_first_stage_unit(
     obspy_response: Any, input_unit: str, report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> None:
-    """Report a contradiction if a channel is in acceleration but its first stage in velocity, or the reverse."""
+    """Report a contradiction if a channel's input is acceleration but its first stage's is velocity, or reverse."""
     first = (obspy_response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
     differ = (acceleration_unit_in_m_s2(input_unit) is None) != (acceleration_unit_in_m_s2(other) is None)

@@ -113,7 +113,7 @@ def _evenly_spaced_samples_interval_and_notes(
     time_s: FloatArray,
     acceleration: FloatArray,
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
-    """Return samples at constant time intervals, the interval (s), and a note if samples had to be resampled."""
+    """Return accelerations at constant intervals, the interval, s, and a note if uneven times required resampling."""
     steps = np.diff(time_s)
     wrong = np.flatnonzero([time_s[0] != 0, *(steps <= 0) | (steps > MAX_TIME_BETWEEN_SAMPLES_S)])
     if wrong.size:

@@ -33,10 +33,16 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
     """Return a function that prints progress in per cent on standard error, at most once a second, for the log."""
     last, said = time.monotonic(), 0
 
-    def print_progress(done_count: int, total_count: int) -> None:
-        """Print the progress in per cent if it has risen, at most once a second."""
+    def print_progress(finished_work_unit_count: int, total_work_unit_count: int) -> None:
+        """Print the share of finished work in per cent, if it has risen and the last output is over 1 s ago.
+
+        A unit of work is whatever the simulation counts, such as a case or a time step of a block.
+        """
         nonlocal last, said
-        now, share = time.monotonic(), 100 * done_count // total_count if total_count else 100
+        now, share = (
+            time.monotonic(),
+            100 * finished_work_unit_count // total_work_unit_count if total_work_unit_count else 100,
+        )
         if share > said and now - last >= 1.0:
             last, said = now, share
             print(f"{share}%", file=sys.stderr, flush=True)

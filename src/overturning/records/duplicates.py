@@ -104,11 +104,11 @@ def largest_motion_correlation(first_fingerprint: MotionFingerprint, second_fing
     )
 
 
-def duplicate_record_messages(record_id_pairs: Iterable[tuple[str, str]]) -> list[str]:
+def duplicate_record_messages(id_pairs_of_duplicate_records: Iterable[tuple[str, str]]) -> list[str]:
     """Return one message for each pair of records with the same samples."""
     return [
         f"records {a} and {b} have the same samples: one motion would count twice; leave one out"
-        for a, b in record_id_pairs
+        for a, b in id_pairs_of_duplicate_records
     ]
 
 

@@ -368,14 +368,17 @@ def _name_words_year_and_day_month(earthquake: _RecordsOfEarthquake) -> tuple[st
 
 
 def _may_name_same_earthquake(
-    first_name_words_year_and_day_month: tuple[str, str, tuple[int, ...]],
-    second_name_words_year_and_day_month: tuple[str, str, tuple[int, ...]],
+    words_year_and_day_month_of_first_name: tuple[str, str, tuple[int, ...]],
+    words_year_and_day_month_of_second_name: tuple[str, str, tuple[int, ...]],
 ) -> bool:
     """Return True if two names, as words and date, may mean one earthquake.
 
     Their words are similar, and neither days nor numbers differ. If a name has no words, the days must be equal.
     """
-    (words, _, day), (others, _, other_day) = first_name_words_year_and_day_month, second_name_words_year_and_day_month
+    (words, _, day), (others, _, other_day) = (
+        words_year_and_day_month_of_first_name,
+        words_year_and_day_month_of_second_name,
+    )
     if day and other_day and day != other_day:
         return False
     if not (words and others):

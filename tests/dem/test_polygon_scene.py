@@ -57,7 +57,7 @@ def test_only_the_gravestone_of_the_shipped_scenes_is_a_single_block() -> None:
 
 def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> None:
     made = load_shipped_scene("gravestone")
-    prepared = prepare_scene(made, height=1.2, b_over_h=0.3)
+    prepared = prepare_scene(made, reference_element_height=1.2, reference_element_b_over_h=0.3)
     stone = prepared.elements[1]
     normal, tangential, dashpot = made.contact_law(
         *made.elements

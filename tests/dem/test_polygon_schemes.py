@@ -5,7 +5,7 @@ import pytest
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import NumericalOptions
-from overturning.dem.polygon import equations
+from overturning.dem.polygon import submatrices
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
@@ -77,7 +77,7 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
 
 def test_submatrix_operations_of_the_kernel_equal_those_of_numpy() -> None:
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
-    size = equations.SUBMATRIX_ROW_LAYOUT.size
+    size = submatrices.SUBMATRIX_ROW_LAYOUT.size
     fresh, added, one, other = (
         np.repeat(matrix.ravel(), size // 9) for matrix in (np.full((3, 3), np.nan), given[0], *given)
     )

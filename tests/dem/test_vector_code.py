@@ -13,7 +13,7 @@ from numba import typeof
 
 from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.plan import SimulationPlan
-from overturning.dem.polygon import cundall, equations, rows
+from overturning.dem.polygon import cundall, rows, submatrices
 from overturning.dem.polygon.centred import add_pair_contact_terms_to_equations
 from overturning.dem.polygon.centred_solution import (
     add_solved_pair_forces_and_store_new_state,
@@ -49,7 +49,7 @@ def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> LoopAs
 UPWARD_ACCELERATION = np.zeros(8)
 PAIR, ELEMENT, CASE, BLOCK = (
     np.zeros(table.size)
-    for table in (rows.PAIR_ROW_LAYOUT, rows.ELEMENT_ROW_LAYOUT, rows.CASE_ROW_LAYOUT, equations.SUBMATRIX_ROW_LAYOUT)
+    for table in (rows.PAIR_ROW_LAYOUT, rows.ELEMENT_ROW_LAYOUT, rows.CASE_ROW_LAYOUT, submatrices.SUBMATRIX_ROW_LAYOUT)
 )
 ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
     "couple": create_function_yielding_loop_assembly(
@@ -65,13 +65,13 @@ ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
         add_solved_pair_forces_and_store_new_state, PAIR, ELEMENT, ELEMENT.copy(), CASE
     ),
     "keep": create_function_yielding_loop_assembly(store_accepted_pair_history, PAIR, CASE),
-    "invert": create_function_yielding_loop_assembly(equations.invert_submatrix_in_place, BLOCK),
-    "divide": create_function_yielding_loop_assembly(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
+    "invert": create_function_yielding_loop_assembly(submatrices.invert_submatrix_in_place, BLOCK),
+    "divide": create_function_yielding_loop_assembly(submatrices.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
     "eliminate": create_function_yielding_loop_assembly(
-        equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False
+        submatrices.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False
     ),
     "subtract product": create_function_yielding_loop_assembly(
-        equations.subtract_coupled_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()
+        submatrices.subtract_coupled_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()
     ),
     "predict, vertical": create_function_yielding_loop_assembly(
         predict_element_motion, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665

@@ -5,11 +5,9 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import view_without_reference_counts
 from overturning.dem.kernel.queue import allocate_workspace, start_case, update_sample_and_load_motion
-from overturning.dem.polygon import equations, rows
-from overturning.dem.polygon.rules import (
-    store_sample_results_and_start_next_sample,
-    view_scene_arrays_without_reference_counts,
-)
+from overturning.dem.polygon import equations, rows, submatrices
+from overturning.dem.polygon.rules import view_scene_arrays_without_reference_counts
+from overturning.dem.polygon.slip import store_sample_results_and_start_next_sample
 from overturning.dem.polygon.step import advance_scene_one_step
 from overturning.dem.polygon.suspended_pairs import resume_contact_tests_after_motion
 from overturning.kernel_cache import cache_compiled_kernel
@@ -21,7 +19,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
     pattern, matrix = (
         equations.create_empty_nonzero_pattern(size),
-        np.zeros(size * size * equations.FLOATS_PER_SUBMATRIX_OF_ALL_CASES),
+        np.zeros(size * size * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES),
     )
     for k in range(size):
         pattern.is_nonzero[k, k] = True
@@ -35,7 +33,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
                 for number in range(9):
                     for j in range(rows.PARALLEL_CASE_COUNT):
                         place = (
-                            (i * size + k) * equations.FLOATS_PER_SUBMATRIX_OF_ALL_CASES
+                            (i * size + k) * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES
                             + number * rows.PARALLEL_CASE_COUNT
                             + j
                         )
@@ -53,10 +51,10 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
 @njit
 def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: ignore[no-untyped-def]
     """Set fresh = −one · other, then added −= one · other, then one = one · other⁻¹, in place, in every lane."""
-    equations.subtract_submatrix_product(fresh, one, other, True)
-    equations.subtract_submatrix_product(added, one, other, False)
-    equations.invert_submatrix_in_place(other)
-    equations.multiply_by_pivot_inverse(one, other)
+    submatrices.subtract_submatrix_product(fresh, one, other, True)
+    submatrices.subtract_submatrix_product(added, one, other, False)
+    submatrices.invert_submatrix_in_place(other)
+    submatrices.multiply_by_pivot_inverse(one, other)
 
 
 @cache_compiled_kernel

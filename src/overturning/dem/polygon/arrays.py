@@ -25,7 +25,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Parameters of a case of a 2-D scene: columns of the kernel's input table, before those of `CaseStepControl`."""
 
     amplitude_factor: float
-    """Factor on the motion."""
+    """Factor on the base accelerations of the record."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the scene stays at rest."""
     friction_coefficient_if_law_has_none: float
@@ -69,11 +69,11 @@ class SceneTerminationLimitColumns(NamedTuple):
     max_penetration: float
     """Penetration beyond which a case has failed, m."""
     max_kinetic_energy_at_rest: float
-    """Largest kinetic energy at rest, J."""
+    """Kinetic energy of all free elements below which they count as at rest, J."""
     min_overturning_energy: float
     """Smallest energy needed to overturn an element, J."""
     min_energy_error_reference: float
-    """Smallest energy to which an energy error refers, J."""
+    """Least energy by which the error of the energy balance is divided, J."""
 
 
 class SceneResultTableColumns(NamedTuple):
@@ -99,11 +99,11 @@ class ElementResultRow(NamedTuple):
     overturning_time: float
     """Time of the fall, s from the start of the record: last time at which the element could come back; NaN: none."""
     peak_rotation: float
-    """Largest rotation, rad; `case_outcome_variables` divides it by the tipping angle."""
+    """Largest absolute rotation, rad; `case_outcome_variables` divides it by the tipping angle."""
     peak_slip: float
     """Largest absolute slip of the base on its support, m."""
     residual_slip: float
-    """Slip of the base at the end, m."""
+    """Signed slip of the base on its support at the end of the case, m."""
 
 
 CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
@@ -143,9 +143,9 @@ class SceneArrays(NamedTuple):
     """Acceleration of gravity, m/s²."""
 
 
-def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
+def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
     """Return the kernel's input arrays for variants of a scene that differ only in size and damping."""
-    one = prepared_scenes[0]
+    one = scene_variants[0]
     first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.elements)]).tolist()
     layout = [
         (
@@ -157,18 +157,18 @@ def build_scene_arrays(prepared_scenes: list[PreparedScene]) -> SceneArrays:
         for pair in one.pairs
     ]
     sizes = np.array(one.piece_vertex_counts, np.int64)
-    shapes = np.zeros((len(prepared_scenes), sizes.size, int(sizes.max()), 12))
-    for v, prepared in enumerate(prepared_scenes):
+    shapes = np.zeros((len(scene_variants), sizes.size, int(sizes.max()), 12))
+    for v, prepared in enumerate(scene_variants):
         for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_geometry_and_contact_flag_table
     return SceneArrays(
-        initial_state_column_by_scene_variant=np.stack([state_column_at_rest(item) for item in prepared_scenes]),
+        initial_state_column_by_scene_variant=np.stack([state_column_at_rest(item) for item in scene_variants]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
         lowest_and_last_index_of_rocking_groups=one.lowest_and_last_index_of_rocking_groups,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
-        element_fall_limits=np.stack([fall_limits_and_supports_of_elements(item) for item in prepared_scenes]),
-        termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes]),
+        element_fall_limits=np.stack([fall_limits_and_supports_of_elements(item) for item in scene_variants]),
+        termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in scene_variants]),
         gravity=one.scene.gravity,
     )
 
@@ -186,10 +186,10 @@ def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     )
 
 
-def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.ElementState:
-    """Return the `ElementState` at rest of the element with number `index` in the prepared scene."""
+def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) -> k.ElementState:
+    """Return the `ElementState` at rest of the element with number `element_index` in the prepared scene."""
     placed, still = prepared_scene.elements, k.PlanarMotionOrForce(0.0, 0.0, 0.0)
-    item, (dx, dz, turn) = placed[index], prepared_scene.static_displacements[index]
+    item, (dx, dz, turn) = placed[element_index], prepared_scene.static_displacements[element_index]
     # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
     pose = k.Pose(
         item.centre_of_mass_x + dx,
@@ -203,7 +203,8 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
         if item.is_driven_or_held
         else (1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass, item.mass, 1.0)
     )
-    support, (x, z) = placed[prepared_scene.support_element_indices[index]], prepared_scene.base_centres[index]
+    support = placed[prepared_scene.support_element_indices[element_index]]
+    x, z = prepared_scene.base_centres[element_index]
     return k.ElementState(
         pose=pose,
         velocity=still,
@@ -214,8 +215,8 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
-            float(prepared_scene.critical_or_fall_angles[index]),
-            *prepared_scene.max_recoverable_rotations_by_side[index].tolist(),
+            float(prepared_scene.critical_or_fall_angles[element_index]),
+            *prepared_scene.max_recoverable_rotations_by_side[element_index].tolist(),
         ),
         step_motion_and_peaks=k.ElementStepMotionWorkAndPeaks(
             abs_dx_plus_abs_dz_in_step=0.0,
@@ -240,16 +241,17 @@ def _element_state_at_rest(prepared_scene: PreparedScene, index: int) -> k.Eleme
     )
 
 
-def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElement, b: PlacedElement) -> k.PairState:
-    """Return the contact state at rest of two convex pieces, `a` and `b`, of elements of the prepared scene."""
-    placed, laws, pair = prepared_scene.elements, prepared_scene.pair_contact_laws, prepared_scene.pairs[index]
-    tangential = laws.tangential_stiffness[index]
+def _pair_state_at_rest(
+    prepared_scene: PreparedScene, pair_index: int, piece_of_a: PlacedElement, piece_of_b: PlacedElement
+) -> k.PairState:
+    """Return the contact state at rest of two convex pieces, one each of elements a and b of the prepared scene."""
+    placed, laws, pair = prepared_scene.elements, prepared_scene.pair_contact_laws, prepared_scene.pairs[pair_index]
+    tangential = laws.tangential_stiffness[pair_index]
     ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.contact_points_loaded_at_rest:
-        if end.pair_index == index:
-            carrier = (
-                k.VERTEX_OF_A if _contact_vertex_belongs_to_first_element(a, b, end.point_number) else k.VERTEX_OF_B
-            )
+        if end.pair_index == pair_index:
+            of_a = _contact_vertex_belongs_to_first_element(piece_of_a, piece_of_b, end.point_number)
+            carrier = k.VERTEX_OF_A if of_a else k.VERTEX_OF_B
             ends[end.point_number] = k.PlanarContactPointHistory(end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0)
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
     settled = np.inf if nearest_faces_never_change(placed) else 0.0
@@ -258,10 +260,10 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
         nearest_face_of_b=face,
         contact_vertex_ranges=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
         contact_law=k.ContactPointLaw(
-            laws.normal_stiffness[index],
+            laws.normal_stiffness[pair_index],
             tangential,
-            laws.dashpot_coefficient[index],
-            laws.friction_coefficient[index],
+            laws.dashpot_coefficient[pair_index],
+            laws.friction_coefficient[pair_index],
             1.0 / tangential if tangential > 0 else 0.0,
             FLAT_LANDING_DURATION_IN_DECAY_TIMES
             if pair_uses_flat_landing_rule(placed, pair.first_element_index, pair.second_element_index)
@@ -288,7 +290,7 @@ def _pair_state_at_rest(prepared_scene: PreparedScene, index: int, a: PlacedElem
     )
 
 
-def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
+def pair_uses_flat_landing_rule(elements: list[PlacedElement], element_index_a: int, element_index_b: int) -> bool:
     """True if two elements use the contact rule for landing on a whole face in one impact (docs/method.md).
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
@@ -297,7 +299,7 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, ind
     heaviest = max(item.mass for item in elements if not item.is_driven_or_held)
     return all(
         elements[n].is_driven_or_held or elements[n].mass >= MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING * heaviest
-        for n in (index_a, index_b)
+        for n in (element_index_a, element_index_b)
     )
 
 
@@ -323,10 +325,10 @@ def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
 
 
 def _contact_vertex_belongs_to_first_element(
-    first_element: PlacedElement, second_element: PlacedElement, point_number: int
+    first_element: PlacedElement, second_element: PlacedElement, point_index_0_or_1: int
 ) -> bool:
-    """True if the vertex at contact point `point_number` (0 or 1) of two elements is a vertex of the first element."""
-    point = possible_contact_points_of_elements(first_element, second_element)[point_number].vertex_position
+    """True if the vertex at contact point `point_index_0_or_1` of two elements is a vertex of the first element."""
+    point = possible_contact_points_of_elements(first_element, second_element)[point_index_0_or_1].vertex_position
     return bool(
         min(np.hypot(x - point[0], z - point[1]) for x, z in first_element.vertices_in_scene)
         < 1e-9 * first_element.smaller_of_width_and_height

@@ -18,9 +18,10 @@ from overturning.dem.polygon.energy import (
 from overturning.dem.polygon.resting import (
     all_elements_upright,
     any_element_can_still_land,
-    count_closed_contact_points,
+    count_closed_points_of_standing_elements,
     element_has_tipped,
     element_has_tipped_or_dropped,
+    largest_penetration_so_far,
     last_time_on_standing_support_or_inf,
     longest_time_until_sliding_stops,
     no_element_tipped_dropped_or_unsupported,
@@ -59,23 +60,25 @@ class ElementCountsAndKineticEnergy(NamedTuple):
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def case_status(
-    state: Any,
+    case_states: Any,
     lane: int,
-    scene: Any,
+    scene_arrays: Any,
     rocking_groups_immovable_from_sample: Any,
-    last_sample: float,
+    sample_at_record_end: float,
     sampling_interval: float,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended.
 
-    The record ends at sample `last_sample`. `rocking_groups_immovable_from_sample` holds the sample from which each
-    group of elements that can move as one cannot be moved any more, shape (groups,).
+    The record ends at sample `sample_at_record_end`. `rocking_groups_immovable_from_sample` holds the sample from
+    which each group of elements that can rock as one cannot be moved any more, shape (groups,).
     """
-    case = rows.load_case(state, lane)
+    case = rows.load_case(case_states, lane)
     v = int(case.scene_variant_index)
-    element_fall_limits, limits = scene.element_fall_limits[v], scene.termination_limits[v]
-    check, moving, standing, fallen, safe, slid = store_fall_sides_and_count_elements(state, lane, element_fall_limits)
-    if not np.isfinite(check) or largest_penetration_so_far(state, lane, scene) > limits.max_penetration:
+    element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
+    check, moving, standing, fallen, safe, slid = store_fall_sides_and_count_elements(
+        case_states, lane, element_fall_limits
+    )
+    if not np.isfinite(check) or largest_penetration_so_far(case_states, lane, scene_arrays) > limits.max_penetration:
         return CaseStatus.UNSTABLE
     gap = MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration
     # A fallen element may still hit, or slide into, one that stands.
@@ -87,26 +90,27 @@ def case_status(
     if standing == 0 or (
         calm
         and no_element_can_fall_later(
-            state, lane, scene, element_fall_limits, rocking_groups_immovable_from_sample, gap
+            case_states, lane, scene_arrays, element_fall_limits, rocking_groups_immovable_from_sample, gap
         )
     ):
         return CaseStatus.SIMULATED
-    if case.current_sample < last_sample and case.current_sample < case.last_sample_with_possible_motion_onset:
+    if case.current_sample < sample_at_record_end and case.current_sample < case.last_sample_with_possible_motion_onset:
         return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.
     if (
         moving < limits.max_kinetic_energy_at_rest
-        and count_closed_points_of_standing_elements(state, lane, scene, element_fall_limits) >= 2 * standing
+        and count_closed_points_of_standing_elements(case_states, lane, scene_arrays, element_fall_limits)
+        >= 2 * standing
     ):
         return CaseStatus.SIMULATED
-    if case.current_sample < last_sample:
+    if case.current_sample < sample_at_record_end:
         return CASE_NOT_ENDED
     if (
         fallen == 0
         and not slid
         and outcomes_of_standing_elements_are_final(
-            state, lane, scene, element_fall_limits, limits.min_overturning_energy, gap
+            case_states, lane, scene_arrays, element_fall_limits, limits.min_overturning_energy, gap
         )
     ):
         return CaseStatus.SIMULATED
@@ -114,75 +118,91 @@ def case_status(
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
-    if all_elements_upright(state, lane, element_fall_limits) and no_element_tipped_dropped_or_unsupported(
-        state, lane, scene, element_fall_limits, gap
+    if all_elements_upright(case_states, lane, element_fall_limits) and no_element_tipped_dropped_or_unsupported(
+        case_states, lane, scene_arrays, element_fall_limits, gap
     ):
-        sliding_time = longest_time_until_sliding_stops(state, lane, scene)
+        sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
     if update_slide_end_and_check_case_continues(
-        state, rows.SLIDE_END + lane, case.current_sample, sliding_time, sampling_interval
+        case_states, rows.SLIDE_END + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
-        state, lane, element_fall_limits, scene.gravity
+        case_states, lane, element_fall_limits, scene_arrays.gravity
     )
     return (
         CaseStatus.SIMULATED
-        if still and not any_element_can_still_land(state, lane, scene, element_fall_limits, gap)
+        if still and not any_element_can_still_land(case_states, lane, scene_arrays, element_fall_limits, gap)
         else CaseStatus.UNDECIDED
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_can_fall_later(
-    state: Any,
+    case_states: Any,
     lane: int,
-    scene: Any,
-    element_fall_limits: Any,
+    scene_arrays: Any,
+    fall_limits_by_element: Any,
     rocking_groups_immovable_from_sample: Any,
-    max_gap: float,
+    max_support_gap: float,
 ) -> bool:
     """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
-    sample = rows.load_case(state, lane).current_sample
+    sample = rows.load_case(case_states, lane).current_sample
     weak = remaining_base_motion_cannot_move_groups(
-        state, lane, rocking_groups_immovable_from_sample, scene.lowest_and_last_index_of_rocking_groups, sample
+        case_states,
+        lane,
+        rocking_groups_immovable_from_sample,
+        scene_arrays.lowest_and_last_index_of_rocking_groups,
+        sample,
     )
-    return bool(weak and not any_element_can_still_land(state, lane, scene, element_fall_limits, max_gap))
+    return bool(
+        weak
+        and not any_element_can_still_land(case_states, lane, scene_arrays, fall_limits_by_element, max_support_gap)
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def outcomes_of_standing_elements_are_final(
-    state: Any, lane: int, scene: Any, element_fall_limits: Any, smallest_barrier: float, max_gap: float
+    case_states: Any,
+    lane: int,
+    scene_arrays: Any,
+    fall_limits_by_element: Any,
+    min_overturning_energy: float,
+    max_support_gap: float,
 ) -> bool:
     """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
-    if not no_element_tipped_dropped_or_unsupported(state, lane, scene, element_fall_limits, max_gap):
+    if not no_element_tipped_dropped_or_unsupported(
+        case_states, lane, scene_arrays, fall_limits_by_element, max_support_gap
+    ):
         return False
-    spare = scene_energy(state, lane, scene) - rows.load_case(state, lane).initial_energy
+    spare = scene_energy(case_states, lane, scene_arrays) - rows.load_case(case_states, lane).initial_energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
-    over = spare < 0.5 * smallest_barrier and not any_peak_rotation_can_grow(state, lane, element_fall_limits, spare)
-    return bool(over and not longest_time_until_sliding_stops(state, lane, scene) > 0.0)
+    over = spare < 0.5 * min_overturning_energy and not any_peak_rotation_can_grow(
+        case_states, lane, fall_limits_by_element, spare
+    )
+    return bool(over and not longest_time_until_sliding_stops(case_states, lane, scene_arrays) > 0.0)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def store_fall_sides_and_count_elements(
-    state: Any, lane: int, element_fall_limits: Any
+    case_states: Any, lane: int, fall_limits_by_element: Any
 ) -> ElementCountsAndKineticEnergy:
-    """Store the side of elements that fell in this sample; count elements that stand, that fell and that are safe."""
+    """Store the side of elements that fell in this sample; count elements that stand, fell, or stand for good."""
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
-    for i in range(element_fall_limits.size):
-        e = rows.slice_element_rows(state, i)
+    for i in range(fall_limits_by_element.size):
+        e = rows.slice_element_rows(case_states, i)
         item = rows.load_element(e, lane)
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.angular + item.pose.cos
-        if element_fall_limits[i].is_free == 0.0:
+        if fall_limits_by_element[i].is_free == 0.0:
             continue
         moving += element_kinetic_energy(item)
         slid = slid or abs(item.slip_and_fall.slip_on_support) > 0.1 * abs(
             item.rest_position.base_point_z_in_element_axes
         )
         if item.slip_and_fall.fall_side == 0.0:
-            e[rows.SIDE + lane] = fall_side_by_rotation(item, element_fall_limits[i])
+            e[rows.SIDE + lane] = fall_side_by_rotation(item, fall_limits_by_element[i])
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and element_stands_safely(item, element_fall_limits[i].overturning_energy))
+        safe += int(stands and element_stands_safely(item, fall_limits_by_element[i].overturning_energy))
     return ElementCountsAndKineticEnergy(check, moving, standing, fallen, safe, slid)
 
 
@@ -195,14 +215,14 @@ def peak_rotation_to_either_side(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def fall_side_by_rotation(element: ElementState, element_fall_limits: Any) -> float:
+def fall_side_by_rotation(element: ElementState, fall_limits_of_element: Any) -> float:
     """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not fallen.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
     back, on = (
-        element.step_motion_and_peaks.peak_rotation_to_minus_x >= element_fall_limits.fall_rotation_to_minus_x,
-        element.step_motion_and_peaks.peak_rotation_to_plus_x >= element_fall_limits.fall_rotation_to_plus_x,
+        element.step_motion_and_peaks.peak_rotation_to_minus_x >= fall_limits_of_element.fall_rotation_to_minus_x,
+        element.step_motion_and_peaks.peak_rotation_to_plus_x >= fall_limits_of_element.fall_rotation_to_plus_x,
     )
     if back and on:
         return 1.0 if element.pose.angle > 0.0 else -1.0
@@ -210,24 +230,26 @@ def fall_side_by_rotation(element: ElementState, element_fall_limits: Any) -> fl
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_element_can_fall_without_base_motion(state: Any, lane: int, element_fall_limits: Any, gravity: float) -> bool:
+def any_element_can_fall_without_base_motion(
+    case_states: Any, lane: int, fall_limits_by_element: Any, gravity: float
+) -> bool:
     """True if any standing element has enough energy to overturn while the base is at rest.
 
     An element needs its energy barrier (energy to overturn) or, without a tipping angle, 1 % of the potential energy
     that it loses down to its fall limit.
     """
-    for i in range(element_fall_limits.size):
-        item = rows.load_element(rows.slice_element_rows(state, i), lane)
+    for i in range(fall_limits_by_element.size):
+        item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
         if (
-            element_fall_limits[i].is_free == 0.0
+            fall_limits_by_element[i].is_free == 0.0
             or item.slip_and_fall.fall_side != 0.0
-            or element_has_tipped_or_dropped(item, element_fall_limits[i])
+            or element_has_tipped_or_dropped(item, fall_limits_by_element[i])
         ):
             continue
-        own, weight = element_fall_limits[i].tipping_rotation_to_plus_x < np.inf, item.constants.mass * gravity
+        own, weight = fall_limits_by_element[i].tipping_rotation_to_plus_x < np.inf, item.constants.mass * gravity
         lift = weight * max(item.pose.z - item.rest_position.centre_z, 0.0) if own else 0.0
         needed = (
-            element_fall_limits[i].overturning_energy
+            fall_limits_by_element[i].overturning_energy
             if own
             else 0.01 * weight * (item.rest_position.centre_z - item.rest_position.fallen_below_centre_z)
         )
@@ -237,7 +259,9 @@ def any_element_can_fall_without_base_motion(state: Any, lane: int, element_fall
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def store_side_and_time_of_falls(state: Any, lane: int, scene: Any, element_fall_limits: Any, max_gap: float) -> None:
+def store_side_and_time_of_falls(
+    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any, max_support_gap: float
+) -> None:
     """Store, at the end of a case, the side and time of the fall for each free element that has fallen.
 
     An element has fallen if it has rotated to where it can rest on another face or past the angle from which it can
@@ -246,53 +270,31 @@ def store_side_and_time_of_falls(state: Any, lane: int, scene: Any, element_fall
     found = True
     while found:
         found = False
-        for i in range(element_fall_limits.size):
-            e = rows.slice_element_rows(state, i)
-            if element_fall_limits[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
+        for i in range(fall_limits_by_element.size):
+            e = rows.slice_element_rows(case_states, i)
+            if fall_limits_by_element[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
                 continue
             item, until = (
                 rows.load_element(e, lane),
-                last_time_on_standing_support_or_inf(state, lane, scene, i, max_gap),
+                last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap),
             )
-            if element_has_tipped_or_dropped(item, element_fall_limits[i]):
+            if element_has_tipped_or_dropped(item, fall_limits_by_element[i]):
                 until = item.slip_and_fall.last_recoverable_time
             if until < np.inf:
                 e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
-                    fall_side_by_rotation_or_displacement(item, element_fall_limits[i]), until, True,
+                    fall_side_by_rotation_or_displacement(item, fall_limits_by_element[i]), until, True,
                 )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def largest_penetration_so_far(state: Any, lane: int, scene: Any) -> float:
-    """Return the largest penetration (m) between any two elements so far, for the case in column `lane`."""
-    deepest = 0.0
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(state, scene, p)
-        deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.peak_penetration)
-    return deepest
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def count_closed_points_of_standing_elements(state: Any, lane: int, scene: Any, element_fall_limits: Any) -> int:
-    """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
-    total = 0
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
-        for e, i in ((a, scene.pair_element_and_piece_indices[p, 0]), (b, scene.pair_element_and_piece_indices[p, 1])):
-            if element_fall_limits[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
-                total += count_closed_contact_points(rows.load_pair(q, lane))
-    return total
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def fall_side_by_rotation_or_displacement(element: ElementState, element_fall_limits: Any) -> float:
+def fall_side_by_rotation_or_displacement(element: ElementState, fall_limits_of_element: Any) -> float:
     """Return the side (±1 along x) of a fallen element: sign of its rotation if it tipped, else of its displacement.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
     """
     way = (
         element.pose.angle
-        if element_has_tipped(element, element_fall_limits)
+        if element_has_tipped(element, fall_limits_of_element)
         else element.pose.x - element.rest_position.centre_x
     )
     return 1.0 if way > 0.0 or (way == 0.0 and element.pose.angle > 0.0) else -1.0
@@ -300,42 +302,49 @@ def fall_side_by_rotation_or_displacement(element: ElementState, element_fall_li
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def remaining_base_motion_cannot_move_groups(
-    state: Any, lane: int, rocking_groups_immovable_from_sample: Any, element_groups: Any, sample: float
+    case_states: Any,
+    lane: int,
+    rocking_groups_immovable_from_sample: Any,
+    lowest_and_last_index_of_rocking_groups: Any,
+    current_sample: float,
 ) -> bool:
-    """True if the record after `sample` is too weak to lift or slide any group of stacked elements that still stand."""
-    for p in range(element_groups.shape[0]):
+    """True if the base motion after `current_sample` cannot lift or slide any group of stacked elements that stands."""
+    for p in range(lowest_and_last_index_of_rocking_groups.shape[0]):
         lowest, last = (
-            rows.slice_element_rows(state, element_groups[p, 0]), rows.slice_element_rows(state, element_groups[p, 1]),
-        )  # fmt: skip
+            rows.slice_element_rows(case_states, lowest_and_last_index_of_rocking_groups[p, 0]),
+            rows.slice_element_rows(case_states, lowest_and_last_index_of_rocking_groups[p, 1]),
+        )
         if (
             lowest[rows.SIDE + lane] == 0.0
             and last[rows.SIDE + lane] == 0.0
-            and sample < rocking_groups_immovable_from_sample[p]
+            and current_sample < rocking_groups_immovable_from_sample[p]
         ):
             return False
     return True
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def element_stands_safely(element: ElementState, energy_barrier: float) -> bool:
-    """True if an element is nearly upright, in place and at rest, so that weak shaking cannot move it."""
+def element_stands_safely(element: ElementState, overturning_energy: float) -> bool:
+    """True if tilt, slip and kinetic energy of an element are small shares of those at which it could fall."""
     return bool(
         abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle
         and abs(element.slip_and_fall.slip_on_support)
         < MAX_SAFE_SLIP_OVER_HALF_HEIGHT * abs(element.rest_position.base_point_z_in_element_axes)
-        and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * energy_barrier
+        and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * overturning_energy
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_peak_rotation_can_grow(state: Any, lane: int, element_fall_limits: Any, spare_energy: float) -> bool:
-    """True if the energy `spare_energy` (J) would suffice to rotate an element beyond its largest rotation so far."""
-    for e in range(element_fall_limits.size):
-        item = rows.load_element(rows.slice_element_rows(state, e), lane)
+def any_peak_rotation_can_grow(
+    case_states: Any, lane: int, fall_limits_by_element: Any, energy_above_initial_energy: float
+) -> bool:
+    """True if the scene's energy above its initial energy (J) could rotate an element beyond its peak rotation."""
+    for e in range(fall_limits_by_element.size):
+        item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
         reached = peak_rotation_to_either_side(item) / item.constants.critical_or_fall_angle
-        if element_fall_limits[e].is_free == 0.0 or reached < 1e-3:
+        if fall_limits_by_element[e].is_free == 0.0 or reached < 1e-3:
             continue
-        share = min(max(spare_energy / element_fall_limits[e].overturning_energy, 0.0), 1.0)
+        share = min(max(energy_above_initial_energy / fall_limits_by_element[e].overturning_energy, 0.0), 1.0)
         if 1.0 - np.sqrt(1.0 - share) > reached:
             return True
     return False
@@ -343,33 +352,42 @@ def any_peak_rotation_can_grow(state: Any, lane: int, element_fall_limits: Any, 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_fallen_and_write_case_results(
-    state: Any, lane: int, scene: Any, result_row: Any, element_result_rows: Any
+    case_states: Any, lane: int, scene_arrays: Any, case_result_row: Any, element_result_rows_of_case: Any
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
-    v = int(state[rows.VARIANT + lane])
-    element_fall_limits, limits = scene.element_fall_limits[v], scene.termination_limits[v]
+    v = int(case_states[rows.VARIANT + lane])
+    element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
     store_side_and_time_of_falls(
-        state, lane, scene, element_fall_limits, MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration
+        case_states,
+        lane,
+        scene_arrays,
+        element_fall_limits,
+        MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration,
     )
-    work, absorbed = 0.0, contact_work_of_last_half_step(state, lane, scene)
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(state, scene, p)
+    work, absorbed = 0.0, contact_work_of_last_half_step(case_states, lane, scene_arrays)
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
         absorbed += q[rows.ABSORBED + lane]
     for e in range(element_fall_limits.size):
-        item = rows.load_element(rows.slice_element_rows(state, e), lane)
+        item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
         totals, record = item.step_motion_and_peaks, item.slip_and_fall
         work += totals.work_by_base_and_holding_forces_so_far
-        element_result_rows[e].overturned = record.fall_side
-        element_result_rows[e].overturning_time = record.last_recoverable_time if record.fall_side != 0.0 else np.nan
-        element_result_rows[e].peak_rotation = min(peak_rotation_to_either_side(item), 0.5 * np.pi)
-        element_result_rows[e].peak_slip, element_result_rows[e].residual_slip = (
+        element_result_rows_of_case[e].overturned = record.fall_side
+        element_result_rows_of_case[e].overturning_time = (
+            record.last_recoverable_time if record.fall_side != 0.0 else np.nan
+        )
+        element_result_rows_of_case[e].peak_rotation = min(peak_rotation_to_either_side(item), 0.5 * np.pi)
+        element_result_rows_of_case[e].peak_slip, element_result_rows_of_case[e].residual_slip = (
             record.peak_slip_on_support,
             record.slip_on_support,
         )
     balance = (
-        (kinetic_and_gravitational_energy(state, lane, scene) - rows.load_case(state, lane).initial_energy)
+        (
+            kinetic_and_gravitational_energy(case_states, lane, scene_arrays)
+            - rows.load_case(case_states, lane).initial_energy
+        )
         - work
         + absorbed
     )
-    result_row.peak_penetration = largest_penetration_so_far(state, lane, scene)
-    result_row.energy_error = abs(balance) / max(work, limits.min_energy_error_reference, absorbed)
+    case_result_row.peak_penetration = largest_penetration_so_far(case_states, lane, scene_arrays)
+    case_result_row.energy_error = abs(balance) / max(work, limits.min_energy_error_reference, absorbed)

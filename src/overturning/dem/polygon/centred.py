@@ -77,21 +77,25 @@ add_velocity_to_force_matrices = create_elementwise_tuple_functions(PairVelocity
 def predict_planar_contact_point(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
-    signed_friction_coefficient: float,
+    previous_signed_friction_coefficient: float,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
-    pair_motion: PairMotionAndInertia,
-    step_and_landing_flags: tuple[bool, bool],
+    pair_motion_and_inertia: PairMotionAndInertia,
+    step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
 ) -> PredictedPlanarContactPoint:
     """Predict contact and friction at a contact point of two elements, for the equations of a step.
 
     In a step that does not resolve the contact vibration, the predicted forces would be too large, and the contact
     state after the last step is used. A normal force on a sliding point must push it out; where friction would rotate
-    an element further in instead (Painlevé's paradox), the point sticks. `step_and_landing_flags` holds whether the
-    predicted forces decide about contact, and whether the pair is in a flat landing.
+    an element further in instead (Painlevé's paradox), the point sticks. `previous_signed_friction_coefficient` is ±μ
+    if the point slid in the last solution, else 0.
     """
-    (fine, held), a, b = step_and_landing_flags, pair_motion.constants_of_a, pair_motion.constants_of_b
-    opening, slipping = opening_and_slip_rates(contact_point, pair_motion.relative_velocity)
+    (fine, held), a, b = (
+        step_resolves_vibration_and_pair_lands_flat,
+        pair_motion_and_inertia.constants_of_a,
+        pair_motion_and_inertia.constants_of_b,
+    )
+    opening, slipping = opening_and_slip_rates(contact_point, pair_motion_and_inertia.relative_velocity)
     drag, n = contact_law.dashpot_coefficient * slipping, contact_law.normal_stiffness * contact_point.penetration
     n -= contact_law.dashpot_coefficient * opening
     stretch = trial_tangential_spring_stretch(
@@ -102,12 +106,12 @@ def predict_planar_contact_point(
     on = (pressed | ((not fine) & (point_history.normal_force != 0.0))) & (
         contact_point.vertex_projects_onto_other_face > 0.0
     )
-    excess = abs(t) - contact_law.friction_coefficient * n if fine else abs(signed_friction_coefficient)
+    excess = abs(t) - contact_law.friction_coefficient * n if fine else abs(previous_signed_friction_coefficient)
     signed_friction_coefficient = (
-        math.copysign(contact_law.friction_coefficient, t) if fine else signed_friction_coefficient
+        math.copysign(contact_law.friction_coefficient, t) if fine else previous_signed_friction_coefficient
     )
     drifts, drift = slides_in_flat_landing_and_signed_friction(
-        contact_law, contact_point, pair_motion.relative_velocity, a, b, held
+        contact_law, contact_point, pair_motion_and_inertia.relative_velocity, a, b, held
     )
     signed_friction_coefficient = drift if held else signed_friction_coefficient
     particles = a.inverse_mass + b.inverse_mass
@@ -137,14 +141,14 @@ def predict_planar_contact_point(
 
 @njit(**INLINE_OPTIONS)
 def matrix_of_force_per_velocity(
-    coefficient: float,
+    force_per_velocity: float,
     force_direction: PairRelativeVelocityOrDirection,
     velocity_direction: PairRelativeVelocityOrDirection,
 ) -> PairVelocityToForceMatrix:
-    """Return the matrix of a force along `force_direction`: `coefficient` × velocity along `velocity_direction`."""
+    """Return the matrix of a force along one direction: `force_per_velocity` (N s/m) × velocity along another."""
     fx, fz, fa, fb = force_direction
     x, z, a, b = velocity_direction
-    x, z, a, b = coefficient * x, coefficient * z, coefficient * a, coefficient * b
+    x, z, a, b = force_per_velocity * x, force_per_velocity * z, force_per_velocity * a, force_per_velocity * b
     return PairVelocityToForceMatrix(
         fx * x, fx * z, fz * x, fz * z, fx * a, fz * a, fx * b, fz * b,
         fa * x, fa * z, fb * x, fb * z, fa * a, fa * b, fb * a, fb * b,
@@ -209,36 +213,43 @@ def planar_contact_equation_terms(
 
 
 @njit(**INLINE_OPTIONS)
-def step_resolves_contact_vibration(case: SceneState) -> bool:
+def step_resolves_contact_vibration(scene_state: SceneState) -> bool:
     """True if the step of a case resolves the contact vibration, so that predicted forces decide contact and slip.
 
     Longer steps use the contact state after the last step.
     """
     return (
-        case.current_attempt.length_in_ticks
-        <= MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST * case.step_control.shortest_step_ticks
+        scene_state.current_attempt.length_in_ticks
+        <= MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST * scene_state.step_control.shortest_step_ticks
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_pair_contact_terms_to_equations(
-    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any, submatrices: Any, empty_flags: Any
+    pair_state_rows: Any,
+    element_a_state_rows: Any,
+    element_b_state_rows: Any,
+    scene_state_rows: Any,
+    pair_equation_submatrices: Any,
+    unset_flags_of_submatrices_aa_ab_bb: Any,
 ) -> None:
     """Add the contact terms of two elements to the equations of a step, for all cases in parallel.
 
-    `equations.mark_nonzero_and_return_pair_submatrices` returns `submatrices` and `empty_flags`.
+    `equations.mark_nonzero_and_return_pair_submatrices` returns the last two arguments.
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
-            rows.load_pair(pair_rows, j), rows.load_element(element_a_rows, j), rows.load_element(element_b_rows, j),
-        )  # fmt: skip
-        case, law, old = rows.load_case(case_rows, j), pair.contact_law, pair.history
+            rows.load_pair(pair_state_rows, j),
+            rows.load_element(element_a_state_rows, j),
+            rows.load_element(element_b_state_rows, j),
+        )
+        case, law, old = rows.load_case(scene_state_rows, j), pair.contact_law, pair.history
         fine, half = (
             step_resolves_contact_vibration(case),
             0.5 * (case.tick_duration * case.current_attempt.length_in_ticks),
         )
         segment = find_contact_segment(pair, first.predicted.pose, second.predicted.pose)
-        rows.store_segment(pair_rows, j, segment)
+        rows.store_segment(pair_state_rows, j, segment)
         both = PairMotionAndInertia(
             velocity_of_a_relative_to_b(first.predicted.velocity_at_step_end, second.predicted.velocity_at_step_end),
             first.constants, second.constants,
@@ -255,13 +266,19 @@ def add_pair_contact_terms_to_equations(
         g2 = predict_planar_contact_point(law, old.point_2, slid_2, two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
-        rows.store_predicted_one(pair_rows, j, AssumedPlanarContactSlip(g1.tangential_spring_stretch, slid_1))
-        rows.store_predicted_two(pair_rows, j, AssumedPlanarContactSlip(g2.tangential_spring_stretch, slid_2))
+        rows.store_predicted_one(pair_state_rows, j, AssumedPlanarContactSlip(g1.tangential_spring_stretch, slid_1))
+        rows.store_predicted_two(pair_state_rows, j, AssumedPlanarContactSlip(g2.tangential_spring_stretch, slid_2))
         add_pair_matrix_to_submatrices(
-            submatrices, empty_flags, j, add_velocity_to_force_matrices(p1, p2), half, first.constants, second.constants
+            pair_equation_submatrices,
+            unset_flags_of_submatrices_aa_ab_bb,
+            j,
+            add_velocity_to_force_matrices(p1, p2),
+            half,
+            first.constants,
+            second.constants,
         )
         action = sum_contact_point_forces(point_1, point_2, f1, f2)
         on, by = first.predicted.step_end_velocity_correction, second.predicted.step_end_velocity_correction
         on, by = add_pair_force_to_right_sides(on, by, action, half, first.constants, second.constants)
-        rows.store_change(element_a_rows, j, on)
-        rows.store_change(element_b_rows, j, by)
+        rows.store_change(element_a_state_rows, j, on)
+        rows.store_change(element_b_state_rows, j, by)

@@ -72,19 +72,17 @@ def solved_planar_contact_point(
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     assumed_slip: AssumedPlanarContactSlip,
-    motion_and_change: tuple[PairMotionAndInertia, PairRelativeVelocityOrDirection],
+    predicted_motion_and_velocity_correction: tuple[PairMotionAndInertia, PairRelativeVelocityOrDirection],
     half_step_time: float,
-    step_and_landing_flags: tuple[bool, bool],
+    step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
 ) -> SolvedPlanarContactPoint:
     """Return the contact state at a contact point of two elements from solved velocities; friction limits the force.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. The velocity
     corrections change the poses by half a step times the correction. The spring of a slipping point is shortened to the
-    force that friction can hold. A point in the air is marked as sliding, which has no effect. `motion_and_change`
-    holds the motion of the pair and the velocity correction, `step_and_landing_flags` whether the predicted forces
-    decided about contact and whether the pair is in a flat landing.
+    force that friction can hold. A point in the air is marked as sliding, which has no effect.
     """
-    ((u, a, b), d), (fine, held) = motion_and_change, step_and_landing_flags
+    ((u, a, b), d), (fine, held) = predicted_motion_and_velocity_correction, step_resolves_vibration_and_pair_lands_flat
     opening, slipping = opening_and_slip_rates(contact_point, u)
     more_open, more_slip = opening_and_slip_rates(contact_point, d)
     opening, slipping = opening + more_open, slipping + more_slip
@@ -131,8 +129,8 @@ def solved_planar_contact_point(
 
 @njit(**INLINE_OPTIONS)
 def vertex_positions_from_contact_solution(
-    vertex_a: VertexPositionAtFace,
-    vertex_b: VertexPositionAtFace,
+    predicted_position_of_vertex_a: VertexPositionAtFace,
+    predicted_position_of_vertex_b: VertexPositionAtFace,
     contact_point: PlanarContactPoint,
     point_solution: SolvedPlanarContactPoint,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
@@ -140,33 +138,39 @@ def vertex_positions_from_contact_solution(
     mine, depth = contact_point.vertex_is_of_a > 0.0, point_solution.result_at_step_end.penetration
     return (
         VertexPositionAtFace(
-            depth if mine else vertex_a.depth,
-            vertex_a.position_along_face - point_solution.slip_from_velocity_correction
+            depth if mine else predicted_position_of_vertex_a.depth,
+            predicted_position_of_vertex_a.position_along_face - point_solution.slip_from_velocity_correction
             if mine
-            else vertex_a.position_along_face,
+            else predicted_position_of_vertex_a.position_along_face,
         ),
         VertexPositionAtFace(
-            vertex_b.depth if mine else depth,
-            vertex_b.position_along_face
+            predicted_position_of_vertex_b.depth if mine else depth,
+            predicted_position_of_vertex_b.position_along_face
             if mine
-            else vertex_b.position_along_face + point_solution.slip_from_velocity_correction,
+            else predicted_position_of_vertex_b.position_along_face + point_solution.slip_from_velocity_correction,
         ),
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_solved_pair_forces_and_store_new_state(
-    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
+    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, scene_state_rows: Any
 ) -> None:
     """Add the solved contact forces between two elements to both; store the contact's new state for acceptance."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
-            rows.load_pair(pair_rows, j), rows.load_step(pair_rows, j), rows.load_element(element_a_rows, j),
-            rows.load_element(element_b_rows, j),
-        )  # fmt: skip
+            rows.load_pair(pair_state_rows, j),
+            rows.load_step(pair_state_rows, j),
+            rows.load_element(element_a_state_rows, j),
+            rows.load_element(element_b_state_rows, j),
+        )
         case, on, by, law, segment = (
-            rows.load_case(case_rows, j), first.predicted, second.predicted, pair.contact_law, step.contact_segment,
-        )  # fmt: skip
+            rows.load_case(scene_state_rows, j),
+            first.predicted,
+            second.predicted,
+            pair.contact_law,
+            step.contact_segment,
+        )
         fine, half, old = (
             step_resolves_contact_vibration(case), 0.5 * (case.tick_duration * case.current_attempt.length_in_ticks),
             case.contact_changes,
@@ -201,8 +205,8 @@ def add_solved_pair_forces_and_store_new_state(
             second.contact_force_sum,
             sum_contact_point_forces(point_1, point_2, end_1.force, end_2.force),
         )
-        rows.store_force(element_a_rows, j, on_a)
-        rows.store_force(element_b_rows, j, on_b)
+        rows.store_force(element_a_state_rows, j, on_a)
+        rows.store_force(element_b_state_rows, j, on_b)
         vertices = segment.vertex_positions
         a1, b2 = vertex_positions_from_contact_solution(
             vertices.first_vertex_of_a, vertices.second_vertex_of_b, one, s1
@@ -210,11 +214,11 @@ def add_solved_pair_forces_and_store_new_state(
         a2, b1 = vertex_positions_from_contact_solution(
             vertices.second_vertex_of_a, vertices.first_vertex_of_b, two, s2
         )
-        rows.store_corrected(pair_rows, j, pair_history_after_step(
+        rows.store_corrected(pair_state_rows, j, pair_history_after_step(
             history, segment, FaceVertexPositions(a1, a2, b1, b2),
             correct_slip_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
         ))  # fmt: skip
-        pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = (
+        pair_state_rows[rows.SLID_ONE + j], pair_state_rows[rows.SLID_TWO + j] = (
             s1.signed_friction_coefficient,
             s2.signed_friction_coefficient,
         )
@@ -224,7 +228,7 @@ def add_solved_pair_forces_and_store_new_state(
             & (end_1.force.normal_force + end_2.force.normal_force > 0.0)
         )
         changed = s1.contact_opened_closed_or_switched_vertex | s2.contact_opened_closed_or_switched_vertex
-        rows.store_findings(case_rows, j, StepContactChangesAsFloats(
+        rows.store_findings(scene_state_rows, j, StepContactChangesAsFloats(
             1.0 if changed else old.contact_or_nearest_faces_changed,
             1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
             1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal,
@@ -234,18 +238,18 @@ def add_solved_pair_forces_and_store_new_state(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_accepted_pair_history(pair_rows: Any, case_rows: Any) -> None:
+def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> None:
     """Replace the contact state of two elements by the new one, in each case whose step is accepted."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).step_acceptance
-        rows.keep_history(pair_rows, j, decision.is_rejected > 0.0, step.history_after_step)
-        pair_rows[rows.SLID_ONE + j] = select(
+        step, decision = rows.load_step(pair_state_rows, j), rows.load_case(scene_state_rows, j).step_acceptance
+        rows.keep_history(pair_state_rows, j, decision.is_rejected > 0.0, step.history_after_step)
+        pair_state_rows[rows.SLID_ONE + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
             step.assumed_slip_1.signed_friction_coefficient,
-            pair_rows[rows.SLID_ONE + j],
+            pair_state_rows[rows.SLID_ONE + j],
         )
-        pair_rows[rows.SLID_TWO + j] = select(
+        pair_state_rows[rows.SLID_TWO + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
             step.assumed_slip_2.signed_friction_coefficient,
-            pair_rows[rows.SLID_TWO + j],
+            pair_state_rows[rows.SLID_TWO + j],
         )

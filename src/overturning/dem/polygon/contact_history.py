@@ -19,41 +19,58 @@ from overturning.dem.polygon.state import (
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def reset_contact_history(pair_rows: Any, lane: int) -> None:
+def reset_contact_history(pair_state_rows: Any, lane: int) -> None:
     """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
-    rows.store_memory(pair_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_state_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
     rows.store_memory(
-        pair_rows, lane + rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0)
+        pair_state_rows,
+        lane + rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
+        PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0),
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def transfer_contact_history(
-    pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
+    pair_state_rows: Any,
+    pose_a: Pose,
+    pose_b: Pose,
+    lane: int,
+    old_face_index_of_a: int,
+    old_face_index_of_b: int,
+    face_table_of_a: Any,
+    face_table_of_b: Any,
 ) -> None:
     """Transfer the contact state of two elements from their previous nearest faces to the new ones.
 
     The force is resolved along normal and tangent of the new contact point; the next step sets the spring's stretch
     accordingly.
     """
-    pair = rows.load_pair(pair_rows, lane)
+    pair = rows.load_pair(pair_state_rows, lane)
     face_a, face_b, vertices = (
         int(pair.nearest_faces.face_index_of_a),
         int(pair.nearest_faces.face_index_of_b),
         pair.history.previous_vertex_positions,
     )
-    reset_contact_history(pair_rows, lane)
+    reset_contact_history(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
         if old.contact_vertex_owner_code == OPEN:
             continue
         mine = old.contact_vertex_owner_code != VERTEX_OF_B
         if mine:
-            target = new_contact_point_number_of_old_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
+            target = new_contact_point_number_of_old_vertex(
+                face_table_of_a, old_face_index_of_a + end, face_a, face_a + 1
+            )
         else:
-            target = new_contact_point_number_of_old_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+            target = new_contact_point_number_of_old_vertex(
+                face_table_of_b, old_face_index_of_b + 1 - end, face_b + 1, face_b
+            )
         old_x, old_z = normal_force_direction_on_element_a(
-            pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
+            pose_a,
+            pose_b,
+            polygon_face(face_table_of_a, old_face_index_of_a),
+            polygon_face(face_table_of_b, old_face_index_of_b),
+            mine,
         )
         x, z = (
             old.normal_force * old_x + old.tangential_force * old_z,
@@ -68,10 +85,10 @@ def transfer_contact_history(
             pose_a, pose_b, pair.nearest_face_of_a, pair.nearest_face_of_b, inner
         )
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
-        there = rows.load_memory(pair_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
+        there = rows.load_memory(pair_state_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
         if there.contact_vertex_owner_code == OPEN or there.normal_force < n:
             rows.store_memory(
-                pair_rows,
+                pair_state_rows,
                 lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
                 PlanarContactPointHistory(old.tangential_spring_stretch, TRANSFERRED, n, t, 0.0),
             )
@@ -79,29 +96,29 @@ def transfer_contact_history(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def new_contact_point_number_of_old_vertex(
-    faces: Any, vertex_index: int, first_end_vertex: int, second_end_vertex: int
+    polygon_face_table: Any, old_vertex_index: int, new_vertex_index_at_point_0: int, new_vertex_index_at_point_1: int
 ) -> int:
-    """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `vertex_index`.
+    """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `old_vertex_index`.
 
     It is the point at the same vertex, else that at the nearer end of the face. Vertex indices are taken modulo the
     number of vertices.
     """
-    count = faces.shape[0]
-    vertex_index, first_end_vertex, second_end_vertex = (
-        vertex_index % count,
-        first_end_vertex % count,
-        second_end_vertex % count,
+    count = polygon_face_table.shape[0]
+    old_vertex_index, new_vertex_index_at_point_0, new_vertex_index_at_point_1 = (
+        old_vertex_index % count,
+        new_vertex_index_at_point_0 % count,
+        new_vertex_index_at_point_1 % count,
     )
-    if vertex_index == second_end_vertex:
+    if old_vertex_index == new_vertex_index_at_point_1:
         return 1
-    if vertex_index == first_end_vertex:
+    if old_vertex_index == new_vertex_index_at_point_0:
         return 0
-    x, z = faces[vertex_index, 0], faces[vertex_index, 1]
+    x, z = polygon_face_table[old_vertex_index, 0], polygon_face_table[old_vertex_index, 1]
     x1, z1, x2, z2 = (
-        faces[first_end_vertex, 0] - x,
-        faces[first_end_vertex, 1] - z,
-        faces[second_end_vertex, 0] - x,
-        faces[second_end_vertex, 1] - z,
+        polygon_face_table[new_vertex_index_at_point_0, 0] - x,
+        polygon_face_table[new_vertex_index_at_point_0, 1] - z,
+        polygon_face_table[new_vertex_index_at_point_1, 0] - x,
+        polygon_face_table[new_vertex_index_at_point_1, 1] - z,
     )
     return 0 if x1 * x1 + z1 * z1 <= x2 * x2 + z2 * z2 else 1
 
@@ -119,11 +136,11 @@ def normal_force_direction_on_element_a(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_position_from_centre_of_a(
-    pair: PairState, pose_a: Pose, pose_b: Pose, point_number: int, vertex_is_of_a: bool
+    pair: PairState, pose_a: Pose, pose_b: Pose, point_index_0_or_1: int, vertex_is_of_a: bool
 ) -> tuple[float, float]:
-    """Return the vector (m) from element a's centre to the vertex at contact point `point_number` (0 or 1)."""
+    """Return the vector (m) from element a's centre to the vertex at contact point `point_index_0_or_1`."""
     own = pair.nearest_face_of_a if vertex_is_of_a else pair.nearest_face_of_b
-    along = own.start_along_tangent if vertex_is_of_a == (point_number == 0) else own.end_along_tangent
+    along = own.start_along_tangent if vertex_is_of_a == (point_index_0_or_1 == 0) else own.end_along_tangent
     x, z = (
         own.distance_from_centre * own.outward_normal_x - along * own.outward_normal_z,
         own.distance_from_centre * own.outward_normal_z + along * own.outward_normal_x,
@@ -135,9 +152,9 @@ def contact_vertex_position_from_centre_of_a(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
+def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
     """Set the contact forces of two elements at rest from the stretches of their loaded springs."""
-    pair = rows.load_pair(pair_rows, lane)
+    pair = rows.load_pair(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
         if old.contact_vertex_owner_code != OPEN:
@@ -148,7 +165,7 @@ def set_pair_forces_at_rest(pair_rows: Any, lane: int) -> None:
             )
             t = -pair.contact_law.tangential_stiffness * old.tangential_spring_stretch
             rows.store_memory(
-                pair_rows,
+                pair_state_rows,
                 lane + end * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
                 PlanarContactPointHistory(old.tangential_spring_stretch, old.contact_vertex_owner_code, n, t, 0.0),
             )

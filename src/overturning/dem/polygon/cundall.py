@@ -59,24 +59,24 @@ def compute_planar_contact_force(
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
     steps_per_second: float,
-    flat_landing_state: tuple[bool, bool, float],
+    lands_flat_slides_and_signed_friction: tuple[bool, bool, float],
 ) -> PlanarContactPointResult:
     """Return force, penetration and slip at a contact point of two elements from spring, dashpot and friction.
 
-    See `overturning.dem.polygon.mechanics.friction_force_limit_and_slip_flag` for `flat_landing_state`.
+    `overturning.dem.polygon.mechanics.friction_force_limit_and_slip_flag` describes the last argument.
     """
     fade = contact_law.dashpot_coefficient * steps_per_second
     n = contact_law.normal_stiffness * contact_point.penetration + fade * (
         contact_point.penetration - contact_point.previous_step_penetration
     )
-    n = n if contact_point.is_in_contact & (flat_landing_state[0] | (n > 0.0)) else 0.0
+    n = n if contact_point.is_in_contact & (lands_flat_slides_and_signed_friction[0] | (n > 0.0)) else 0.0
     drag = fade * contact_point.slip_of_a_in_step
     stretch = trial_tangential_spring_stretch(
         point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
     )
     t = -(contact_law.tangential_stiffness * stretch) - drag
     # The spring of a slipping point is shortened to the force that friction can hold.
-    held, drifts, drift = flat_landing_state
+    held, drifts, drift = lands_flat_slides_and_signed_friction
     force, holds, slips = friction_force_limit_and_slip_flag(
         t, n, contact_law, (held & contact_point.is_in_contact, drifts, drift)
     )
@@ -91,16 +91,16 @@ def compute_planar_contact_force(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_pair_forces_and_store_contact_history(
-    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, case_rows: Any
+    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, scene_state_rows: Any
 ) -> None:
     """Add the contact forces between two elements to both of them, and store the contact's new state."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
-            rows.load_pair(pair_rows, j),
-            rows.load_element(element_a_rows, j),
-            rows.load_element(element_b_rows, j),
+            rows.load_pair(pair_state_rows, j),
+            rows.load_element(element_a_state_rows, j),
+            rows.load_element(element_b_state_rows, j),
         )
-        case, old = rows.load_case(case_rows, j), pair.history
+        case, old = rows.load_case(scene_state_rows, j), pair.history
         segment = find_contact_segment(pair, first.pose, second.pose)
         u, own_a, own_b = (
             velocity_of_a_relative_to_b(first.velocity, second.velocity),
@@ -130,11 +130,11 @@ def add_pair_forces_and_store_contact_history(
             second.contact_force_sum,
             sum_contact_point_forces(point_1, point_2, one.force, two.force),
         )
-        rows.store_force(element_a_rows, j, on_a)
-        rows.store_force(element_b_rows, j, on_b)
+        rows.store_force(element_a_state_rows, j, on_a)
+        rows.store_force(element_b_state_rows, j, on_b)
         results = correct_slip_for_friction_work(segment, (point_1, point_2), (one, two))
         rows.store_history(
-            pair_rows,
+            pair_state_rows,
             j,
             pair_history_after_step(
                 old, segment, segment.vertex_positions, results, pair.contact_law, case.tick_duration
@@ -144,11 +144,11 @@ def add_pair_forces_and_store_contact_history(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def advance_element_motion_one_step(
-    vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, gravity: float
+    upward_base_acceleration_or_none: Any, element_state_rows: Any, scene_state_rows: Any, gravity: float
 ) -> None:
     """Advance the motion of an element by a step of Cundall's scheme, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
+        item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
         dt, shaking, half, old = (
             case.tick_duration,
             case.base_acceleration,
@@ -160,7 +160,7 @@ def advance_element_motion_one_step(
             * item.constants.has_inertial_forces
         )
         lift = 0.0
-        if vertical_base_acceleration is not None:
+        if upward_base_acceleration_or_none is not None:
             lift = (
                 base_acceleration_at_tick(shaking.vertical, shaking.ticks_since_sample_start)
                 * item.constants.has_inertial_forces
@@ -178,51 +178,56 @@ def advance_element_motion_one_step(
         last = select(upright, shaking.ticks_since_sample_start + 1.0, old.last_recoverable_tick_in_sample)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.angular)
-        rows.store_pose(element_rows, j, pose)
-        rows.store_velocity(element_rows, j, v)
-        rows.store_acceleration(element_rows, j, a)
-        rows.store_force(element_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
-        rows.store_totals(element_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0))
+        rows.store_pose(element_state_rows, j, pose)
+        rows.store_velocity(element_state_rows, j, v)
+        rows.store_acceleration(element_state_rows, j, a)
+        rows.store_force(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
+        rows.store_totals(element_state_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_scene_one_step(
-    vertical_base_acceleration: Any,
-    state: Any,
-    matrix: Any,  # noqa: ARG001, used by the centred scheme only
+    upward_base_acceleration_or_none: Any,
+    case_states: Any,
+    equation_submatrices_of_all_cases: Any,  # noqa: ARG001, used by the centred scheme only
     nonzero_pattern: Any,  # noqa: ARG001
-    active_pairs: Any,
-    moves_relative_to_base: Any,
-    scene: Any,
+    active_pairs_and_resume_motions: Any,
+    element_moves_relative_to_base: Any,
+    scene_arrays: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
-    resume_contact_tests_for_step(state, scene, active_pairs, moves_relative_to_base.size)
+    resume_contact_tests_for_step(
+        case_states, scene_arrays, active_pairs_and_resume_motions, element_moves_relative_to_base.size
+    )
     kept = 0
-    for n in range(active_pairs.active_pair_count[0]):
-        p = active_pairs.active_pair_indices[n]
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
+    for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
+        p = active_pairs_and_resume_motions.active_pair_indices[n]
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         near = update_nearest_faces_and_check_possible_contact(
-            state,
+            case_states,
             q,
             a,
             b,
-            scene.pair_element_and_piece_indices[p, 2],
-            scene.pair_element_and_piece_indices[p, 3],
-            scene.piece_vertex_counts,
-            scene.piece_face_tables,
+            scene_arrays.pair_element_and_piece_indices[p, 2],
+            scene_arrays.pair_element_and_piece_indices[p, 3],
+            scene_arrays.piece_vertex_counts,
+            scene_arrays.piece_face_tables,
         )
         if near:
-            add_pair_forces_and_store_contact_history(q, a, b, state)
-        if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
-            active_pairs.active_pair_indices[kept] = p
+            add_pair_forces_and_store_contact_history(q, a, b, case_states)
+        if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs_and_resume_motions):
+            active_pairs_and_resume_motions.active_pair_indices[kept] = p
             kept += 1
-    active_pairs.active_pair_count[0] = kept
-    for i in range(moves_relative_to_base.size):
+    active_pairs_and_resume_motions.active_pair_count[0] = kept
+    for i in range(element_moves_relative_to_base.size):
         # Free and held elements move; a driven one rests in the frame of the base.
-        if moves_relative_to_base[i]:
+        if element_moves_relative_to_base[i]:
             advance_element_motion_one_step(
-                vertical_base_acceleration, rows.slice_element_rows(state, i), state, scene.gravity
+                upward_base_acceleration_or_none,
+                rows.slice_element_rows(case_states, i),
+                case_states,
+                scene_arrays.gravity,
             )
     for j in range(rows.PARALLEL_CASE_COUNT):
-        state[rows.TICK + j] = state[rows.TICK + j] + 1.0
+        case_states[rows.TICK + j] = case_states[rows.TICK + j] + 1.0

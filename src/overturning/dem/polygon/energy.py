@@ -11,24 +11,24 @@ from overturning.dem.polygon.state import OPEN, VERTEX_OF_B, ElementState, PairS
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def scene_energy(state: Any, lane: int, scene: Any) -> float:
+def scene_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the energy of a scene, J: kinetic and gravitational half a step ago, plus that of the springs now."""
     total = 0.0
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(state, scene, p)
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
         total += pair_spring_energy(rows.load_pair(q, lane))
-    return total + kinetic_and_gravitational_energy(state, lane, scene)
+    return total + kinetic_and_gravitational_energy(case_states, lane, scene_arrays)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
+def kinetic_and_gravitational_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Compute kinetic and gravitational energy of a scene at the last half step, J, for the case in column `lane`."""
-    total, half = 0.0, rows.load_case(state, lane).velocity_lag_behind_pose
-    for e in range(scene.element_fall_limits.shape[1]):
-        item = rows.load_element(rows.slice_element_rows(state, e), lane)
+    total, half = 0.0, rows.load_case(case_states, lane).velocity_lag_behind_pose
+    for e in range(scene_arrays.element_fall_limits.shape[1]):
+        item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
         if item.constants.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
-            total += element_kinetic_energy(item) + item.constants.mass * scene.gravity * height
+            total += element_kinetic_energy(item) + item.constants.mass * scene_arrays.gravity * height
     return total
 
 
@@ -56,7 +56,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
+def contact_work_of_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the work (J) of a scene's contact forces in the last half step, by which velocities lag behind forces.
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
@@ -64,8 +64,8 @@ def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
     step.
     """
     work = 0.0
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair(q, lane)
         history = pair.history
         if history.point_1.contact_vertex_owner_code == OPEN and history.point_2.contact_vertex_owner_code == OPEN:

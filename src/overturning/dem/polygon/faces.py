@@ -110,20 +110,21 @@ class VertexPositionAndLeverArms(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
+def rotate_to_scene_axes(element_pose: Pose, x_in_element_axes: float, z_in_element_axes: float) -> tuple[float, float]:
     """Return the scene components of a vector with components (x, z) in the axes of an element."""
-    return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
+    c, s, x, z = element_pose.cos, element_pose.sin, x_in_element_axes, z_in_element_axes
+    return c * x + s * z, c * z - s * x
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def polygon_face(faces: Any, face_index: int) -> ElementFace:
+def polygon_face(polygon_face_table: Any, face_index: int) -> ElementFace:
     """Return the face with number `face_index` of a polygon from the array of all its faces."""
-    nx, nz = faces[face_index, 4], faces[face_index, 5]
+    nx, nz = polygon_face_table[face_index, 4], polygon_face_table[face_index, 5]
     low, high = (
-        nx * faces[face_index, 1] - nz * faces[face_index, 0],
-        nx * faces[face_index, 3] - nz * faces[face_index, 2],
+        nx * polygon_face_table[face_index, 1] - nz * polygon_face_table[face_index, 0],
+        nx * polygon_face_table[face_index, 3] - nz * polygon_face_table[face_index, 2],
     )
-    return ElementFace(nx, nz, faces[face_index, 6], low, high)
+    return ElementFace(nx, nz, polygon_face_table[face_index, 6], low, high)
 
 
 @njit(**INLINE_OPTIONS)
@@ -152,27 +153,28 @@ def relative_face_position(
 
 @njit(**INLINE_OPTIONS)
 def convert_components_to_other_face_axes(
-    normal_offset: float, tangent_offset: float, cosine: float, sine: float
+    normal_component: float, tangent_component: float, cosine_of_axes_rotation: float, sine_of_axes_rotation: float
 ) -> tuple[float, float]:
     """Convert components along the normal and tangent of one face to those along the normal and tangent of another.
 
-    `cosine` and `sine` are those of the rotation between both faces.
+    `cosine_of_axes_rotation` and `sine_of_axes_rotation` are those of the rotation between both faces.
     """
-    return normal_offset * cosine + tangent_offset * sine, tangent_offset * cosine - normal_offset * sine
+    n, t, c, s = normal_component, tangent_component, cosine_of_axes_rotation, sine_of_axes_rotation
+    return n * c + t * s, t * c - n * s
 
 
 @njit(**INLINE_OPTIONS)
 def locate_vertex_of_a_at_face_of_b(
-    normal_offset: float,
-    tangent_offset: float,
-    face_distance: float,
+    vertex_along_own_normal: float,
+    vertex_along_own_tangent: float,
+    other_face_distance_from_centre: float,
     relative_position: RelativeFacePosition,
-    previous_position: VertexPositionAtFace,
+    previous_step_position: VertexPositionAtFace,
 ) -> VertexPositionAndLeverArms:
     """Return where a vertex of element a lies at a face of b: depth behind it, place along it, slip, lever arms."""
     own_n, own_t = convert_components_to_other_face_axes(
-        normal_offset,
-        tangent_offset,
+        vertex_along_own_normal,
+        vertex_along_own_tangent,
         relative_position.cosine_of_angle_between_faces,
         relative_position.sine_of_angle_between_faces,
     )
@@ -180,11 +182,11 @@ def locate_vertex_of_a_at_face_of_b(
         own_n + relative_position.b_to_a_centre_distance_along_normal_b,
         own_t + relative_position.b_to_a_centre_distance_along_tangent_b,
     )
-    seen = VertexPositionAtFace(face_distance - height, place)
+    seen = VertexPositionAtFace(other_face_distance_from_centre - height, place)
     return VertexPositionAndLeverArms(
         seen,
-        previous_position.depth,
-        previous_position.position_along_face - place,
+        previous_step_position.depth,
+        previous_step_position.position_along_face - place,
         ForceLeverArms(own_t, own_n),
         ForceLeverArms(place, height),
     )
@@ -192,19 +194,19 @@ def locate_vertex_of_a_at_face_of_b(
 
 @njit(**INLINE_OPTIONS)
 def locate_vertex_of_b_at_face_of_a(
-    normal_offset: float,
-    tangent_offset: float,
-    face_distance: float,
+    vertex_along_own_normal: float,
+    vertex_along_own_tangent: float,
+    other_face_distance_from_centre: float,
     relative_position: RelativeFacePosition,
-    previous_position: VertexPositionAtFace,
+    previous_step_position: VertexPositionAtFace,
 ) -> VertexPositionAndLeverArms:
     """Return where a vertex of element b lies at a face of a: depth behind the face, place along it, slip, lever arms.
 
     The place increases with the slip of a.
     """
     own_n, own_t = convert_components_to_other_face_axes(
-        normal_offset,
-        tangent_offset,
+        vertex_along_own_normal,
+        vertex_along_own_tangent,
         -relative_position.cosine_of_angle_between_faces,
         relative_position.sine_of_angle_between_faces,
     )
@@ -212,11 +214,11 @@ def locate_vertex_of_b_at_face_of_a(
         own_n + relative_position.b_to_a_centre_distance_along_normal_a,
         own_t + relative_position.b_to_a_centre_distance_along_tangent_a,
     )
-    seen = VertexPositionAtFace(face_distance + height, place)
+    seen = VertexPositionAtFace(other_face_distance_from_centre + height, place)
     return VertexPositionAndLeverArms(
         seen,
-        previous_position.depth,
-        place - previous_position.position_along_face,
+        previous_step_position.depth,
+        place - previous_step_position.position_along_face,
         ForceLeverArms(place, height),
         ForceLeverArms(own_t, own_n),
     )
@@ -227,7 +229,7 @@ def locate_vertices_of_both_faces(
     face_a: ElementFace,
     face_b: ElementFace,
     relative_position: RelativeFacePosition,
-    previous_positions: FaceVertexPositions,
+    previous_step_positions: FaceVertexPositions,
 ) -> tuple[
     VertexPositionAndLeverArms, VertexPositionAndLeverArms, VertexPositionAndLeverArms, VertexPositionAndLeverArms
 ]:
@@ -238,28 +240,28 @@ def locate_vertices_of_both_faces(
             face_a.start_along_tangent,
             face_b.distance_from_centre,
             relative_position,
-            previous_positions.first_vertex_of_a,
+            previous_step_positions.first_vertex_of_a,
         ),
         locate_vertex_of_a_at_face_of_b(
             face_a.distance_from_centre,
             face_a.end_along_tangent,
             face_b.distance_from_centre,
             relative_position,
-            previous_positions.second_vertex_of_a,
+            previous_step_positions.second_vertex_of_a,
         ),
         locate_vertex_of_b_at_face_of_a(
             face_b.distance_from_centre,
             face_b.start_along_tangent,
             face_a.distance_from_centre,
             relative_position,
-            previous_positions.first_vertex_of_b,
+            previous_step_positions.first_vertex_of_b,
         ),
         locate_vertex_of_b_at_face_of_a(
             face_b.distance_from_centre,
             face_b.end_along_tangent,
             face_a.distance_from_centre,
             relative_position,
-            previous_positions.second_vertex_of_b,
+            previous_step_positions.second_vertex_of_b,
         ),
     )
 
@@ -267,17 +269,18 @@ def locate_vertices_of_both_faces(
 @njit(**INLINE_OPTIONS)
 def build_planar_contact_point(
     vertex_is_of_a: bool,
-    vertex_is_opposite: bool,
+    vertex_projects_onto_other_face: bool,
     relative_position: RelativeFacePosition,
-    vertex_a: VertexPositionAndLeverArms,
-    vertex_b: VertexPositionAndLeverArms,
+    vertex_of_a: VertexPositionAndLeverArms,
+    vertex_of_b: VertexPositionAndLeverArms,
 ) -> PlanarContactPoint:
-    """Return a contact point of two elements: at `vertex_a` if `vertex_is_of_a`, else at `vertex_b`."""
-    depth = vertex_a.position_at_face.depth if vertex_is_of_a else vertex_b.position_at_face.depth
+    """Return a contact point of two elements: at `vertex_of_a` if `vertex_is_of_a`, else at `vertex_of_b`."""
+    a, b = vertex_of_a, vertex_of_b
+    depth = a.position_at_face.depth if vertex_is_of_a else b.position_at_face.depth
     return PlanarContactPoint(
         vertex_is_of_a=vertex_is_of_a,
-        vertex_projects_onto_other_face=vertex_is_opposite,
-        is_in_contact=vertex_is_opposite & (depth > 0.0),
+        vertex_projects_onto_other_face=vertex_projects_onto_other_face,
+        is_in_contact=vertex_projects_onto_other_face & (depth > 0.0),
         normal_towards_a_x=relative_position.outward_normal_of_face_b_x
         if vertex_is_of_a
         else -relative_position.outward_normal_of_face_a_x,
@@ -285,25 +288,15 @@ def build_planar_contact_point(
         if vertex_is_of_a
         else -relative_position.outward_normal_of_face_a_z,
         penetration=depth,
-        previous_step_penetration=vertex_a.previous_step_penetration
-        if vertex_is_of_a
-        else vertex_b.previous_step_penetration,
-        slip_of_a_in_step=vertex_a.slip_of_a_in_step if vertex_is_of_a else vertex_b.slip_of_a_in_step,
+        previous_step_penetration=a.previous_step_penetration if vertex_is_of_a else b.previous_step_penetration,
+        slip_of_a_in_step=a.slip_of_a_in_step if vertex_is_of_a else b.slip_of_a_in_step,
         lever_arms_about_a=ForceLeverArms(
-            vertex_a.lever_arms_about_a.of_normal_force
-            if vertex_is_of_a
-            else vertex_b.lever_arms_about_a.of_normal_force,
-            vertex_a.lever_arms_about_a.of_tangential_force
-            if vertex_is_of_a
-            else vertex_b.lever_arms_about_a.of_tangential_force,
+            a.lever_arms_about_a.of_normal_force if vertex_is_of_a else b.lever_arms_about_a.of_normal_force,
+            a.lever_arms_about_a.of_tangential_force if vertex_is_of_a else b.lever_arms_about_a.of_tangential_force,
         ),
         lever_arms_about_b=ForceLeverArms(
-            vertex_a.lever_arms_about_b.of_normal_force
-            if vertex_is_of_a
-            else vertex_b.lever_arms_about_b.of_normal_force,
-            vertex_a.lever_arms_about_b.of_tangential_force
-            if vertex_is_of_a
-            else vertex_b.lever_arms_about_b.of_tangential_force,
+            a.lever_arms_about_b.of_normal_force if vertex_is_of_a else b.lever_arms_about_b.of_normal_force,
+            a.lever_arms_about_b.of_tangential_force if vertex_is_of_a else b.lever_arms_about_b.of_tangential_force,
         ),
     )
 
@@ -320,8 +313,10 @@ def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> Contact
 
 
 @njit(**INLINE_OPTIONS)
-def find_contact_segment_if_may_touch(pair: PairState, pose_a: Pose, pose_b: Pose, may_touch: bool) -> ContactSegment:
-    """Return the overlap of two elements' nearest faces at given poses; with open contact points unless `may_touch`.
+def find_contact_segment_if_may_touch(
+    pair: PairState, pose_a: Pose, pose_b: Pose, elements_may_touch: bool
+) -> ContactSegment:
+    """Return the overlap of two elements' nearest faces at given poses; with open contact points unless they may touch.
 
     Contact point 1 lies at a's first or b's second vertex, point 2 at a's second or b's first: at the inner of these
     two vertices.
@@ -348,8 +343,8 @@ def find_contact_segment_if_may_touch(pair: PairState, pose_a: Pose, pose_b: Pos
         & (b1.position_at_face.position_along_face <= to.first_vertex_of_b_max_along_face_a)
     )
     one, two = (
-        build_planar_contact_point(mine_1, in_1 & may_touch, f, a1, b2),
-        build_planar_contact_point(mine_2, in_2 & may_touch, f, a2, b1),
+        build_planar_contact_point(mine_1, in_1 & elements_may_touch, f, a1, b2),
+        build_planar_contact_point(mine_2, in_2 & elements_may_touch, f, a2, b1),
     )
     return ContactSegment(
         f.cosine_of_angle_between_faces,
@@ -362,14 +357,14 @@ def find_contact_segment_if_may_touch(pair: PairState, pose_a: Pose, pose_b: Pos
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def earlier_vertex_positions(
-    pair: PairState, element_a: ElementState, element_b: ElementState, elapsed_time: float
+    pair: PairState, element_a: ElementState, element_b: ElementState, time_before_present: float
 ) -> FaceVertexPositions:
-    """Return the positions, `elapsed_time` seconds ago, of the four vertices of two elements' nearest faces."""
+    """Return the positions, `time_before_present` seconds ago, of the four vertices of two elements' nearest faces."""
     f = relative_face_position(
         pair.nearest_face_of_a,
         pair.nearest_face_of_b,
-        pose_extrapolated_back_in_time(element_a, elapsed_time),
-        pose_extrapolated_back_in_time(element_b, elapsed_time),
+        pose_extrapolated_back_in_time(element_a, time_before_present),
+        pose_extrapolated_back_in_time(element_b, time_before_present),
     )
     a1, a2, b1, b2 = locate_vertices_of_both_faces(
         pair.nearest_face_of_a, pair.nearest_face_of_b, f, pair.history.previous_vertex_positions
@@ -378,12 +373,12 @@ def earlier_vertex_positions(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def pose_extrapolated_back_in_time(element: ElementState, elapsed_time: float) -> Pose:
-    """Return the pose that an element had `elapsed_time` seconds ago if it moved with its present velocity."""
-    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -elapsed_time * element.velocity.angular)
+def pose_extrapolated_back_in_time(element: ElementState, time_before_present: float) -> Pose:
+    """Return the pose that an element had `time_before_present` seconds ago if it moved with its present velocity."""
+    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -time_before_present * element.velocity.angular)
     return Pose(
-        element.pose.x - elapsed_time * element.velocity.x,
-        element.pose.z - elapsed_time * element.velocity.z,
+        element.pose.x - time_before_present * element.velocity.x,
+        element.pose.z - time_before_present * element.velocity.z,
         element.pose.angle,
         c,
         s,
@@ -392,9 +387,9 @@ def pose_extrapolated_back_in_time(element: ElementState, elapsed_time: float) -
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_position(
-    point_history: PlanarContactPointHistory, point_number: int, vertex_positions: FaceVertexPositions
+    point_history: PlanarContactPointHistory, point_index_0_or_1: int, vertex_positions: FaceVertexPositions
 ) -> VertexPositionAtFace:
-    """Return the position of the vertex at which contact point `point_number` (0 or 1) lies."""
+    """Return the position of the vertex at which contact point `point_index_0_or_1` lies."""
     if point_history.contact_vertex_owner_code != VERTEX_OF_B:
-        return vertex_positions.first_vertex_of_a if point_number == 0 else vertex_positions.second_vertex_of_a
-    return vertex_positions.second_vertex_of_b if point_number == 0 else vertex_positions.first_vertex_of_b
+        return vertex_positions.first_vertex_of_a if point_index_0_or_1 == 0 else vertex_positions.second_vertex_of_a
+    return vertex_positions.second_vertex_of_b if point_index_0_or_1 == 0 else vertex_positions.first_vertex_of_b

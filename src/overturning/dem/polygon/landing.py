@@ -36,17 +36,17 @@ def contact_point_lands_in_this_impact(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
-    pair_motion: PairMotionAndInertia,
+    pair_motion_and_inertia: PairMotionAndInertia,
 ) -> bool:
     """True if a contact point of two elements is landing: it touches now or will touch within the same impact.
 
     The time until it touches is at most `dem.kernel.mechanics.max_time_between_touches_in_one_impact`; here both sides
     of this condition are multiplied to avoid a division.
     """
-    opening, _ = opening_and_slip_rates(contact_point, pair_motion.relative_velocity)
+    opening, _ = opening_and_slip_rates(contact_point, pair_motion_and_inertia.relative_velocity)
     sinking = opening if opening < 0.0 else 0.0
     rate = contact_law.dashpot_coefficient * (
-        pair_motion.constants_of_a.inverse_mass + pair_motion.constants_of_b.inverse_mass
+        pair_motion_and_inertia.constants_of_a.inverse_mass + pair_motion_and_inertia.constants_of_b.inverse_mass
     )
     soon = (rate * contact_point.penetration > sinking) & (
         contact_law.normal_stiffness * contact_point.penetration > contact_law.dashpot_coefficient * sinking
@@ -61,14 +61,18 @@ def pair_lands_flat(
     contact_law: ContactPointLaw,
     pair_history: PairHistory,
     contact_segment: ContactSegment,
-    pair_motion: PairMotionAndInertia,
+    pair_motion_and_inertia: PairMotionAndInertia,
 ) -> bool:
     """True if both contact points of two elements land in one impact; a dashpot may then pull."""
-    one = contact_point_lands_in_this_impact(contact_law, pair_history.point_1, contact_segment.point_1, pair_motion)
+    one = contact_point_lands_in_this_impact(
+        contact_law, pair_history.point_1, contact_segment.point_1, pair_motion_and_inertia
+    )
     return (
         (contact_law.flat_landing_duration > 0.0)
         & one
-        & contact_point_lands_in_this_impact(contact_law, pair_history.point_2, contact_segment.point_2, pair_motion)
+        & contact_point_lands_in_this_impact(
+            contact_law, pair_history.point_2, contact_segment.point_2, pair_motion_and_inertia
+        )
     )
 
 
@@ -76,22 +80,22 @@ def pair_lands_flat(
 def slides_in_flat_landing_and_signed_friction(
     contact_law: ContactPointLaw,
     contact_point: PlanarContactPoint,
-    velocity: PairRelativeVelocityOrDirection,
-    inertia_a: ElementConstants,
-    inertia_b: ElementConstants,
+    relative_velocity_of_a: PairRelativeVelocityOrDirection,
+    constants_of_a: ElementConstants,
+    constants_of_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
     """Return whether a contact point of two elements slides in a flat landing, and ±μ with the sign of its friction.
 
     The velocities are those without the rotation of one element relative to the other, as if both were one body.
     """
-    total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
+    total = constants_of_a.inverse_inertia + constants_of_b.inverse_inertia
     w = (
-        velocity.angular_velocity_or_lever_arm_of_a * inertia_b.inverse_inertia
-        + velocity.angular_velocity_or_lever_arm_of_b * inertia_a.inverse_inertia
+        relative_velocity_of_a.angular_velocity_or_lever_arm_of_a * constants_of_b.inverse_inertia
+        + relative_velocity_of_a.angular_velocity_or_lever_arm_of_b * constants_of_a.inverse_inertia
     ) / (total if total > 0.0 else 1.0)
     opening, slipping = opening_and_slip_rates(
-        contact_point, PairRelativeVelocityOrDirection(velocity.x, velocity.z, w, w)
+        contact_point, PairRelativeVelocityOrDirection(relative_velocity_of_a.x, relative_velocity_of_a.z, w, w)
     )
     return lands_flat & base_slides_in_flat_landing(
         contact_law.friction_coefficient, slipping, opening
@@ -100,29 +104,39 @@ def slides_in_flat_landing_and_signed_friction(
 
 @njit(**INLINE_OPTIONS)
 def relative_rotation_lever_arm(
-    lever_a: float, lever_b: float, inverse_inertia_a: float, inverse_inertia_b: float
+    force_lever_arm_about_a: float, force_lever_arm_about_b: float, inverse_inertia_a: float, inverse_inertia_b: float
 ) -> float:
     """Return the lever arm (m) with which a contact force rotates element a relative to element b."""
     total = inverse_inertia_a + inverse_inertia_b
-    return (lever_a * inverse_inertia_a + lever_b * inverse_inertia_b) / (total if total > 0.0 else 1.0)
+    return (force_lever_arm_about_a * inverse_inertia_a + force_lever_arm_about_b * inverse_inertia_b) / (
+        total if total > 0.0 else 1.0
+    )
 
 
 @njit(**INLINE_OPTIONS)
-def reduce_tangential_lever_arms(contact_point: PlanarContactPoint, lever_reduction: float) -> PlanarContactPoint:
-    """Return a contact point, with `lever_reduction` (m) subtracted from the lever arms of its tangential force."""
+def shift_tangential_force_along_normal(
+    contact_point: PlanarContactPoint, shift_towards_b_along_normal: float
+) -> PlanarContactPoint:
+    """Return a contact point whose tangential force acts further towards b, by a signed distance (m) along the normal.
+
+    The distance is subtracted from both signed lever arms of this force, so that one of them may grow.
+    """
     end, arms_a, arms_b = contact_point, contact_point.lever_arms_about_a, contact_point.lever_arms_about_b
     return PlanarContactPoint(
         end.vertex_is_of_a, end.vertex_projects_onto_other_face, end.is_in_contact,
         end.normal_towards_a_x, end.normal_towards_a_z,
         end.penetration, end.previous_step_penetration, end.slip_of_a_in_step,
-        ForceLeverArms(arms_a.of_normal_force, arms_a.of_tangential_force - lever_reduction),
-        ForceLeverArms(arms_b.of_normal_force, arms_b.of_tangential_force - lever_reduction),
+        ForceLeverArms(arms_a.of_normal_force, arms_a.of_tangential_force - shift_towards_b_along_normal),
+        ForceLeverArms(arms_b.of_normal_force, arms_b.of_tangential_force - shift_towards_b_along_normal),
     )  # fmt: skip
 
 
 @njit(**INLINE_OPTIONS)
 def contact_points_with_landing_lever_arms(
-    contact_law: ContactPointLaw, contact_segment: ContactSegment, pair_motion: PairMotionAndInertia, lands_flat: bool
+    contact_law: ContactPointLaw,
+    contact_segment: ContactSegment,
+    pair_motion_and_inertia: PairMotionAndInertia,
+    lands_flat: bool,
 ) -> tuple[PlanarContactPoint, PlanarContactPoint]:
     """Return both contact points of two elements; in a flat landing, with corrected lever arms of tangential forces.
 
@@ -130,7 +144,7 @@ def contact_points_with_landing_lever_arms(
     balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts
     where it causes no such rotation.
     """
-    one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion
+    one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion_and_inertia
     slides_one, drift = slides_in_flat_landing_and_signed_friction(contact_law, one, u, a, b, lands_flat)
     slides_two, other = slides_in_flat_landing_and_signed_friction(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
@@ -154,23 +168,21 @@ def contact_points_with_landing_lever_arms(
     place = -0.5 * (drift * (t1 + t2))
     within = (place - n1) * (place - n2) <= 0.0
     share = 1.0 if slides_one & slides_two & (drift == other) & within else 0.0
-    return reduce_tangential_lever_arms(one, share * t1), reduce_tangential_lever_arms(two, share * t2)
+    return shift_tangential_force_along_normal(one, share * t1), shift_tangential_force_along_normal(two, share * t2)
 
 
 @njit(**INLINE_OPTIONS)
 def correct_slip_for_friction_work(
     contact_segment: ContactSegment,
-    landing_points: tuple[PlanarContactPoint, PlanarContactPoint],
+    points_with_landing_lever_arms: tuple[PlanarContactPoint, PlanarContactPoint],
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
 ) -> tuple[PlanarContactPointResult, PlanarContactPointResult]:
     """Return both contact points' results of a flat landing, slips corrected for friction's changed lever arms.
 
-    The slips are corrected for the changed lever arms of friction in a flat landing.
-
     With these slips, friction does its work at the lever arms of `contact_points_with_landing_lever_arms`.
     """
     (point_1, point_2), (r1, r2), apart = (
-        landing_points,
+        points_with_landing_lever_arms,
         point_results,
         contact_segment.point_1.lever_arms_about_a.of_normal_force
         - contact_segment.point_2.lever_arms_about_a.of_normal_force,

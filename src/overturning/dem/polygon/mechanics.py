@@ -169,8 +169,8 @@ def trial_tangential_spring_stretch(
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
-    compliance: float,
-    damping_force: float,
+    tangential_compliance: float,
+    dashpot_force_opposing_slip: float,
 ) -> float:
     """Return the stretch (m) of the tangential spring at a contact point of two elements, before friction limits it.
 
@@ -183,7 +183,7 @@ def trial_tangential_spring_stretch(
         - point_history.tangential_force * contact_segment.cosine_of_angle_between_faces
     )
     share = point_history.tangential_force if point_history.contact_vertex_owner_code == TRANSFERRED else share
-    equivalent = -(share + damping_force) * compliance
+    equivalent = -(share + dashpot_force_opposing_slip) * tangential_compliance
     stretch = (
         point_history.tangential_spring_stretch + contact_point.slip_of_a_in_step
         if point_history.contact_vertex_owner_code == carrier
@@ -226,19 +226,19 @@ def sum_contact_point_forces(
 
 @njit(**INLINE_OPTIONS)
 def add_pair_force_to_elements(
-    force_on_a: PlanarMotionOrForce, force_on_b: PlanarMotionOrForce, pair_force: PairForce
+    force_sum_on_a: PlanarMotionOrForce, force_sum_on_b: PlanarMotionOrForce, pair_force: PairForce
 ) -> tuple[PlanarMotionOrForce, PlanarMotionOrForce]:
     """Return the forces on elements a and b with their mutual contact force added, in opposite directions."""
     return (
         PlanarMotionOrForce(
-            force_on_a.x + pair_force.force_on_a_x,
-            force_on_a.z + pair_force.force_on_a_z,
-            force_on_a.angular + pair_force.moment_of_force_on_a_about_a,
+            force_sum_on_a.x + pair_force.force_on_a_x,
+            force_sum_on_a.z + pair_force.force_on_a_z,
+            force_sum_on_a.angular + pair_force.moment_of_force_on_a_about_a,
         ),
         PlanarMotionOrForce(
-            force_on_b.x - pair_force.force_on_a_x,
-            force_on_b.z - pair_force.force_on_a_z,
-            force_on_b.angular - pair_force.moment_of_force_on_a_about_b,
+            force_sum_on_b.x - pair_force.force_on_a_x,
+            force_sum_on_b.z - pair_force.force_on_a_z,
+            force_sum_on_b.angular - pair_force.moment_of_force_on_a_about_b,
         ),
     )
 
@@ -255,32 +255,52 @@ def velocity_of_a_relative_to_b(
 
 @njit(**INLINE_OPTIONS)
 def opening_and_slip_rates(
-    contact_point: PlanarContactPoint, velocity: PairRelativeVelocityOrDirection
+    contact_point: PlanarContactPoint, relative_velocity_of_a: PairRelativeVelocityOrDirection
 ) -> tuple[float, float]:
-    """Return opening and slip rates (m/s) at a contact point of two elements, from `velocity` of a relative to b."""
-    opening = (contact_point.normal_towards_a_x * velocity.x + contact_point.normal_towards_a_z * velocity.z) + (
-        velocity.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_normal_force
-        - velocity.angular_velocity_or_lever_arm_of_b * contact_point.lever_arms_about_b.of_normal_force
+    """Return opening and slip rates (m/s) at a contact point of two elements, from the velocity of a relative to b."""
+    opening = (
+        contact_point.normal_towards_a_x * relative_velocity_of_a.x
+        + contact_point.normal_towards_a_z * relative_velocity_of_a.z
+    ) + (
+        relative_velocity_of_a.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_normal_force
+        - relative_velocity_of_a.angular_velocity_or_lever_arm_of_b * contact_point.lever_arms_about_b.of_normal_force
     )
-    return opening, (contact_point.normal_towards_a_z * velocity.x - contact_point.normal_towards_a_x * velocity.z) + (
-        velocity.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_tangential_force
-        - velocity.angular_velocity_or_lever_arm_of_b * contact_point.lever_arms_about_b.of_tangential_force
+    return opening, (
+        contact_point.normal_towards_a_z * relative_velocity_of_a.x
+        - contact_point.normal_towards_a_x * relative_velocity_of_a.z
+    ) + (
+        relative_velocity_of_a.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_tangential_force
+        - relative_velocity_of_a.angular_velocity_or_lever_arm_of_b
+        * contact_point.lever_arms_about_b.of_tangential_force
     )
 
 
 @njit(**INLINE_OPTIONS)
 def friction_force_limit_and_slip_flag(
-    trial_force: float, normal_force: float, contact_law: ContactPointLaw, flat_landing_state: tuple[bool, bool, float]
+    tangential_force_without_friction_limit: float,
+    normal_force: float,
+    contact_law: ContactPointLaw,
+    lands_flat_slides_and_signed_friction: tuple[bool, bool, float],
 ) -> tuple[float, float, bool]:
     """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
-    `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing_state`
-    holds whether the point is in contact in a flat landing, and both results of
-    `slides_in_flat_landing_and_signed_friction`: a point that has not touched yet has no friction.
+    `lands_flat_slides_and_signed_friction` holds whether the point is in contact in a flat landing, and both results
+    of `slides_in_flat_landing_and_signed_friction`: a point that has not touched yet has no friction.
     """
-    (held, drifts, drift), limit = flat_landing_state, contact_law.friction_coefficient * normal_force
-    slips = drifts if held else abs(trial_force) > limit
-    force = drift * normal_force if drifts else (clamp_magnitude(trial_force, limit) if slips else trial_force)
+    (held, drifts, drift), limit = (
+        lands_flat_slides_and_signed_friction,
+        contact_law.friction_coefficient * normal_force,
+    )
+    slips = drifts if held else abs(tangential_force_without_friction_limit) > limit
+    force = (
+        drift * normal_force
+        if drifts
+        else (
+            clamp_magnitude(tangential_force_without_friction_limit, limit)
+            if slips
+            else tangential_force_without_friction_limit
+        )
+    )
     return force, (limit if limit > 0.0 else 0.0), slips
 
 
@@ -291,7 +311,7 @@ def contact_point_history_after_step(
     contact_point: PlanarContactPoint,
     point_result: PlanarContactPointResult,
     contact_law: ContactPointLaw,
-    elapsed_time: float,
+    step_duration: float,
 ) -> PlanarContactPointHistory:
     """Return the state of a contact point of two elements after a step, from the states of both points before.
 
@@ -301,10 +321,10 @@ def contact_point_history_after_step(
     begun = (
         contact_law.flat_landing_duration
         if other_point_history.contact_vertex_owner_code == OPEN
-        else other_point_history.remaining_flat_landing_time - elapsed_time
+        else other_point_history.remaining_flat_landing_time - step_duration
     )
     left = (
-        point_history.remaining_flat_landing_time - elapsed_time
+        point_history.remaining_flat_landing_time - step_duration
         if point_history.contact_vertex_owner_code != OPEN
         else begun
     )
@@ -336,7 +356,7 @@ def pair_history_after_step(
     vertex_positions: FaceVertexPositions,
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
     contact_law: ContactPointLaw,
-    elapsed_time: float,
+    step_duration: float,
 ) -> PairHistory:
     """Return the contact state of two elements after a step that ends with the given vertex positions."""
     s1, s2 = point_results
@@ -349,10 +369,10 @@ def pair_history_after_step(
     return PairHistory(
         vertex_positions,
         contact_point_history_after_step(
-            pair_history.point_1, pair_history.point_2, contact_segment.point_1, s1, contact_law, elapsed_time
+            pair_history.point_1, pair_history.point_2, contact_segment.point_1, s1, contact_law, step_duration
         ),
         contact_point_history_after_step(
-            pair_history.point_2, pair_history.point_1, contact_segment.point_2, s2, contact_law, elapsed_time
+            pair_history.point_2, pair_history.point_1, contact_segment.point_2, s2, contact_law, step_duration
         ),
         deepest,
         pair_history.absorbed_energy + absorbed,

@@ -31,10 +31,10 @@ mean of normal force × place (x, z)."""
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def record_element_motion_of_first_case(
-    state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+    case_states: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
-    case = rows.load_case(state, 0)
+    case = rows.load_case(case_states, 0)
     trajectory_row[TIME] = (
         case.current_sample + case.base_acceleration.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
@@ -43,7 +43,7 @@ def record_element_motion_of_first_case(
     )
     half = case.velocity_lag_behind_pose
     for e in range(element_count):
-        item = rows.load_element(rows.slice_element_rows(state, e), 0)
+        item = rows.load_element(rows.slice_element_rows(case_states, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
         at = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * e
         trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = pose.x, pose.z, pose.angle
@@ -56,22 +56,26 @@ def record_element_motion_of_first_case(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def add_first_case_contact_forces_to_trajectory(
-    state: Any, scene: Any, sample_share: float, trajectory_rows: Any, row_index: int
+    case_states: Any,
+    scene_arrays: Any,
+    time_weight_in_sample_mean: float,
+    trajectory_rows: Any,
+    trajectory_row_index: int,
 ) -> None:
-    """Add the first simulated case's contact forces, times `sample_share`, to row `row_index` of a trajectory.
+    """Add the first simulated case's contact forces, times a share of the sample, to a row of the trajectory.
 
-    The sum over the steps of a sample is the mean force.
+    With the shares `time_weight_in_sample_mean` of all steps of a sample, the sum is the mean force.
     """
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, first, second = rows.pair_and_element_rows(state, scene, p)
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, first, second = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.point_1 if end == 0 else pair.history.point_2
             if memory.contact_vertex_owner_code == OPEN:
                 continue
             n, tangent, mine = (
-                sample_share * memory.normal_force,
-                sample_share * memory.tangential_force,
+                time_weight_in_sample_mean * memory.normal_force,
+                time_weight_in_sample_mean * memory.tangential_force,
                 memory.contact_vertex_owner_code == VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
@@ -80,14 +84,14 @@ def add_first_case_contact_forces_to_trajectory(
             )
             at = (
                 2
-                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene.element_fall_limits.shape[1]
+                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene_arrays.element_fall_limits.shape[1]
                 + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             )
-            trajectory_rows[row_index, at + FX] += n * nx + tangent * nz
-            trajectory_rows[row_index, at + FZ] += n * nz - tangent * nx
-            trajectory_rows[row_index, at + LOAD] += n
-            trajectory_rows[row_index, at + LOAD_X] += n * (a.x + rx)
-            trajectory_rows[row_index, at + LOAD_Z] += n * (a.z + rz)
+            trajectory_rows[trajectory_row_index, at + FX] += n * nx + tangent * nz
+            trajectory_rows[trajectory_row_index, at + FZ] += n * nz - tangent * nx
+            trajectory_rows[trajectory_row_index, at + LOAD] += n
+            trajectory_rows[trajectory_row_index, at + LOAD_X] += n * (a.x + rx)
+            trajectory_rows[trajectory_row_index, at + LOAD_Z] += n * (a.z + rz)
 
 
 def count_trajectory_columns(prepared_scene: PreparedScene) -> int:

@@ -231,54 +231,59 @@ def plan_scene_simulation(
 
 def _samples_from_which_groups_cannot_rock(
     scene_variants: list[PreparedScene],
-    variant_index_by_case: NDArray[np.int64],
+    scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
-    find_ranges: Callable[[FloatArray], tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]],
+    find_motion_ranges_for_onset_acceleration_g: Callable[
+        [FloatArray], tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]
+    ],
 ) -> FloatArray:
     """Return the sample from which each group that can rock as one stays at rest, shape (cases, groups).
 
-    `find_ranges` is `find_strong_motion_ranges` of the motion, a function of the onset acceleration of each case, g.
+    `find_motion_ranges_for_onset_acceleration_g` is `find_strong_motion_ranges` of the motion, a function of the onset
+    acceleration of each case, |a|/g.
     """
     friction = np.asarray(cases.friction)
     # An element that starts to slide may slide off its support.
     grip = np.zeros(cases.case_count)
     for number, item in enumerate(scene_variants):
-        of_variant = variant_index_by_case == number
+        of_variant = scene_variant_index_by_case == number
         grip[of_variant] = item.sliding_onset_acceleration_g(friction[of_variant])
     groups = scene_variants[0].lowest_and_last_index_of_rocking_groups
     samples = np.zeros((cases.case_count, len(groups)))
     alike = all(np.array_equal(item.lowest_and_last_index_of_rocking_groups, groups) for item in scene_variants)
     for group in range(len(groups)):
         uplift = [item.rocking_onset_acceleration_g_by_group[group] if alike else 0.0 for item in scene_variants]
-        safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[variant_index_by_case]
-        samples[:, group] = find_ranges(np.minimum(safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO)[1]
+        safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[scene_variant_index_by_case]
+        samples[:, group] = find_motion_ranges_for_onset_acceleration_g(
+            np.minimum(safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
+        )[1]
     return samples
 
 
 def _rest_acceleration_limits_g_of_cases(
-    prepared_scenes: list[PreparedScene],
-    variant_indices: NDArray[np.int64],
+    scene_variants: list[PreparedScene],
+    scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
-    motion_onset_acceleration_g: FloatArray,
+    motion_onset_acceleration_g_by_case: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
     lifts, slowest = (
-        np.array([getattr(item, name) for item in prepared_scenes])
+        np.array([getattr(item, name) for item in scene_variants])
         for name in ("rocking_onset_acceleration_g", "min_omega_squared_on_springs")
     )
-    laws = [item.pair_contact_laws for item in prepared_scenes]
+    laws = [item.pair_contact_laws for item in scene_variants]
     delay = np.array(
         [np.min(one.dashpot_coefficient / np.maximum(one.normal_stiffness, one.tangential_stiffness)) for one in laws]
-    )[variant_indices]
+    )[scene_variant_index_by_case]
     rings = dynamic_to_static_force_ratio_upper_bound(
-        slowest[variant_indices], delay * np.asarray(cases.damping_factor), sampling_interval
+        slowest[scene_variant_index_by_case], delay * np.asarray(cases.damping_factor), sampling_interval
     )
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
     return largest_acceleration_without_motion_g(
-        lifts[variant_indices],
-        motion_onset_acceleration_g,
-        lifts[variant_indices],
+        lifts[scene_variant_index_by_case],
+        motion_onset_acceleration_g_by_case,
+        lifts[scene_variant_index_by_case],
         rings,
         MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
     )
@@ -286,30 +291,41 @@ def _rest_acceleration_limits_g_of_cases(
 
 def steps_per_sample_shortest_ticks_and_ratio(
     scheme: IntegrationScheme,
-    time_step: float | str,
-    squared_frequency: FloatArray,
-    damping_rate: FloatArray,
+    requested_time_step: float | str,
+    max_omega_squared_by_variant: FloatArray,
+    max_dashpot_eigenvalue_by_variant: FloatArray,
     sampling_interval: float,
-    rocking_time_constant: FloatArray,
+    shortest_rocking_time_constant_by_variant: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return, for each scene variant (size and damping), steps per sample, finest step (ticks), and step ratio.
 
-    The step ratio is that of the automatic to the chosen time step. `squared_frequency` and `damping_rate` are ω²
-    (1/s²) and damping rate (1/s) of the highest mode of each variant, `rocking_time_constant` is 1/p (s).
+    The step ratio is that of the automatic to the requested time step. `max_omega_squared_by_variant` and
+    `max_dashpot_eigenvalue_by_variant` are the largest eigenvalues of contact springs (1/s²) and dashpots (1/s),
+    `shortest_rocking_time_constant_by_variant` is 1/p (s).
     """
     if scheme != IntegrationScheme.CENTRED:
         return (
-            steps_per_sample(scheme, time_step, squared_frequency, damping_rate, sampling_interval),
-            np.ones(squared_frequency.size),
-            np.ones(squared_frequency.size),
+            steps_per_sample(
+                scheme,
+                requested_time_step,
+                max_omega_squared_by_variant,
+                max_dashpot_eigenvalue_by_variant,
+                sampling_interval,
+            ),
+            np.ones(max_omega_squared_by_variant.size),
+            np.ones(max_omega_squared_by_variant.size),
         )
-    frequency = np.sqrt(squared_frequency)
+    frequency = np.sqrt(max_omega_squared_by_variant)
     whole = np.minimum(
-        SCENE_STEP_CONTROL.longest_whole_step_in_rocking_time_constants * rocking_time_constant, sampling_interval
+        SCENE_STEP_CONTROL.longest_whole_step_in_rocking_time_constants * shortest_rocking_time_constant_by_variant,
+        sampling_interval,
     )
-    heavy = np.maximum(0.5 * damping_rate / frequency / DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED, 1.0)
+    heavy = np.maximum(
+        0.5 * max_dashpot_eigenvalue_by_variant / frequency / DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED, 1.0
+    )
     fewest, steps = (
-        steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step)
+        steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval)
+        for wanted in ("auto", requested_time_step)
     )
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(
@@ -322,9 +338,9 @@ def steps_per_sample_shortest_ticks_and_ratio(
     return steps, np.ldexp(SCENE_STEP_CONTROL.ticks_per_whole_step, -halvings), steps / fewest
 
 
-def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[PreparedScene]) -> None:
+def _check_variant_stiffness_and_pairs(scene: Scene, scene_variants: list[PreparedScene]) -> None:
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
-    for item in prepared_scenes:
+    for item in scene_variants:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
         loaded = item.pair_contact_laws.carried_weight > 0.0
         penetrations = item.pair_contact_laws.stiffness_design_weight[loaded] / (
@@ -335,7 +351,7 @@ def _check_variant_stiffness_and_pairs(scene: Scene, prepared_scenes: list[Prepa
         )
     alike = {
         (tuple(item.pairs), tuple(item.support_element_indices.tolist()), tuple(item.piece_vertex_counts))
-        for item in prepared_scenes
+        for item in scene_variants
     }
     if len(alike) != 1:
         raise ArgumentError(

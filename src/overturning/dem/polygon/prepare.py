@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.limits import static_penetration_exceeds_limit
+from overturning.dem.polygon.rocking_onset import (
+    Elements,
+    SupportPointsByElementAndCarrier,
+    rocking_onset_accelerations_g,
+)
 from overturning.dem.polygon.statics import (
     LoadedContactPoint,
     PairContactLaws,
@@ -22,7 +27,6 @@ from overturning.dem.polygon.statics import (
 from overturning.model.geometry import (
     ConvexPiecePair,
     PlacedElement,
-    PossibleContactPoint,
     convex_piece_pairs_with_movable_element,
     first_overlap_or_support_error_message,
     place_elements,
@@ -137,27 +141,31 @@ class PreparedScene:
             last = int(supports[last])
         return int(supports[element_index]), last if self.elements[last].element.kind == "held" else -1
 
-    def motion_onset_acceleration_g(self, friction: FloatArray) -> FloatArray:
-        """Return the base acceleration |a|/g below which no element moves, for each `friction` coefficient."""
-        return np.minimum(self.rocking_onset_acceleration_g, self.sliding_onset_acceleration_g(friction))
+    def motion_onset_acceleration_g(self, friction_if_law_has_none: FloatArray) -> FloatArray:
+        """Return the base acceleration |a|/g below which no element moves, for each given friction coefficient."""
+        return np.minimum(
+            self.rocking_onset_acceleration_g, self.sliding_onset_acceleration_g(friction_if_law_has_none)
+        )
 
-    def sliding_onset_acceleration_g(self, friction: FloatArray) -> FloatArray:
-        """Return the base acceleration |a|/g at which the first element starts to slide, for each `friction`.
+    def sliding_onset_acceleration_g(self, friction_if_law_has_none: FloatArray) -> FloatArray:
+        """Return the base acceleration |a|/g at which the first element starts to slide, for each friction coefficient.
 
         0 if an element slides at rest. It is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
         """
-        least = np.full(friction.shape, np.inf)
+        least = np.full(friction_if_law_has_none.shape, np.inf)
         for end in self.contact_points_loaded_at_rest:
             mu = self.pair_contact_laws.friction_coefficient[end.pair_index]
             x, z = np.abs(end.contact_point.normal_from_second_to_first)
-            held = friction if mu < 0 else np.full(friction.shape, mu)
+            held = friction_if_law_has_none if mu < 0 else np.full(friction_if_law_has_none.shape, mu)
             least = np.minimum(least, np.maximum(held * z - x, 0.0) / np.maximum(z + held * x, 1e-300))
         return least
 
 
-def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> PreparedScene:
+def prepare_scene(
+    scene: Scene, reference_element_height: float | None = None, reference_element_b_over_h: float | None = None
+) -> PreparedScene:
     """Compute equilibrium, contact constants and thresholds of a scene whose reference element has the given size."""
-    placed = place_elements(scene, height, b_over_h)
+    placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
     pairs = convex_piece_pairs_with_movable_element(placed)
     joints = contact_points_at_rest_with_derivatives(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
@@ -165,7 +173,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
     stands = _find_supports(placed, pairs, bearing)
-    threshold, parts, safe = _rocking_onset_accelerations_g(placed, stands)
+    threshold, parts, safe = rocking_onset_accelerations_g(placed, stands)
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
         threshold, safe = 0.0, 0.0 * safe  # a held element moves relative to the others
     mu = laws.friction_coefficient
@@ -183,13 +191,18 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
         lowest_omega_squared_on_springs(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))],
-        b_over_h is None or not first_overlap_or_support_error_message(placed),
+        reference_element_b_over_h is None or not first_overlap_or_support_error_message(placed),
     )  # fmt: skip
 
 
-def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: float, friction: float) -> str:
+def reason_scene_moves_by_itself(
+    scene: Scene,
+    reference_element_height: float | None,
+    reference_element_b_over_h: float,
+    friction_if_law_has_none: float,
+) -> str:
     """Return the reason why elements of a scene move without any motion of the ground; an empty text if they rest."""
-    prepared = prepare_scene(scene, height, b_over_h)
+    prepared = prepare_scene(scene, reference_element_height, reference_element_b_over_h)
     if not prepared.has_static_equilibrium:
         return "the scene has no equilibrium at rest: an element falls or slides without an earthquake"
     # Forces of each face on its springs: the corners of a face share its friction.
@@ -197,15 +210,15 @@ def reason_scene_moves_by_itself(scene: Scene, height: float | None, b_over_h: f
     for pair, _, _, approach, slip in prepared.contact_points_loaded_at_rest:
         across[pair] += laws.normal_stiffness[pair] * approach
         along[pair] += laws.tangential_stiffness[pair] * slip
-    coefficient = np.where(laws.friction_coefficient < 0.0, friction, laws.friction_coefficient)
+    coefficient = np.where(laws.friction_coefficient < 0.0, friction_if_law_has_none, laws.friction_coefficient)
     if np.any(np.abs(along) > coefficient * across + 1e-9 * across.max(initial=0.0)):
         return "an element slides down its face without an earthquake: its friction is less than the slope"
     return ""
 
 
-def free_element_critical_angles_deg(scene: Scene, b_over_h: FloatArray) -> FloatArray:
-    """Return the tipping angle α (degrees) of each free element for each `b_over_h`, shape (ratios, free elements)."""
-    prepared = (prepare_scene(scene, None, float(ratio)) for ratio in b_over_h)
+def free_element_critical_angles_deg(scene: Scene, reference_element_b_over_h_values: FloatArray) -> FloatArray:
+    """Return the tipping angle α (degrees) of each free element, shape (B/H values, free elements)."""
+    prepared = (prepare_scene(scene, None, float(ratio)) for ratio in reference_element_b_over_h_values)
     return np.stack([np.degrees(item.tipping_angles[item.free_element_indices]) for item in prepared])
 
 
@@ -217,16 +230,11 @@ CRITICAL_ANGLE_ATTRIBUTES: Final = {
 }
 """CF attributes of the critical angles of a scene."""
 
-Elements = list[PlacedElement]
-
 
 def smallest_free_element_side(elements: Elements) -> float:
     """Return the smallest side of any free element, m."""
     return min(item.smaller_of_width_and_height for item in elements if not item.is_driven_or_held)
 
-
-SupportPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
-"""Loaded contact points, by the element that stands on them and the element that carries it."""
 
 MAX_SINE_BETWEEN_PARALLEL_NORMALS: Final = 0.05
 """Sine of the angle between two normals up to which they count as parallel."""
@@ -306,95 +314,3 @@ def _tipping_angles_energies_and_supports(
             critical[k] = min(fall) if rests else max(min(reach), MIN_TIPPING_ANGLE_RAD)
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_of_width_and_height)
     return tips, critical, barrier, support, base
-
-
-def _rocking_onset_accelerations_g(
-    elements: Elements, supports: SupportPointsByElementAndCarrier
-) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Return the least base acceleration |a|/g at which any part of a stack of elements starts to rock as one body.
-
-    A part is an element with all elements that stand on it, directly or not. A part lifts off when the resultant of
-    weight and inertia force leaves its base: |a|/g > arm / height of the common centre.
-
-    Returns
-    -------
-    threshold : float
-        Smallest |a|/g of the elements with everything that they carry.
-    parts : ndarray of int64, shape (parts, 2)
-        For each part, its lowest element and its element that the scene lists last; it exists only while both stand.
-    least : ndarray, shape (parts,)
-        Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
-        no closed form then.
-    """
-    free = [k for k, item in enumerate(elements) if not item.is_driven_or_held]
-    if any(len(supports.get(k, {})) != 1 for k in free):
-        return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
-    threshold, parts = np.inf, dict[tuple[int, int], float]()
-    for k in free:
-        points = [end.vertex_position for ends in supports[k].values() for end in ends]
-        for side in (-1.0, 1.0):
-            edge = max(points, key=lambda point: side * point[0])
-            whole = _indices_of_elements_overturning_together(elements, supports, k, max(free), edge, side, -np.inf)
-            threshold = min(threshold, _uplift_acceleration_g_of_group(elements, whole, edge, side))
-            for last in whole:
-                least = _uplift_acceleration_g_of_group(
-                    elements, _indices_of_elements_overturning_together(elements, supports, k, last, edge, side,
-                    -np.inf),
-                    edge, side,
-                )  # fmt: skip
-                # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
-                while (
-                    less := _uplift_acceleration_g_of_group(
-                        elements,
-                        _indices_of_elements_overturning_together(elements, supports, k, last, edge, side, least),
-                        edge,
-                        side,
-                    )
-                ) < least:
-                    least = less
-                parts[k, last] = min(parts.get((k, last), np.inf), max(least, 0.0))
-    return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
-
-
-def _uplift_acceleration_g_of_group(
-    elements: Elements, part_indices: list[int], edge_point: tuple[float, float], rotation_side: float
-) -> float:
-    """Return the base acceleration |a|/g at which a group of elements starts to rock about an edge, to −x or +x.
-
-    `rotation_side` is −1 or +1.
-    """
-    mass = sum(elements[n].mass for n in part_indices)
-    x = sum(elements[n].mass * elements[n].centre_of_mass_x for n in part_indices) / mass
-    z = sum(elements[n].mass * elements[n].centre_of_mass_z for n in part_indices) / mass
-    return float(rotation_side * (edge_point[0] - x) / (z - edge_point[1]))
-
-
-def _indices_of_elements_overturning_together(
-    elements: Elements,
-    supports: SupportPointsByElementAndCarrier,
-    root_index: int,
-    last_index: int,
-    edge_point: tuple[float, float],
-    rotation_side: float,
-    acceleration_over_g: float,
-) -> list[int]:
-    """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
-
-    Elements after `last_index` do not count. `acceleration_over_g` is |a|/g; −infinity includes all elements on it.
-    """
-
-    def restoring_moment_and_element_indices(element_index: int) -> tuple[float, list[int]]:
-        """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
-        item, whole = elements[element_index], acceleration_over_g == -np.inf
-        arm, height = rotation_side * (edge_point[0] - item.centre_of_mass_x), item.centre_of_mass_z - edge_point[1]
-        held = 0.0 if whole else item.mass * (arm - acceleration_over_g * height)
-        part = [element_index]
-        for moment, more in map(
-            restoring_moment_and_element_indices,
-            (n for n in range(last_index + 1) if element_index in supports.get(n, ())),
-        ):
-            if whole or moment < 0.0 or last_index in more:
-                held, part = held + moment, part + more
-        return held, part
-
-    return sorted(restoring_moment_and_element_indices(root_index)[1])

@@ -7,6 +7,7 @@ from numba import njit
 
 from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REMAINING_SLIP_M, body_is_still
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
+from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_contact_segment_if_may_touch
 from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
@@ -23,19 +24,20 @@ MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT: Final = 1.0 - 1e-9
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def element_has_tipped(element: ElementState, element_fall_limits: Any) -> bool:
+def element_has_tipped(element: ElementState, fall_limits_of_element: Any) -> bool:
     """True if an element has rotated beyond the angle from which it can return to its support."""
     return bool(
-        element.pose.angle > element_fall_limits.tipping_rotation_to_plus_x
-        or -element.pose.angle > element_fall_limits.tipping_rotation_to_minus_x
+        element.pose.angle > fall_limits_of_element.tipping_rotation_to_plus_x
+        or -element.pose.angle > fall_limits_of_element.tipping_rotation_to_minus_x
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def element_has_tipped_or_dropped(element: ElementState, element_fall_limits: Any) -> bool:
+def element_has_tipped_or_dropped(element: ElementState, fall_limits_of_element: Any) -> bool:
     """True if an element has rotated beyond the angle from which it can return, or dropped below its fall limit."""
     return bool(
-        element_has_tipped(element, element_fall_limits) or element.pose.z < element.rest_position.fallen_below_centre_z
+        element_has_tipped(element, fall_limits_of_element)
+        or element.pose.z < element.rest_position.fallen_below_centre_z
     )
 
 
@@ -49,31 +51,32 @@ def count_closed_contact_points(pair: PairState) -> int:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def last_time_on_standing_support_or_inf(
-    state: Any, lane: int, scene: Any, element_index: int, max_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, element_index: int, max_support_gap: float
 ) -> float:
     """Return the last time (s) at which an element was on a standing support; infinity if it is on one now.
 
-    An element is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
+    An element is on its support if their distance is at most `max_support_gap` (m): a stone that hops a little has
+    not left it.
     """
-    until, had = rows.slice_element_rows(state, element_index)[rows.CARRIED_UNTIL + lane], False
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
+    until, had = rows.slice_element_rows(case_states, element_index)[rows.CARRIED_UNTIL + lane], False
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         if (
-            scene.pair_element_and_piece_indices[p, 0] != element_index
-            and scene.pair_element_and_piece_indices[p, 1] != element_index
+            scene_arrays.pair_element_and_piece_indices[p, 0] != element_index
+            and scene_arrays.pair_element_and_piece_indices[p, 1] != element_index
         ):
             continue
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair(q, lane)
         if (
             pair.is_a_on_b_minus_is_b_on_a == 0.0
             or element_index
-            != scene.pair_element_and_piece_indices[p, 0 if pair.is_a_on_b_minus_is_b_on_a > 0.0 else 1]
+            != scene_arrays.pair_element_and_piece_indices[p, 0 if pair.is_a_on_b_minus_is_b_on_a > 0.0 else 1]
         ):
             continue
         had = True
         segment = find_contact_segment_if_may_touch(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
-        if (segment.point_1.vertex_projects_onto_other_face and segment.point_1.penetration > -max_gap) or (
-            segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_gap
+        if (segment.point_1.vertex_projects_onto_other_face and segment.point_1.penetration > -max_support_gap) or (
+            segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_support_gap
         ):
             on = b if pair.is_a_on_b_minus_is_b_on_a > 0.0 else a
             if on[rows.SIDE + lane] == 0.0:
@@ -84,37 +87,45 @@ def last_time_on_standing_support_or_inf(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_tipped_dropped_or_unsupported(
-    state: Any, lane: int, scene: Any, element_fall_limits: Any, max_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any, max_support_gap: float
 ) -> bool:
     """True if no free element of a case has tipped over, dropped below its fall limit or lost its support."""
-    for i in range(element_fall_limits.size):
-        if element_fall_limits[i].is_free > 0.0 and (
+    for i in range(fall_limits_by_element.size):
+        if fall_limits_by_element[i].is_free > 0.0 and (
             element_has_tipped_or_dropped(
-                rows.load_element(rows.slice_element_rows(state, i), lane), element_fall_limits[i]
+                rows.load_element(rows.slice_element_rows(case_states, i), lane), fall_limits_by_element[i]
             )
-            or last_time_on_standing_support_or_inf(state, lane, scene, i, max_gap) < np.inf
+            or last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
         ):
             return False
     return True
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def any_element_can_still_land(state: Any, lane: int, scene: Any, element_fall_limits: Any, max_gap: float) -> bool:
-    """True if an element is more than `max_gap` (m) above its support and may land on it again."""
-    for i in range(element_fall_limits.size):
-        e = rows.slice_element_rows(state, i)
+def any_element_can_still_land(
+    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any, max_support_gap: float
+) -> bool:
+    """True if an element is more than `max_support_gap` (m) above its support and may land on it again."""
+    for i in range(fall_limits_by_element.size):
+        e = rows.slice_element_rows(case_states, i)
         if (
-            element_fall_limits[i].is_free == 0.0
+            fall_limits_by_element[i].is_free == 0.0
             or e[rows.SIDE + lane] != 0.0
-            or element_has_tipped_or_dropped(rows.load_element(e, lane), element_fall_limits[i])
+            or element_has_tipped_or_dropped(rows.load_element(e, lane), fall_limits_by_element[i])
         ):
             continue
         touching = 0
-        for p in range(scene.pair_element_and_piece_indices.shape[0]):
-            if scene.pair_element_and_piece_indices[p, 0] == i or scene.pair_element_and_piece_indices[p, 1] == i:
-                q, _, _ = rows.pair_and_element_rows(state, scene, p)
+        for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+            if (
+                scene_arrays.pair_element_and_piece_indices[p, 0] == i
+                or scene_arrays.pair_element_and_piece_indices[p, 1] == i
+            ):
+                q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
                 touching += count_closed_contact_points(rows.load_pair(q, lane))
-        if touching == 0 and last_time_on_standing_support_or_inf(state, lane, scene, i, max_gap) < np.inf:
+        if (
+            touching == 0
+            and last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
+        ):
             return True
     return False
 
@@ -130,21 +141,21 @@ def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointH
 
 
 @njit(**INLINE_OPTIONS)
-def horizontal_velocity_above_centre(element: ElementState, height: float) -> float:
+def horizontal_velocity_above_centre(element: ElementState, height_above_centre: float) -> float:
     """Return the horizontal velocity of an element at a height above its centre, m/s; its tilt is neglected."""
-    return float(element.velocity.x + element.velocity.angular * (element.pose.cos * height))
+    return float(element.velocity.x + element.velocity.angular * (element.pose.cos * height_above_centre))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def longest_time_until_sliding_stops(state: Any, lane: int, scene: Any) -> float:
+def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the longest time (s) in which friction stops an element that slides on its support.
 
     The result is 0 if no element slides on by more than `NEGLIGIBLE_REMAINING_SLIP_M` (m); elements without friction do
     not count.
     """
     longest = 0.0
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair(q, lane)
         if pair.is_a_on_b_minus_is_b_on_a == 0.0 or not (
             contact_point_is_sliding(pair, pair.history.point_1) or contact_point_is_sliding(pair, pair.history.point_2)
@@ -155,19 +166,19 @@ def longest_time_until_sliding_stops(state: Any, lane: int, scene: Any) -> float
         speed = horizontal_velocity_above_centre(
             one, one.rest_position.base_point_z_in_element_axes
         ) - horizontal_velocity_above_centre(on, one.rest_position.base_point_z_in_support_axes)
-        deceleration = scene.gravity * pair.contact_law.friction_coefficient
+        deceleration = scene_arrays.gravity * pair.contact_law.friction_coefficient
         if speed * speed >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration > 0.0:
             longest = max(longest, abs(speed) / deceleration)
     return longest
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_elements_upright(state: Any, lane: int, element_fall_limits: Any) -> bool:
+def all_elements_upright(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
     """True if no free element has rotated by more than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
-    for i in range(element_fall_limits.size):
-        item = rows.load_element(rows.slice_element_rows(state, i), lane)
+    for i in range(fall_limits_by_element.size):
+        item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
         if (
-            element_fall_limits[i].is_free > 0.0
+            fall_limits_by_element[i].is_free > 0.0
             and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
         ):
             return False
@@ -175,17 +186,17 @@ def all_elements_upright(state: Any, lane: int, element_fall_limits: Any) -> boo
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
+def all_elements_at_rest(case_states: Any, lane: int, scene_arrays: Any) -> bool:
     """True if each free element is in place, nearly still, and in contact with its supports without sliding."""
-    case, height = rows.load_case(state, lane), 0.0
+    case, height = rows.load_case(case_states, lane), 0.0
     elements, step = (
-        scene.element_fall_limits[int(case.scene_variant_index)],
+        scene_arrays.element_fall_limits[int(case.scene_variant_index)],
         case.tick_duration * case.current_attempt.length_in_ticks,
     )
     if case.step_acceptance.is_rejected > 0.0:
         return False
     for i in range(elements.size):
-        item = rows.load_element(rows.slice_element_rows(state, i), lane)
+        item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
         if elements[i].is_free == 0.0:
             continue
         height = abs(item.rest_position.base_point_z_in_element_axes)
@@ -198,8 +209,8 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.angular), abs(a.x) + abs(a.z) + height * abs(a.angular)
         if not body_is_still(speed, change, step, case.rest_acceleration_limit_g):
             return False
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(state, scene, p)
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair(q, lane)
         slides = (
             pair.signed_friction_coefficient_1 != 0.0 or pair.signed_friction_coefficient_2 != 0.0
@@ -209,3 +220,30 @@ def all_elements_at_rest(state: Any, lane: int, scene: Any) -> bool:
         ) or (pair.is_a_on_b_minus_is_b_on_a != 0.0 and slides):
             return False
     return True
+
+
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def largest_penetration_so_far(case_states: Any, lane: int, scene_arrays: Any) -> float:
+    """Return the largest penetration (m) between any two elements so far, for the case in column `lane`."""
+    deepest = 0.0
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.peak_penetration)
+    return deepest
+
+
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def count_closed_points_of_standing_elements(
+    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any
+) -> int:
+    """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
+    total = 0
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        for e, i in (
+            (a, scene_arrays.pair_element_and_piece_indices[p, 0]),
+            (b, scene_arrays.pair_element_and_piece_indices[p, 1]),
+        ):
+            if fall_limits_by_element[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
+                total += count_closed_contact_points(rows.load_pair(q, lane))
+    return total

@@ -133,11 +133,11 @@ _slice_pair_rows = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
-def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
+def pair_and_element_rows(case_states: Any, scene_arrays: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
-    q = _slice_pair_rows(state, scene.element_fall_limits.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
+    q = _slice_pair_rows(case_states, scene_arrays.element_fall_limits.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
     return (
         q,
-        slice_element_rows(state, scene.pair_element_and_piece_indices[pair_index, 0]),
-        slice_element_rows(state, scene.pair_element_and_piece_indices[pair_index, 1]),
+        slice_element_rows(case_states, scene_arrays.pair_element_and_piece_indices[pair_index, 0]),
+        slice_element_rows(case_states, scene_arrays.pair_element_and_piece_indices[pair_index, 1]),
     )

@@ -39,7 +39,7 @@ from overturning.dem.kernel.queue import (
     grow_trajectory_array,
     register_model_functions,
 )
-from overturning.dem.polygon import cundall, equations, rows, step
+from overturning.dem.polygon import cundall, equations, rows, step, submatrices
 from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.case_end import case_status, mark_fallen_and_write_case_results
 from overturning.dem.polygon.energy import scene_energy
@@ -49,11 +49,7 @@ from overturning.dem.polygon.path import (
     record_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest
-from overturning.dem.polygon.slip import (
-    shift_rest_pose_with_held_support,
-    store_last_time_on_support_of_upper_element,
-    store_slip_and_last_recoverable_time,
-)
+from overturning.dem.polygon.slip import store_sample_results_and_start_next_sample
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
@@ -126,8 +122,8 @@ def allocate_workspace(kernel_input: Any) -> Any:
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.PARALLEL_CASE_COUNT] != 0.0
-    submatrices = elements * elements + equations.PLACEHOLDER_SUBMATRIX_COUNT
-    matrix = cache_line_aligned_zeros(submatrices * equations.FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
+    submatrix_count = elements * elements + equations.PLACEHOLDER_SUBMATRIX_COUNT
+    matrix = cache_line_aligned_zeros(submatrix_count * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
     return SceneWorkspace(
         view_without_reference_counts(owner),
         owner,
@@ -159,13 +155,13 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     )  # fmt: skip
 
 
-def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
-    """Load case number `case` into column `lane`: the scene at rest, with the case's friction and damping."""
+def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
+    """Load case number `case_index` into column `lane`: the scene at rest, with the case's friction and damping."""
     state, scene, given, v = (
         workspace.state,
         kernel_input.scene,
-        kernel_input.cases[case],
-        kernel_input.scene_variant_index_by_case[case],
+        kernel_input.cases[case_index],
+        kernel_input.scene_variant_index_by_case[case_index],
     )
     ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.sampling_interval
     resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
@@ -184,8 +180,8 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def update_sample_and_load_motion(
     kernel_input: Any,
     workspace: Any,
-    lane_cases: Any,
-    lane_count: int,  # noqa: ARG001, all lanes are computed
+    case_index_by_lane: Any,
+    active_lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
     """Load each case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
     for i in range(workspace.moves_relative_to_base.size):
@@ -193,53 +189,58 @@ def update_sample_and_load_motion(
     ground, samples_per_tick = kernel_input.ground_motion, 1.0 / kernel_input.settings.ticks_per_sample
     load_base_motion_of_current_sample(
         ground.upward_acceleration, workspace.state, ground.horizontal_acceleration, kernel_input.motion_row_by_case,
-        lane_cases, samples_per_tick,
+        case_index_by_lane, samples_per_tick,
     )  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def normalise_element_cosine_and_sine(element_rows: Any) -> None:
+def normalise_element_cosine_and_sine(element_state_rows: Any) -> None:
     """Scale (cosine, sine) of an element's rotation angle to length 1, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        pose = rows.load_pose(element_rows, j)
+        pose = rows.load_pose(element_state_rows, j)
         rows.store_pose(
-            element_rows, j, Pose(pose.x, pose.z, pose.angle, *normalise_cosine_and_sine(pose.cos, pose.sin))
+            element_state_rows, j, Pose(pose.x, pose.z, pose.angle, *normalise_cosine_and_sine(pose.cos, pose.sin))
         )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def load_base_motion_of_current_sample(
-    vertical_base_acceleration: Any,
-    state: Any,
-    horizontal_base_acceleration: Any,
+    upward_base_acceleration_or_none: Any,
+    case_states: Any,
+    horizontal_base_acceleration_by_motion_row: Any,
     motion_row_by_case: Any,
-    lane_cases: Any,
+    case_index_by_lane: Any,
     samples_per_tick: float,
 ) -> None:
     """Load each case's base motion at its current sample; the vertical component may be None (no vertical motion)."""
-    last = horizontal_base_acceleration.shape[1] - 3
+    last = horizontal_base_acceleration_by_motion_row.shape[1] - 3
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_case(state, j)
+        case = rows.load_case(case_states, j)
         i, factor = min(int(case.current_sample), last), case.amplitude_factor
         rows.store_base(
-            state,
+            case_states,
             j,
             linear_base_acceleration_of_sample(
-                horizontal_base_acceleration[motion_row_by_case[lane_cases[j]]], i, factor, samples_per_tick
+                horizontal_base_acceleration_by_motion_row[motion_row_by_case[case_index_by_lane[j]]],
+                i,
+                factor,
+                samples_per_tick,
             ),
         )
-        if vertical_base_acceleration is not None:
+        if upward_base_acceleration_or_none is not None:
             rows.store_up(
-                state, j, linear_base_acceleration_of_sample(vertical_base_acceleration, i, factor, samples_per_tick)
+                case_states,
+                j,
+                linear_base_acceleration_of_sample(upward_base_acceleration_or_none, i, factor, samples_per_tick),
             )
 
 
 def attempt_steps_until_next_check(
     kernel_input: Any,
     workspace: Any,
-    lane_count: int,  # noqa: ARG001, all lanes are computed
-    trajectory: Any,
-    recorded_row_count: int,
+    active_lane_count: int,  # noqa: ARG001, all lanes are computed
+    first_case_trajectory_rows: Any,
+    recorded_trajectory_row_count: int,
 ) -> tuple[Any, int]:
     """Advance all cases in parallel by one sample; return the first case's trajectory and its number of rows."""
     advance_scene_one_step, settings, lag = (
@@ -261,23 +262,30 @@ def attempt_steps_until_next_check(
         view_without_reference_counts(workspace.moves_relative_to_base),
     )
     pairs = view_without_reference_counts(workspace.active_pairs)
-    with_forces = trajectory.shape[0] > 0 and trajectory.shape[1] > 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * elements
-    early = np.zeros((1, trajectory.shape[1]))
-    if trajectory.shape[0] > 0:
-        most_rows = settings.max_trajectory_rows // trajectory.shape[1]
+    with_forces = (
+        first_case_trajectory_rows.shape[0] > 0
+        and first_case_trajectory_rows.shape[1] > 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * elements
+    )
+    early = np.zeros((1, first_case_trajectory_rows.shape[1]))
+    if first_case_trajectory_rows.shape[0] > 0:
+        most_rows = settings.max_trajectory_rows // first_case_trajectory_rows.shape[1]
         # At most two rows: the start and the end of the sample.
-        trajectory = grow_trajectory_array(trajectory, recorded_row_count + 2, most_rows)
-        if trajectory.shape[0] < recorded_row_count + 2:
-            return trajectory, -1
+        first_case_trajectory_rows = grow_trajectory_array(
+            first_case_trajectory_rows, recorded_trajectory_row_count + 2, most_rows
+        )
+        if first_case_trajectory_rows.shape[0] < recorded_trajectory_row_count + 2:
+            return first_case_trajectory_rows, -1
     for _ in range(settings.attempted_steps_between_end_checks):
-        if trajectory.shape[0] == 0:
+        if first_case_trajectory_rows.shape[0] == 0:
             advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
         if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0:
-            record_element_motion_of_first_case(state, elements, interval, ticks, trajectory[recorded_row_count])
-            recorded_row_count += 1
+            record_element_motion_of_first_case(
+                state, elements, interval, ticks, first_case_trajectory_rows[recorded_trajectory_row_count]
+            )
+            recorded_trajectory_row_count += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
         if with_forces:
@@ -287,55 +295,33 @@ def attempt_steps_until_next_check(
         advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
-                trajectory[recorded_row_count - 1, column] += early[0, column]
+                first_case_trajectory_rows[recorded_trajectory_row_count - 1, column] += early[0, column]
             add_first_case_contact_forces_to_trajectory(
-                state, scene, (0.5 + lag) * share, trajectory, recorded_row_count - 1
+                state, scene, (0.5 + lag) * share, first_case_trajectory_rows, recorded_trajectory_row_count - 1
             )
     store_sample_results_and_start_next_sample(state, scene, ticks, interval)
-    return trajectory, recorded_row_count
+    return first_case_trajectory_rows, recorded_trajectory_row_count
 
 
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def store_sample_results_and_start_next_sample(
-    state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float
-) -> None:
-    """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
-    limits = scene.element_fall_limits[0]
-    for i in range(limits.size):
-        held = int(limits[i].index_of_held_element_at_stack_bottom)
-        if held >= 0 and limits[i].is_free > 0.0:
-            shift_rest_pose_with_held_support(rows.slice_element_rows(state, i), rows.slice_element_rows(state, held))
-    for i in range(limits.size):
-        if limits[i].index_of_held_element_at_stack_bottom == i:
-            shift_rest_pose_with_held_support(rows.slice_element_rows(state, i), rows.slice_element_rows(state, i))
-    for i in range(limits.size):
-        if limits[i].is_free > 0.0:
-            on = rows.slice_element_rows(state, int(limits[i].support_element_index))
-            store_slip_and_last_recoverable_time(
-                rows.slice_element_rows(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
-            )
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
-        store_last_time_on_support_of_upper_element(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
-    for j in range(rows.PARALLEL_CASE_COUNT):
-        sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
-        state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample
-        state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
-
-
-def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
-    """Set `end_marks_out` to 1 for each case due to be tested for its end, else 0; return their number."""
+def mark_possibly_ended_cases(
+    kernel_input: Any, workspace: Any, active_lane_count: int, end_test_is_due_by_lane_out: Any
+) -> int:
+    """Set `end_test_is_due_by_lane_out` to 1 for each case to be tested now for its end, else 0; count them."""
     stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.sampling_interval), 1), 0
     for j in range(active_lane_count):
         part = workspace.state[rows.SAMPLE + j] // stride
-        end_marks_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
+        end_test_is_due_by_lane_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
         workspace.state[rows.LAST_CHECK + j] = part
-        count += int(end_marks_out[j])
+        count += int(end_test_is_due_by_lane_out[j])
     return count
 
 
 def skip_quiet_samples_of_resting_cases(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
+    kernel_input: Any,
+    workspace: Any,
+    case_index_by_lane: Any,
+    active_lane_count: int,
+    skipped_sample_count_by_lane_out: Any,
 ) -> None:
     """Skip, for each case at rest, the samples whose base motion is too weak to move any element."""
     state, ground, row, scene, ticks = (
@@ -353,29 +339,29 @@ def skip_quiet_samples_of_resting_cases(
         long = case.current_attempt.length_in_ticks >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and upcoming_motion_is_below_rest_limit(
-            ground, row[lane_cases[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
+            ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
         )
         if quiet and all_elements_at_rest(state, j, scene):
             samples = count_skippable_samples(
-                ground, row[lane_cases[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
+                ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
             )
             state[rows.SAMPLE + j] += samples
-            skipped_sample_counts_out[j] += samples
+            skipped_sample_count_by_lane_out[j] += samples
 
 
-def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:
-    """Return the `CaseStatus` of case number `case`, stored in column `lane`; `CASE_NOT_ENDED` if it has not ended."""
+def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:
+    """Return the `CaseStatus` of case number `case_index`, stored in column `lane`; `CASE_NOT_ENDED` before."""
     status = case_status(
         workspace.state,
         lane,
         kernel_input.scene,
-        kernel_input.rocking_groups_immovable_from_sample[case],
+        kernel_input.rocking_groups_immovable_from_sample[case_index],
         float(kernel_input.settings.sample_count),
         kernel_input.settings.sampling_interval,
     )
     kept = (
         status == CaseStatus.SIMULATED
-        and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case].earliest_end_sample
+        and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case_index].earliest_end_sample
     )
     return CASE_NOT_ENDED if kept else status
 
@@ -384,12 +370,16 @@ def write_results_of_ended_case(
     kernel_input: Any,
     workspace: Any,
     lane: int,
-    case: int,
-    status: int,  # noqa: ARG001
+    case_index: int,
+    case_end_status: int,  # noqa: ARG001
 ) -> None:
-    """Mark fallen elements of case number `case`, stored in column `lane`, and write its results into the tables."""
+    """Mark fallen elements of case number `case_index`, held in column `lane`; write its results into the tables."""
     mark_fallen_and_write_case_results(
-        workspace.state, lane, kernel_input.scene, kernel_input.results[case], kernel_input.element_result_table[case]
+        workspace.state,
+        lane,
+        kernel_input.scene,
+        kernel_input.results[case_index],
+        kernel_input.element_result_table[case_index],
     )
 
 

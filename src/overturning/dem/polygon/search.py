@@ -33,20 +33,22 @@ class OppositeFacePair(NamedTuple):
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def separation_of_b_from_face_of_a(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int) -> float:
+def separation_of_b_from_face_of_a(
+    pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, face_index: int
+) -> float:
     """Return the distance (m) of b's nearest vertex from the line through a face of a; negative behind the face."""
-    nx, nz = rotate_to_scene_axes(pose_a, faces_a[face_index, 4], faces_a[face_index, 5])
+    nx, nz = rotate_to_scene_axes(pose_a, face_table_of_a[face_index, 4], face_table_of_a[face_index, 5])
     dx, dz = pose_b.x - pose_a.x, pose_b.z - pose_a.z
     least = np.inf
-    for k in range(faces_b.shape[0]):
-        x, z = rotate_to_scene_axes(pose_b, faces_b[k, 0], faces_b[k, 1])
+    for k in range(face_table_of_b.shape[0]):
+        x, z = rotate_to_scene_axes(pose_b, face_table_of_b[k, 0], face_table_of_b[k, 1])
         least = min(least, nx * (x + dx) + nz * (z + dz))
-    return least - faces_a[face_index, 6]
+    return least - face_table_of_a[face_index, 6]
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def most_opposite_face_of_b(
-    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_index: int
+    pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, face_index: int
 ) -> tuple[int, float, float]:
     """Return b's face most nearly opposite to a face of a, the product of normals, and its margin over the next.
 
@@ -54,12 +56,12 @@ def most_opposite_face_of_b(
     """
     c, s = pose_a.cos * pose_b.cos + pose_a.sin * pose_b.sin, pose_a.sin * pose_b.cos - pose_a.cos * pose_b.sin
     nx, nz = (
-        c * faces_a[face_index, 4] + s * faces_a[face_index, 5],
-        c * faces_a[face_index, 5] - s * faces_a[face_index, 4],
+        c * face_table_of_a[face_index, 4] + s * face_table_of_a[face_index, 5],
+        c * face_table_of_a[face_index, 5] - s * face_table_of_a[face_index, 4],
     )
     best, least, second = 0, np.inf, np.inf
-    for k in range(faces_b.shape[0]):
-        product = nx * faces_b[k, 4] + nz * faces_b[k, 5]
+    for k in range(face_table_of_b.shape[0]):
+        product = nx * face_table_of_b[k, 4] + nz * face_table_of_b[k, 5]
         if product < least:
             best, least, second = k, product, least
         elif product < second:
@@ -68,37 +70,47 @@ def most_opposite_face_of_b(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> OppositeFacePair:
-    """Return a face of element a or b (by `face_number`) and the other element's most nearly opposite face.
+def opposite_face_pair(
+    pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, face_number_counting_a_then_b: int
+) -> OppositeFacePair:
+    """Return a face of element a or b, chosen by number, and the most nearly opposite face of the other element.
 
-    `face_number` counts the faces of a, then those of b.
+    The number counts the faces of a, then those of b.
     """
-    of_b = face_number - faces_a.shape[0]
+    of_b = face_number_counting_a_then_b - face_table_of_a.shape[0]
     if of_b < 0:
-        other, product, clear = most_opposite_face_of_b(pose_a, pose_b, faces_a, faces_b, face_number)
+        other, product, clear = most_opposite_face_of_b(
+            pose_a, pose_b, face_table_of_a, face_table_of_b, face_number_counting_a_then_b
+        )
         return OppositeFacePair(
-            separation_of_b_from_face_of_a(pose_a, pose_b, faces_a, faces_b, face_number),
-            face_number,
+            separation_of_b_from_face_of_a(
+                pose_a, pose_b, face_table_of_a, face_table_of_b, face_number_counting_a_then_b
+            ),
+            face_number_counting_a_then_b,
             other,
             product,
             clear,
         )
-    other, product, clear = most_opposite_face_of_b(pose_b, pose_a, faces_b, faces_a, of_b)
+    other, product, clear = most_opposite_face_of_b(pose_b, pose_a, face_table_of_b, face_table_of_a, of_b)
     return OppositeFacePair(
-        separation_of_b_from_face_of_a(pose_b, pose_a, faces_b, faces_a, of_b), other, of_b, product, clear
+        separation_of_b_from_face_of_a(pose_b, pose_a, face_table_of_b, face_table_of_a, of_b),
+        other,
+        of_b,
+        product,
+        clear,
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def find_nearest_faces(
-    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, previous_faces: NearestFaces
+    pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, previous_faces: NearestFaces
 ) -> OppositeFacePair:
     """Return the faces of a and b that face each other: those with the largest separation, then most opposite ones."""
     best = OppositeFacePair(
         -np.inf, int(previous_faces.face_index_of_a), int(previous_faces.face_index_of_b), np.inf, 0.0
     )
-    for k in range(faces_a.shape[0] + faces_b.shape[0]):
-        other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
+    for k in range(face_table_of_a.shape[0] + face_table_of_b.shape[0]):
+        other = opposite_face_pair(pose_a, pose_b, face_table_of_a, face_table_of_b, k)
         if other.gap > best.gap or (
             other.gap == best.gap and other.scalar_product_of_normals < best.scalar_product_of_normals
         ):
@@ -107,43 +119,54 @@ def find_nearest_faces(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def squared_polygon_radius(faces: Any) -> float:
+def squared_polygon_radius(polygon_face_table: Any) -> float:
     """Return the squared distance of the farthest vertex of a polygon from its centre, m²."""
     square = 0.0
-    for k in range(faces.shape[0]):
-        square = max(square, faces[k, 0] * faces[k, 0] + faces[k, 1] * faces[k, 1])
+    for k in range(polygon_face_table.shape[0]):
+        square = max(
+            square,
+            polygon_face_table[k, 0] * polygon_face_table[k, 0] + polygon_face_table[k, 1] * polygon_face_table[k, 1],
+        )
     return square
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def largest_motion_keeping_nearest_faces(
-    pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, nearest_face_pair: OppositeFacePair, lever_arm: float
+    pose_a: Pose,
+    pose_b: Pose,
+    face_table_of_a: Any,
+    face_table_of_b: Any,
+    nearest_face_pair: OppositeFacePair,
+    rotation_to_motion_lever_arm: float,
 ) -> float:
     """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
 
     A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * lever_arm * nearest_face_pair.margin_to_next_scalar_product
-    for k in range(faces_a.shape[0] + faces_b.shape[0]):
-        other = opposite_face_pair(pose_a, pose_b, faces_a, faces_b, k)
+    limit = 0.4 * rotation_to_motion_lever_arm * nearest_face_pair.margin_to_next_scalar_product
+    for k in range(face_table_of_a.shape[0] + face_table_of_b.shape[0]):
+        other = opposite_face_pair(pose_a, pose_b, face_table_of_a, face_table_of_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
         agrees = (
             other.face_index_of_a == nearest_face_pair.face_index_of_a
             and other.face_index_of_b == nearest_face_pair.face_index_of_b
         )
-        limit = min(limit, max(room, 0.4 * lever_arm * other.margin_to_next_scalar_product) if agrees else room)
+        limit = min(
+            limit,
+            max(room, 0.4 * rotation_to_motion_lever_arm * other.margin_to_next_scalar_product) if agrees else room,
+        )
     return limit
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def update_nearest_faces(
-    pair_rows: Any,
-    element_a_rows: Any,
-    element_b_rows: Any,
+    pair_state_rows: Any,
+    element_a_state_rows: Any,
+    element_b_state_rows: Any,
     lane: int,
-    step_duration: float,
-    faces_a: Any,
-    faces_b: Any,
+    time_since_previous_positions: float,
+    face_table_of_a: Any,
+    face_table_of_b: Any,
 ) -> None:
     """Update two elements' nearest faces, the motion for which these stay valid, and the contact state.
 
@@ -151,15 +174,17 @@ def update_nearest_faces(
     of the other element. A pair whose faces have not been searched yet (a case at rest) keeps its contact history.
     """
     old, first, second = (
-        rows.load_nearest(pair_rows, lane),
-        rows.load_element(element_a_rows, lane),
-        rows.load_element(element_b_rows, lane),
+        rows.load_nearest(pair_state_rows, lane),
+        rows.load_element(element_a_state_rows, lane),
+        rows.load_element(element_b_state_rows, lane),
     )
     on, by = first.pose, second.pose
-    best = find_nearest_faces(on, by, faces_a, faces_b, old)
+    best = find_nearest_faces(on, by, face_table_of_a, face_table_of_b, old)
     dx, dz = on.x - by.x, on.z - by.z
-    lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(squared_polygon_radius(faces_a), squared_polygon_radius(faces_b)))
-    limit = largest_motion_keeping_nearest_faces(on, by, faces_a, faces_b, best, lever)
+    lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(
+        max(squared_polygon_radius(face_table_of_a), squared_polygon_radius(face_table_of_b))
+    )
+    limit = largest_motion_keeping_nearest_faces(on, by, face_table_of_a, face_table_of_b, best, lever)
     # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
     moved, turned = (
         first.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step
@@ -173,38 +198,56 @@ def update_nearest_faces(
         + lever * (first.predicted.abs_rotation_in_step + second.predicted.abs_rotation_in_step)
     )
     rows.store_nearest(
-        pair_rows,
+        pair_state_rows,
         lane,
         NearestFaces(best.face_index_of_a, best.face_index_of_b, lever, max(limit, reach), reach, 0.0, ahead),
     )
     if clear > 0.0:
-        reset_contact_history(pair_rows, lane)
+        reset_contact_history(pair_state_rows, lane)
     changed = old.face_index_of_a != best.face_index_of_a or old.face_index_of_b != best.face_index_of_b
     if changed:
-        rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.face_index_of_a))
-        rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.face_index_of_b))
+        rows.store_face_a(pair_state_rows, lane, polygon_face(face_table_of_a, best.face_index_of_a))
+        rows.store_face_b(pair_state_rows, lane, polygon_face(face_table_of_b, best.face_index_of_b))
         rows.store_bounds(
-            pair_rows, lane, contact_vertex_ranges(faces_a, best.face_index_of_a, faces_b, best.face_index_of_b)
+            pair_state_rows,
+            lane,
+            contact_vertex_ranges(face_table_of_a, best.face_index_of_a, face_table_of_b, best.face_index_of_b),
         )
     if changed or old.max_motion_without_contact > 0.0 or clear > 0.0:
         rows.store_vertices(
-            pair_rows, lane, earlier_vertex_positions(rows.load_pair(pair_rows, lane), first, second, step_duration)
+            pair_state_rows,
+            lane,
+            earlier_vertex_positions(
+                rows.load_pair(pair_state_rows, lane), first, second, time_since_previous_positions
+            ),
         )
     if changed and old.face_index_of_a >= 0.0:
         transfer_contact_history(
-            pair_rows, on, by, lane, int(old.face_index_of_a), int(old.face_index_of_b), faces_a, faces_b
+            pair_state_rows,
+            on,
+            by,
+            lane,
+            int(old.face_index_of_a),
+            int(old.face_index_of_b),
+            face_table_of_a,
+            face_table_of_b,
         )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def nearest_faces_will_change(
-    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int, faces_a: Any, faces_b: Any
+    pair_state_rows: Any,
+    element_a_state_rows: Any,
+    element_b_state_rows: Any,
+    lane: int,
+    face_table_of_a: Any,
+    face_table_of_b: Any,
 ) -> bool:
     """True if the predicted motion in a step changes which faces of two elements are nearest to each other."""
     pair, on, by = (
-        rows.load_pair(pair_rows, lane),
-        rows.load_element(element_a_rows, lane).predicted.pose,
-        rows.load_element(element_b_rows, lane).predicted.pose,
+        rows.load_pair(pair_state_rows, lane),
+        rows.load_element(element_a_state_rows, lane).predicted.pose,
+        rows.load_element(element_b_state_rows, lane).predicted.pose,
     )
     old = pair.nearest_faces
     if (
@@ -212,25 +255,29 @@ def nearest_faces_will_change(
         or old.max_motion_since_search_at_step_end < old.max_motion_without_contact
     ):
         return False
-    best = find_nearest_faces(on, by, faces_a, faces_b, old)
+    best = find_nearest_faces(on, by, face_table_of_a, face_table_of_b, old)
     return bool(best.face_index_of_a != old.face_index_of_a or best.face_index_of_b != old.face_index_of_b)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_vertex_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactVertexRanges:
+def contact_vertex_ranges(
+    face_table_of_a: Any, face_index_of_a: int, face_table_of_b: Any, face_index_of_b: int
+) -> ContactVertexRanges:
     """Return the ranges (m) along two opposite faces in which a vertex of one face can touch the other face."""
-    on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
-    a_to_b, b_to_a = faces_b[index_b, 11] > 0.0, faces_a[index_a, 11] > 0.0
+    on_a, on_b = polygon_face(face_table_of_a, face_index_of_a), polygon_face(face_table_of_b, face_index_of_b)
+    a_to_b, b_to_a = face_table_of_b[face_index_of_b, 11] > 0.0, face_table_of_a[face_index_of_a, 11] > 0.0
     return ContactVertexRanges(
-        on_b.start_along_tangent if a_to_b and faces_a[index_a, 9] > 0.0 else np.inf,
-        -on_a.end_along_tangent if b_to_a and faces_b[index_b, 10] > 0.0 else np.inf,
-        on_b.end_along_tangent if a_to_b and faces_a[index_a, 10] > 0.0 else -np.inf,
-        -on_a.start_along_tangent if b_to_a and faces_b[index_b, 9] > 0.0 else -np.inf,
+        on_b.start_along_tangent if a_to_b and face_table_of_a[face_index_of_a, 9] > 0.0 else np.inf,
+        -on_a.end_along_tangent if b_to_a and face_table_of_b[face_index_of_b, 10] > 0.0 else np.inf,
+        on_b.end_along_tangent if a_to_b and face_table_of_a[face_index_of_a, 10] > 0.0 else -np.inf,
+        -on_a.start_along_tangent if b_to_a and face_table_of_b[face_index_of_b, 9] > 0.0 else -np.inf,
     )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> tuple[int, int]:
+def add_step_motion_and_count_near_cases(
+    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
+) -> tuple[int, int]:
     """Add the last step's motion of two elements to their sum; count cases near contact and near a face change.
 
     Count the cases in which the elements may touch, and those in which their nearest faces may change.
@@ -240,9 +287,9 @@ def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, el
     near, due = 0, 0
     for j in range(rows.PARALLEL_CASE_COUNT):
         old, on, by = (
-            rows.load_nearest(pair_rows, j),
-            rows.load_element(element_a_rows, j),
-            rows.load_element(element_b_rows, j),
+            rows.load_nearest(pair_state_rows, j),
+            rows.load_element(element_a_state_rows, j),
+            rows.load_element(element_b_state_rows, j),
         )
         first, second, one, two = on.step_motion_and_peaks, by.step_motion_and_peaks, on.predicted, by.predicted
         used = (
@@ -252,8 +299,8 @@ def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, el
             (one.abs_dx_plus_abs_dz_in_step + two.abs_dx_plus_abs_dz_in_step)
             + old.rotation_to_motion_lever_arm * (one.abs_rotation_in_step + two.abs_rotation_in_step)
         )
-        pair_rows[rows.USED + j] = used
-        pair_rows[rows.AHEAD + j] = ahead
+        pair_state_rows[rows.USED + j] = used
+        pair_state_rows[rows.AHEAD + j] = ahead
         near += 1 if ahead >= old.max_motion_without_contact else 0
         due += 1 if ahead >= old.max_motion_keeping_nearest_faces else 0
     return near, due
@@ -261,33 +308,38 @@ def add_step_motion_and_count_near_cases(pair_rows: Any, element_a_rows: Any, el
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def update_nearest_faces_and_check_possible_contact(
-    state: Any,
-    pair_rows: Any,
-    element_a_rows: Any,
-    element_b_rows: Any,
-    piece_a: int,
-    piece_b: int,
-    vertex_counts: Any,
-    piece_faces: Any,
+    case_states: Any,
+    pair_state_rows: Any,
+    element_a_state_rows: Any,
+    element_b_state_rows: Any,
+    piece_index_of_a: int,
+    piece_index_of_b: int,
+    vertex_count_by_piece: Any,
+    face_table_by_variant_and_piece: Any,
 ) -> bool:
     """Update two elements' nearest faces where they may have changed; True if the elements could touch in any case.
 
-    `piece_a` and `piece_b` are the indices of its convex pieces in `vertex_counts` and `piece_faces`.
+    The convex pieces of both elements have the indices `piece_index_of_a` and `piece_index_of_b` among all pieces.
     """
-    near, due = add_step_motion_and_count_near_cases(pair_rows, element_a_rows, element_b_rows)
+    near, due = add_step_motion_and_count_near_cases(pair_state_rows, element_a_state_rows, element_b_state_rows)
     if due > 0:
         near = 0
         for j in range(rows.PARALLEL_CASE_COUNT):
-            if pair_rows[rows.AHEAD + j] >= pair_rows[rows.LIMIT + j]:
-                v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).velocity_lag_behind_pose
-                shape_a, shape_b = (
-                    piece_faces[v, piece_a, : vertex_counts[piece_a]],
-                    piece_faces[v, piece_b, : vertex_counts[piece_b]],
+            if pair_state_rows[rows.AHEAD + j] >= pair_state_rows[rows.LIMIT + j]:
+                v, dt = (
+                    int(case_states[rows.VARIANT + j]),
+                    2.0 * rows.load_case(case_states, j).velocity_lag_behind_pose,
                 )
-                update_nearest_faces(pair_rows, element_a_rows, element_b_rows, j, dt, shape_a, shape_b)
+                shape_a, shape_b = (
+                    face_table_by_variant_and_piece[v, piece_index_of_a, : vertex_count_by_piece[piece_index_of_a]],
+                    face_table_by_variant_and_piece[v, piece_index_of_b, : vertex_count_by_piece[piece_index_of_b]],
+                )
+                update_nearest_faces(
+                    pair_state_rows, element_a_state_rows, element_b_state_rows, j, dt, shape_a, shape_b
+                )
                 if dt == 0.0 and nearest_faces_will_change(
-                    pair_rows, element_a_rows, element_b_rows, j, shape_a, shape_b
+                    pair_state_rows, element_a_state_rows, element_b_state_rows, j, shape_a, shape_b
                 ):
-                    state[rows.CHANGED + j] = 1.0
-            near += 1 if pair_rows[rows.AHEAD + j] >= pair_rows[rows.REACH + j] else 0
+                    case_states[rows.CHANGED + j] = 1.0
+            near += 1 if pair_state_rows[rows.AHEAD + j] >= pair_state_rows[rows.REACH + j] else 0
     return near > 0

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotate_to_scene_axes
@@ -13,21 +13,25 @@ from overturning.dem.polygon.state import ElementRestPose, ElementSlipAndFallSta
 
 
 @njit(**INLINE_OPTIONS)
-def element_point_in_scene_axes(pose: Pose, local_x: float, local_z: float) -> tuple[float, float]:
+def element_point_in_scene_axes(
+    element_pose: Pose, x_from_centre_in_element_axes: float, z_from_centre_in_element_axes: float
+) -> tuple[float, float]:
     """Return the scene coordinates (m) of a point given in the element's own axes, relative to its centre."""
-    x, z = rotate_to_scene_axes(pose, local_x, local_z)
-    return pose.x + x, pose.z + z
+    x, z = rotate_to_scene_axes(element_pose, x_from_centre_in_element_axes, z_from_centre_in_element_axes)
+    return element_pose.x + x, element_pose.z + z
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> None:
+def shift_rest_pose_with_held_support(element_state_rows: Any, support_state_rows: Any) -> None:
     """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
-            rows.load_pose(support_rows, j), rows.load_home(support_rows, j), rows.load_home(element_rows, j),
-        )  # fmt: skip
+            rows.load_pose(support_state_rows, j),
+            rows.load_home(support_state_rows, j),
+            rows.load_home(element_state_rows, j),
+        )
         x, z = pose.x - at.centre_x, pose.z - at.centre_z
-        rows.store_home(element_rows, j, ElementRestPose(
+        rows.store_home(element_state_rows, j, ElementRestPose(
             home.base_point_x_in_element_axes, home.base_point_z_in_element_axes,
             home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
             home.centre_x + x, home.centre_z + z, home.fallen_below_centre_z + z,
@@ -36,13 +40,17 @@ def shift_rest_pose_with_held_support(element_rows: Any, support_rows: Any) -> N
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_slip_and_last_recoverable_time(
-    element_rows: Any, support_rows: Any, case_rows: Any, samples_per_tick: float, sampling_interval: float
+    element_state_rows: Any,
+    support_state_rows: Any,
+    scene_state_rows: Any,
+    samples_per_tick: float,
+    sampling_interval: float,
 ) -> None:
     """Store each element's slip on its support, and the last time at which the element was upright."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, support, sample = (
-            rows.load_element(element_rows, j), rows.load_pose(support_rows, j),
-            rows.load_case(case_rows, j).current_sample,
+            rows.load_element(element_state_rows, j), rows.load_pose(support_state_rows, j),
+            rows.load_case(scene_state_rows, j).current_sample,
         )  # fmt: skip
         old, home, passed = (
             item.slip_and_fall,
@@ -59,7 +67,7 @@ def store_slip_and_last_recoverable_time(
         stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fallen_below_centre_z)
         upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_recoverable_time)
         rows.store_record(
-            element_rows,
+            element_state_rows,
             j,
             ElementSlipAndFallState(
                 upright,
@@ -69,28 +77,60 @@ def store_slip_and_last_recoverable_time(
                 slip,
             ),
         )
-        element_rows[rows.LAST_RECOVERABLE_TICK_ROW + j] = -1.0
+        element_state_rows[rows.LAST_RECOVERABLE_TICK_ROW + j] = -1.0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_last_time_on_support_of_upper_element(
-    pair_rows: Any,
-    element_a_rows: Any,
-    element_b_rows: Any,
-    case_rows: Any,
+    pair_state_rows: Any,
+    element_a_state_rows: Any,
+    element_b_state_rows: Any,
+    scene_state_rows: Any,
     samples_per_tick: float,
     sampling_interval: float,
 ) -> None:
     """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        pair, case = rows.load_pair(pair_rows, j), rows.load_case(case_rows, j)
+        pair, case = rows.load_pair(pair_state_rows, j), rows.load_case(scene_state_rows, j)
         touches = count_closed_contact_points(pair) > 0
         now = (
             case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
         ) * sampling_interval
-        element_a_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.is_a_on_b_minus_is_b_on_a > 0.0), now, element_a_rows[rows.CARRIED_UNTIL + j]
+        element_a_state_rows[rows.CARRIED_UNTIL + j] = select(
+            touches & (pair.is_a_on_b_minus_is_b_on_a > 0.0), now, element_a_state_rows[rows.CARRIED_UNTIL + j]
         )
-        element_b_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.is_a_on_b_minus_is_b_on_a < 0.0), now, element_b_rows[rows.CARRIED_UNTIL + j]
+        element_b_state_rows[rows.CARRIED_UNTIL + j] = select(
+            touches & (pair.is_a_on_b_minus_is_b_on_a < 0.0), now, element_b_state_rows[rows.CARRIED_UNTIL + j]
         )
+
+
+@njit(**INTERNAL_COMPILE_OPTIONS)
+def store_sample_results_and_start_next_sample(
+    case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
+) -> None:
+    """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
+    limits = scene_arrays.element_fall_limits[0]
+    for i in range(limits.size):
+        held = int(limits[i].index_of_held_element_at_stack_bottom)
+        if held >= 0 and limits[i].is_free > 0.0:
+            shift_rest_pose_with_held_support(
+                rows.slice_element_rows(case_states, i), rows.slice_element_rows(case_states, held)
+            )
+    for i in range(limits.size):
+        if limits[i].index_of_held_element_at_stack_bottom == i:
+            shift_rest_pose_with_held_support(
+                rows.slice_element_rows(case_states, i), rows.slice_element_rows(case_states, i)
+            )
+    for i in range(limits.size):
+        if limits[i].is_free > 0.0:
+            on = rows.slice_element_rows(case_states, int(limits[i].support_element_index))
+            store_slip_and_last_recoverable_time(
+                rows.slice_element_rows(case_states, i), on, case_states, 1.0 / ticks_per_sample, sampling_interval
+            )
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        store_last_time_on_support_of_upper_element(q, a, b, case_states, 1.0 / ticks_per_sample, sampling_interval)
+    for j in range(rows.PARALLEL_CASE_COUNT):
+        sample, tick = case_states[rows.SAMPLE + j], case_states[rows.TICK + j]
+        case_states[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample
+        case_states[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick

@@ -13,7 +13,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces
-from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAcceleration, SceneState, StepAcceptance
+from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAccelerationInSample, SceneState, StepAcceptance
 
 CASE_END_TEST_INTERVAL_S: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
@@ -21,9 +21,9 @@ CASE_END_TEST_INTERVAL_S: Final = 0.1
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_case_state(
-    state: Any,
+    case_states: Any,
     lane: int,
-    case_parameters: Any,
+    case_parameter_row: Any,
     scene_variant_index: float,
     sampling_interval: float,
     ticks_per_sample: float,
@@ -33,22 +33,22 @@ def write_initial_case_state(
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
-        case_parameters.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
+        case_parameter_row.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
     first = NextStepToAttempt(
-        case_parameters.shortest_step_ticks, case_parameters.steps_before_doubling_after_contact_change, 0.0
+        case_parameter_row.shortest_step_ticks, case_parameter_row.steps_before_doubling_after_contact_change, 0.0
     )
     step_control = CaseStepControl(
-        case_parameters.shortest_step_ticks,
-        case_parameters.longest_step_at_rest_ticks,
-        case_parameters.steps_before_doubling_after_contact_change,
-        case_parameters.long_steps_before_doubling,
+        case_parameter_row.shortest_step_ticks,
+        case_parameter_row.longest_step_at_rest_ticks,
+        case_parameter_row.steps_before_doubling_after_contact_change,
+        case_parameter_row.long_steps_before_doubling,
     )
     rows.store_case(
-        state,
+        case_states,
         lane,
         SceneState(
-            base_acceleration=SceneBaseAcceleration(none, none, 0.0),
+            base_acceleration=SceneBaseAccelerationInSample(none, none, 0.0),
             tick_duration=step,
             ticks_per_second=ticks_per_sample / sampling_interval,
             velocity_lag_behind_pose=velocity_lag_behind_pose_steps * step,
@@ -56,11 +56,11 @@ def write_initial_case_state(
             current_attempt=first,
             contact_changes=rows.zero_contact_changes(),
             step_acceptance=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
-            amplitude_factor=case_parameters.amplitude_factor,
-            rest_acceleration_limit_g=case_parameters.rest_acceleration_limit_g,
-            current_sample=case_parameters.first_simulated_sample,
-            last_sample_with_possible_motion_onset=case_parameters.last_sample_with_possible_motion_onset,
-            end_sample_if_undecided=case_parameters.end_sample_if_undecided,
+            amplitude_factor=case_parameter_row.amplitude_factor,
+            rest_acceleration_limit_g=case_parameter_row.rest_acceleration_limit_g,
+            current_sample=case_parameter_row.first_simulated_sample,
+            last_sample_with_possible_motion_onset=case_parameter_row.last_sample_with_possible_motion_onset,
+            end_sample_if_undecided=case_parameter_row.end_sample_if_undecided,
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,
             interval_index_of_last_case_end_test=last_check,
@@ -70,23 +70,25 @@ def write_initial_case_state(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
+def write_initial_pair_states(
+    case_states: Any, lane: int, case_parameter_row: Any, scene_arrays: Any, face_table_by_piece: Any
+) -> None:
     """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
-    lag = rows.load_case(state, lane).velocity_lag_behind_pose
-    for p in range(scene.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
+    lag = rows.load_case(case_states, lane).velocity_lag_behind_pose
+    for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         m, n, pair = (
-            scene.pair_element_and_piece_indices[p, 2],
-            scene.pair_element_and_piece_indices[p, 3],
+            scene_arrays.pair_element_and_piece_indices[p, 2],
+            scene_arrays.pair_element_and_piece_indices[p, 3],
             rows.load_pair(q, lane),
         )
         law, settled = pair.contact_law, pair.nearest_faces.max_motion_keeping_nearest_faces == np.inf
         friction = (
             law.friction_coefficient
             if law.friction_coefficient >= 0.0
-            else case_parameters.friction_coefficient_if_law_has_none
+            else case_parameter_row.friction_coefficient_if_law_has_none
         )
-        dashpot = law.dashpot_coefficient * case_parameters.dashpot_factor
+        dashpot = law.dashpot_coefficient * case_parameter_row.dashpot_factor
         rows.store_law(q, lane, ContactPointLaw(
             law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
             law.flat_landing_duration * dashpot / law.normal_stiffness
@@ -97,8 +99,8 @@ def write_initial_pair_states(state: Any, lane: int, case_parameters: Any, scene
             b,
             lane,
             2.0 * lag,
-            piece_faces[m, : scene.piece_vertex_counts[m]],
-            piece_faces[n, : scene.piece_vertex_counts[n]],
+            face_table_by_piece[m, : scene_arrays.piece_vertex_counts[m]],
+            face_table_by_piece[n, : scene_arrays.piece_vertex_counts[n]],
         )
         if settled:
             q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0

@@ -7,7 +7,7 @@ from overturning.dem.kernel.ending import SlideEndSample
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
-class SceneBaseAcceleration(NamedTuple):
+class SceneBaseAccelerationInSample(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the present sample."""
 
     horizontal: LinearBaseAcceleration
@@ -44,7 +44,7 @@ class StepAcceptance(NamedTuple):
 class SceneState(NamedTuple):
     """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
-    base_acceleration: SceneBaseAcceleration
+    base_acceleration: SceneBaseAccelerationInSample
     tick_duration: float
     """Length of a tick, s."""
     ticks_per_second: float

@@ -66,19 +66,19 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
 
 
 def contact_points_at_rest_with_derivatives(
-    elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_lean: float = 0.0
+    elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_angle_between_faces_rad: float = 0.0
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return the contact points of the elements at rest, with derivatives of approach and slip by displacements.
 
-    Two faces touch if the angle between them is at most `max_lean`, rad.
+    Two faces touch if the angle between them is at most `max_angle_between_faces_rad`, rad.
     """
     return _contact_points_with_displacement_derivatives(
-        elements, pairs, touching_contact_points(elements, pairs, max_lean)
+        elements, pairs, touching_contact_points(elements, pairs, max_angle_between_faces_rad)
     )
 
 
 def _contact_points_with_displacement_derivatives(
-    elements: list[PlacedElement], pairs: list[ConvexPiecePair], ends: list[TouchingContactPoint]
+    elements: list[PlacedElement], pairs: list[ConvexPiecePair], touching_points: list[TouchingContactPoint]
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
@@ -86,7 +86,7 @@ def _contact_points_with_displacement_derivatives(
             touch,
             *_contact_point_displacement_derivatives(elements, pairs[touch.piece_pair_index], touch.contact_point),
         )
-        for touch in ends
+        for touch in touching_points
     ]
 
 
@@ -160,15 +160,15 @@ def _contact_point_displacement_derivatives(
 def _contact_stiffness_matrix(
     displacement_count: int,
     point_derivatives: list[ContactPointDisplacementDerivatives],
-    normal_stiffness: FloatArray,
-    tangential_stiffness: FloatArray,
+    normal_stiffness_by_pair: FloatArray,
+    tangential_stiffness_by_pair: FloatArray,
 ) -> FloatArray:
     """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
     matrix = np.zeros((displacement_count, displacement_count))
     for touch, approach, slip in point_derivatives:
-        matrix += normal_stiffness[touch.piece_pair_index] * np.outer(approach, approach) + tangential_stiffness[
-            touch.piece_pair_index
-        ] * np.outer(slip, slip)
+        matrix += normal_stiffness_by_pair[touch.piece_pair_index] * np.outer(
+            approach, approach
+        ) + tangential_stiffness_by_pair[touch.piece_pair_index] * np.outer(slip, slip)
     return matrix
 
 
@@ -176,8 +176,8 @@ def static_equilibrium(
     scene: Scene,
     elements: list[PlacedElement],
     point_derivatives: list[ContactPointDisplacementDerivatives],
-    normal_stiffness: FloatArray,
-    tangential_stiffness: FloatArray,
+    normal_stiffness_by_pair: FloatArray,
+    tangential_stiffness_by_pair: FloatArray,
 ) -> tuple[FloatArray, list[LoadedContactPoint]] | None:
     """Return displacements and loaded contact points of a scene in equilibrium on its springs, without tension.
 
@@ -188,12 +188,15 @@ def static_equilibrium(
         without equilibrium: an element slides off or falls by itself.
     """
     # A frictionless contact has no tangential spring; a very soft one keeps the matrix regular.
-    held, point_derivatives = np.maximum(tangential_stiffness, 1e-9 * normal_stiffness), point_derivatives.copy()
+    held, point_derivatives = (
+        np.maximum(tangential_stiffness_by_pair, 1e-9 * normal_stiffness_by_pair),
+        point_derivatives.copy(),
+    )
     number = _displacement_slices_of_free_elements(elements)
     load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
     while point_derivatives:
         solution = solve_positive_definite_system(
-            _contact_stiffness_matrix(load.size, point_derivatives, normal_stiffness, held), load
+            _contact_stiffness_matrix(load.size, point_derivatives, normal_stiffness_by_pair, held), load
         )
         if solution is None:
             return None

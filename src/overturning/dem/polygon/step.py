@@ -49,59 +49,72 @@ class SceneCentredSchemeConstants(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def base_acceleration_at_step_end(
-    vertical_base_acceleration: Any, case: SceneState, inertia: ElementConstants, ticks_per_sample: float
+    upward_base_acceleration_or_none: Any,
+    scene_state: SceneState,
+    element_constants: ElementConstants,
+    ticks_per_sample: float,
 ) -> tuple[float, float]:
     """Return the base acceleration (horizontal, vertical, m/s²) acting on an element at the end of a step.
 
-    Both are 0 for an element that moves with the base. `vertical_base_acceleration` is None if the base moves only
-    horizontally.
+    Both are 0 for an element that moves with the base. Of `upward_base_acceleration_or_none` only matters whether it is
+    None: the base then moves only horizontally.
     """
-    tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
+    tick = scene_state.base_acceleration.ticks_since_sample_start + scene_state.current_attempt.length_in_ticks
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
-    if vertical_base_acceleration is not None:
+    if upward_base_acceleration_or_none is not None:
         lift = (
-            base_acceleration_in_this_or_next_sample(case.base_acceleration.vertical, tick, past)
-            * inertia.has_inertial_forces
+            base_acceleration_in_this_or_next_sample(scene_state.base_acceleration.vertical, tick, past)
+            * element_constants.has_inertial_forces
         )
     return base_acceleration_in_this_or_next_sample(
-        case.base_acceleration.horizontal, tick, past
-    ) * inertia.has_inertial_forces, lift
+        scene_state.base_acceleration.horizontal, tick, past
+    ) * element_constants.has_inertial_forces, lift
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_element_motion(
-    vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
+    upward_base_acceleration_or_none: Any,
+    element_state_rows: Any,
+    scene_state_rows: Any,
+    ticks_per_sample: float,
+    gravity: float,
 ) -> None:
     """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
+        item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
         dt, a = case.tick_duration * case.current_attempt.length_in_ticks, item.acceleration
         half = 0.5 * dt
-        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.constants, ticks_per_sample)
+        ground, lift = base_acceleration_at_step_end(
+            upward_base_acceleration_or_none, case, item.constants, ticks_per_sample
+        )
         v = extrapolate_velocity(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.constants.is_subject_to_gravity + lift
         change = PlanarMotionOrForce(half * (-ground - a.x), half * (-fall - a.z), half * -a.angular)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.angular)
         rows.store_trial(
-            element_rows,
+            element_state_rows,
             j,
             PredictedElement(
                 extrapolate_pose(item.pose, v, dt), v, extrapolate_velocity(v, a, half), far, turn, change
             ),
         )
-        rows.store_force(element_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
+        rows.store_force(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_element_motion_of_accepted_step(
-    vertical_base_acceleration: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
+    upward_base_acceleration_or_none: Any,
+    element_state_rows: Any,
+    scene_state_rows: Any,
+    ticks_per_sample: float,
+    gravity: float,
 ) -> None:
     """Store the corrected state of an element at the end of the step, in cases whose step is accepted."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
+        item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
         dt, trial, old, again = (
             case.tick_duration * case.current_attempt.length_in_ticks,
             item.predicted,
@@ -114,7 +127,9 @@ def store_element_motion_of_accepted_step(
             trial.step_end_velocity_correction,
             trial.pose,
         )
-        ground, lift = base_acceleration_at_step_end(vertical_base_acceleration, case, item.constants, ticks_per_sample)
+        ground, lift = base_acceleration_at_step_end(
+            upward_base_acceleration_or_none, case, item.constants, ticks_per_sample
+        )
         a = element_acceleration(item, ground, lift, gravity)
         v = extrapolate_velocity(trial.velocity_at_half_step, a, half)
         turn = half * d.angular
@@ -132,25 +147,25 @@ def store_element_motion_of_accepted_step(
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         totals = ElementStepMotionWorkAndPeaks(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
-        rows.keep_pose(element_rows, j, again, pose)
-        rows.keep_velocity(element_rows, j, again, v)
-        rows.keep_acceleration(element_rows, j, again, a)
-        rows.keep_totals(element_rows, j, again, totals)
-        element_rows[rows.MOVED + j] = select(again, 0.0, far)
-        element_rows[rows.TURNED + j] = select(again, 0.0, totals.abs_rotation_in_step)
+        rows.keep_pose(element_state_rows, j, again, pose)
+        rows.keep_velocity(element_state_rows, j, again, v)
+        rows.keep_acceleration(element_state_rows, j, again, a)
+        rows.keep_totals(element_state_rows, j, again, totals)
+        element_state_rows[rows.MOVED + j] = select(again, 0.0, far)
+        element_state_rows[rows.TURNED + j] = select(again, 0.0, totals.abs_rotation_in_step)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def reset_step_contact_changes(case_rows: Any) -> None:
+def reset_step_contact_changes(scene_state_rows: Any) -> None:
     """Reset the contact changes of the attempted step to "no change", for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        rows.store_findings(case_rows, j, rows.zero_contact_changes())
+        rows.store_findings(scene_state_rows, j, rows.zero_contact_changes())
 
 
 @njit(**INLINE_OPTIONS)
-def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
+def contact_changes_in_scene_step(scene_state: SceneState) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
-    findings, long = case.contact_changes, not step_resolves_contact_vibration(case)
+    findings, long = scene_state.contact_changes, not step_resolves_contact_vibration(scene_state)
     wrong, reverse, back = (
         (findings.has_wrong_slip_assumption > 0.0) & long,
         (findings.has_slip_reversal > 0.0) & long,
@@ -169,10 +184,10 @@ def contact_changes_in_scene_step(case: SceneState) -> StepContactChanges:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
+def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_case(case_rows, j)
+        case = rows.load_case(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
         again, sooner, then = accept_or_reject_and_choose_next_step(
             SCENE_STEP_CONTROL,
@@ -182,83 +197,91 @@ def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
             tick,
             ticks_per_sample,
         )
-        rows.store_decision(case_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
+        rows.store_decision(scene_state_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def advance_time_after_accepted_steps(case_rows: Any) -> None:
+def advance_time_after_accepted_steps(scene_state_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_case(case_rows, j)
+        case = rows.load_case(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start
-        case_rows[rows.TICK + j] = (
+        scene_state_rows[rows.TICK + j] = (
             tick if case.step_acceptance.is_rejected > 0.0 else tick + case.current_attempt.length_in_ticks
         )
-        rows.store_attempt(case_rows, j, case.step_acceptance.next_attempt)
+        rows.store_attempt(scene_state_rows, j, case.step_acceptance.next_attempt)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_scene_one_step(
-    vertical_base_acceleration: Any,
-    state: Any,
-    matrix: Any,
+    upward_base_acceleration_or_none: Any,
+    case_states: Any,
+    equation_submatrices_of_all_cases: Any,
     nonzero_pattern: Any,
-    active_pairs: Any,
-    moves_relative_to_base: Any,
-    scene: Any,
+    active_pairs_and_resume_motions: Any,
+    element_moves_relative_to_base: Any,
+    scene_arrays: Any,
     ticks_per_sample: float,
 ) -> None:
     """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
-    reset_step_contact_changes(state)
-    size, near = moves_relative_to_base.size, active_pairs.may_touch
+    reset_step_contact_changes(case_states)
+    size, near = element_moves_relative_to_base.size, active_pairs_and_resume_motions.may_touch
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(
-            vertical_base_acceleration, rows.slice_element_rows(state, i), state, ticks_per_sample, scene.gravity
+            upward_base_acceleration_or_none,
+            rows.slice_element_rows(case_states, i),
+            case_states,
+            ticks_per_sample,
+            scene_arrays.gravity,
         )
-    resume_contact_tests_for_step(state, scene, active_pairs, size)
+    resume_contact_tests_for_step(case_states, scene_arrays, active_pairs_and_resume_motions, size)
     kept = 0
-    for n in range(active_pairs.active_pair_count[0]):
-        p = active_pairs.active_pair_indices[n]
-        q, a, b = rows.pair_and_element_rows(state, scene, p)
+    for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
+        p = active_pairs_and_resume_motions.active_pair_indices[n]
+        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         near[p] = update_nearest_faces_and_check_possible_contact(
-            state,
+            case_states,
             q,
             a,
             b,
-            scene.pair_element_and_piece_indices[p, 2],
-            scene.pair_element_and_piece_indices[p, 3],
-            scene.piece_vertex_counts,
-            scene.piece_face_tables,
+            scene_arrays.pair_element_and_piece_indices[p, 2],
+            scene_arrays.pair_element_and_piece_indices[p, 3],
+            scene_arrays.piece_vertex_counts,
+            scene_arrays.piece_face_tables,
         )
         if near[p]:
             into, fresh = mark_nonzero_and_return_pair_submatrices(
-                matrix,
+                equation_submatrices_of_all_cases,
                 nonzero_pattern,
-                moves_relative_to_base,
-                scene.pair_element_and_piece_indices[p, 0],
-                scene.pair_element_and_piece_indices[p, 1],
+                element_moves_relative_to_base,
+                scene_arrays.pair_element_and_piece_indices[p, 0],
+                scene_arrays.pair_element_and_piece_indices[p, 1],
             )
-            add_pair_contact_terms_to_equations(q, a, b, state, into, fresh)
-        if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs):
-            active_pairs.active_pair_indices[kept] = p
+            add_pair_contact_terms_to_equations(q, a, b, case_states, into, fresh)
+        if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs_and_resume_motions):
+            active_pairs_and_resume_motions.active_pair_indices[kept] = p
             kept += 1
-    active_pairs.active_pair_count[0] = kept
-    solve_velocity_changes(state, matrix, nonzero_pattern, size)
+    active_pairs_and_resume_motions.active_pair_count[0] = kept
+    solve_velocity_changes(case_states, equation_submatrices_of_all_cases, nonzero_pattern, size)
     for n in range(kept):
-        p = active_pairs.active_pair_indices[n]
+        p = active_pairs_and_resume_motions.active_pair_indices[n]
         if near[p]:
-            q, a, b = rows.pair_and_element_rows(state, scene, p)
-            add_solved_pair_forces_and_store_new_state(q, a, b, state)
-    accept_or_reject_steps(state, ticks_per_sample)
+            q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+            add_solved_pair_forces_and_store_new_state(q, a, b, case_states)
+    accept_or_reject_steps(case_states, ticks_per_sample)
     for i in range(size):
-        if moves_relative_to_base[i]:
+        if element_moves_relative_to_base[i]:
             store_element_motion_of_accepted_step(
-                vertical_base_acceleration, rows.slice_element_rows(state, i), state, ticks_per_sample, scene.gravity
+                upward_base_acceleration_or_none,
+                rows.slice_element_rows(case_states, i),
+                case_states,
+                ticks_per_sample,
+                scene_arrays.gravity,
             )
     for n in range(kept):
-        p = active_pairs.active_pair_indices[n]
+        p = active_pairs_and_resume_motions.active_pair_indices[n]
         if near[p]:
-            q, _, _ = rows.pair_and_element_rows(state, scene, p)
-            store_accepted_pair_history(q, state)
-    advance_time_after_accepted_steps(state)
+            q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+            store_accepted_pair_history(q, case_states)
+    advance_time_after_accepted_steps(case_states)

@@ -65,29 +65,34 @@ def create_active_pairs(pair_count: int) -> Any:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_largest_motions_with_element(element_rows: Any, largest_motions: Any) -> None:
-    """Raise `largest_motions`, for each case, to the motion of an element if that is larger."""
+def update_largest_motions_with_element(element_state_rows: Any, largest_last_and_predicted_step_motions: Any) -> None:
+    """Raise `largest_last_and_predicted_step_motions`, for each case, to the motion of an element if that is larger."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item = rows.load_element(element_rows, j)
-        largest_motions[j] = updated_maximum(largest_motions[j], item.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step)
-        largest_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[rows.PARALLEL_CASE_COUNT + j], item.step_motion_and_peaks.abs_rotation_in_step
+        item = rows.load_element(element_state_rows, j)
+        largest_last_and_predicted_step_motions[j] = updated_maximum(
+            largest_last_and_predicted_step_motions[j], item.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step
         )
-        largest_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[2 * rows.PARALLEL_CASE_COUNT + j], item.predicted.abs_dx_plus_abs_dz_in_step
+        largest_last_and_predicted_step_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_last_and_predicted_step_motions[rows.PARALLEL_CASE_COUNT + j],
+            item.step_motion_and_peaks.abs_rotation_in_step,
         )
-        largest_motions[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_motions[3 * rows.PARALLEL_CASE_COUNT + j], item.predicted.abs_rotation_in_step
+        largest_last_and_predicted_step_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_last_and_predicted_step_motions[2 * rows.PARALLEL_CASE_COUNT + j],
+            item.predicted.abs_dx_plus_abs_dz_in_step,
+        )
+        largest_last_and_predicted_step_motions[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_last_and_predicted_step_motions[3 * rows.PARALLEL_CASE_COUNT + j],
+            item.predicted.abs_rotation_in_step,
         )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_last_step_to_summed_motion(element_rows: Any) -> None:
+def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
     """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item = rows.load_element(element_rows, j)
+        item = rows.load_element(element_state_rows, j)
         rows.store_travel(
-            element_rows,
+            element_state_rows,
             j,
             ElementMotionSinceContactTestsPaused(
                 item.motion_since_contact_tests_paused.abs_dx_plus_abs_dz_sum
@@ -99,86 +104,106 @@ def add_last_step_to_summed_motion(element_rows: Any) -> None:
 
 
 @njit(**INLINE_OPTIONS)
-def summed_motion_of_pair(pair_rows: Any, element_a_rows: Any, element_b_rows: Any, lane: int) -> float:
+def summed_motion_of_pair(
+    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
+) -> float:
     """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in column `lane`."""
-    lever = rows.load_nearest(pair_rows, lane).rotation_to_motion_lever_arm
+    lever = rows.load_nearest(pair_state_rows, lane).rotation_to_motion_lever_arm
     a, b = (
-        rows.load_element(element_a_rows, lane).motion_since_contact_tests_paused,
-        rows.load_element(element_b_rows, lane).motion_since_contact_tests_paused,
+        rows.load_element(element_a_state_rows, lane).motion_since_contact_tests_paused,
+        rows.load_element(element_b_state_rows, lane).motion_since_contact_tests_paused,
     )
     return (a.abs_dx_plus_abs_dz_sum + b.abs_dx_plus_abs_dz_sum) + lever * (a.abs_rotation_sum + b.abs_rotation_sum)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def subtract_element_motions_from_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+def subtract_element_motions_from_pair_motion(
+    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
+) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
-        pair_rows[rows.USED + j] = pair_rows[rows.USED + j] - motion
+        motion = summed_motion_of_pair(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
+        pair_state_rows[rows.USED + j] = pair_state_rows[rows.USED + j] - motion
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_element_motions_to_pair_motion(pair_rows: Any, element_a_rows: Any, element_b_rows: Any) -> None:
+def add_element_motions_to_pair_motion(
+    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
+) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        motion = summed_motion_of_pair(pair_rows, element_a_rows, element_b_rows, j)
-        pair_rows[rows.USED + j] = pair_rows[rows.USED + j] + motion
+        motion = summed_motion_of_pair(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
+        pair_state_rows[rows.USED + j] = pair_state_rows[rows.USED + j] + motion
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def motion_to_contact_and_lever_arm(pair_rows: Any) -> tuple[float, float]:
+def motion_to_contact_and_lever_arm(pair_state_rows: Any) -> tuple[float, float]:
     """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near.
 
     The lever arm converts relative rotation to motion.
     """
     slack, lever = np.inf, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):
-        reach, ahead = pair_rows[rows.REACH + j], pair_rows[rows.AHEAD + j]
+        reach, ahead = pair_state_rows[rows.REACH + j], pair_state_rows[rows.AHEAD + j]
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
             return 0.0, 0.0
-        slack, lever = min(slack, reach - ahead), max(lever, pair_rows[rows.ROTATION_TO_MOTION_LEVER_ARM_ROW + j])
+        slack, lever = min(slack, reach - ahead), max(lever, pair_state_rows[rows.ROTATION_TO_MOTION_LEVER_ARM_ROW + j])
     return slack, lever
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def resume_contact_tests_after_motion(state: Any, scene: Any, active_pairs: ActivePairs, summed_motion: float) -> None:
-    """Test again for contact those distant element pairs that could touch after the motion `summed_motion` (m).
+def resume_contact_tests_after_motion(
+    case_states: Any,
+    scene_arrays: Any,
+    active_pairs_and_resume_motions: ActivePairs,
+    largest_motion_sum_of_two_elements: float,
+) -> None:
+    """Test again for contact those distant element pairs that could touch after a sum of motions (m).
 
-    It is the largest sum of the motions of any two elements; infinity resumes all tests.
+    It is the largest sum of the motions of any two elements since the first pair was left out; infinity resumes all
+    tests.
     """
     count, following = 0, np.inf
-    for p in range(active_pairs.motion_sum_to_resume_contact_tests.size):
-        at = active_pairs.motion_sum_to_resume_contact_tests[p]
-        if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not summed_motion < at:
-            q, a, b = rows.pair_and_element_rows(state, scene, p)
+    for p in range(active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size):
+        at = active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[p]
+        if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not largest_motion_sum_of_two_elements < at:
+            q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
             add_element_motions_to_pair_motion(q, a, b)
-            active_pairs.motion_sum_to_resume_contact_tests[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
+            active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
         if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
-            active_pairs.active_pair_indices[count] = p
+            active_pairs_and_resume_motions.active_pair_indices[count] = p
             count += 1
         else:
             following = min(following, at)
-    active_pairs.active_pair_count[0], active_pairs.summed_motion_next_resume_and_lever_arm[NEXT] = count, following
-    if count == active_pairs.motion_sum_to_resume_contact_tests.size:
-        active_pairs.summed_motion_next_resume_and_lever_arm[
+    (
+        active_pairs_and_resume_motions.active_pair_count[0],
+        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT],
+    ) = count, following
+    if count == active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size:
+        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[
             TRAVEL
-        ] = active_pairs.summed_motion_next_resume_and_lever_arm[LEVER] = 0.0
+        ] = active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER] = 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePairs, element_count: int) -> None:
+def resume_contact_tests_for_step(
+    case_states: Any, scene_arrays: Any, active_pairs_and_resume_motions: ActivePairs, element_count: int
+) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
-    if active_pairs.active_pair_count[0] == active_pairs.motion_sum_to_resume_contact_tests.size:
+    if (
+        active_pairs_and_resume_motions.active_pair_count[0]
+        == active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size
+    ):
         return
     largest, lever = (
-        active_pairs.largest_last_and_predicted_step_motions,
-        active_pairs.summed_motion_next_resume_and_lever_arm[LEVER],
+        active_pairs_and_resume_motions.largest_last_and_predicted_step_motions,
+        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER],
     )
     for k in range(largest.size):
         largest[k] = 0.0
     for i in range(element_count):
-        update_largest_motions_with_element(rows.slice_element_rows(state, i), largest)
+        update_largest_motions_with_element(rows.slice_element_rows(case_states, i), largest)
     last, ahead = 0.0, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):
         moved, turned = largest[j], largest[rows.PARALLEL_CASE_COUNT + j]
@@ -186,31 +211,35 @@ def resume_contact_tests_for_step(state: Any, scene: Any, active_pairs: ActivePa
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
     # `search.add_step_motion_and_count_near_cases`.
-    active_pairs.summed_motion_next_resume_and_lever_arm[TRAVEL] += 2.0 * last
-    travel = active_pairs.summed_motion_next_resume_and_lever_arm[TRAVEL] + 4.0 * ahead
-    if not travel < active_pairs.summed_motion_next_resume_and_lever_arm[NEXT]:
-        resume_contact_tests_after_motion(state, scene, active_pairs, travel)
+    active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] += 2.0 * last
+    travel = active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] + 4.0 * ahead
+    if not travel < active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT]:
+        resume_contact_tests_after_motion(case_states, scene_arrays, active_pairs_and_resume_motions, travel)
     for i in range(element_count):
-        add_last_step_to_summed_motion(rows.slice_element_rows(state, i))
+        add_last_step_to_summed_motion(rows.slice_element_rows(case_states, i))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def keep_contact_tests_unless_distant(
-    pair_rows: Any, element_a_rows: Any, element_b_rows: Any, pair_index: int, active_pairs: ActivePairs
+    pair_state_rows: Any,
+    element_a_state_rows: Any,
+    element_b_state_rows: Any,
+    pair_index: int,
+    active_pairs_and_resume_motions: ActivePairs,
 ) -> bool:
     """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
-    slack, lever = motion_to_contact_and_lever_arm(pair_rows)
+    slack, lever = motion_to_contact_and_lever_arm(pair_state_rows)
     if slack <= 0.0:
         return True
-    subtract_element_motions_from_pair_motion(pair_rows, element_a_rows, element_b_rows)
-    active_pairs.motion_sum_to_resume_contact_tests[pair_index] = (
-        active_pairs.summed_motion_next_resume_and_lever_arm[TRAVEL] + (1.0 - 1e-9) * slack
+    subtract_element_motions_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
+    active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[pair_index] = (
+        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] + (1.0 - 1e-9) * slack
     )
-    active_pairs.summed_motion_next_resume_and_lever_arm[NEXT] = min(
-        active_pairs.summed_motion_next_resume_and_lever_arm[NEXT],
-        active_pairs.motion_sum_to_resume_contact_tests[pair_index],
+    active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT] = min(
+        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT],
+        active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[pair_index],
     )
-    active_pairs.summed_motion_next_resume_and_lever_arm[LEVER] = max(
-        active_pairs.summed_motion_next_resume_and_lever_arm[LEVER], lever
+    active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER] = max(
+        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER], lever
     )
     return False

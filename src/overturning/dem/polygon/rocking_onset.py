@@ -1,0 +1,112 @@
+"""Base acceleration at which groups of stacked elements of a scene start to rock as one body."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.model.geometry import PlacedElement, PossibleContactPoint
+
+Elements = list[PlacedElement]
+
+
+SupportPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
+"""Loaded contact points, by the element that stands on them and the element that carries it."""
+
+
+def rocking_onset_accelerations_g(
+    elements: Elements, supports: SupportPointsByElementAndCarrier
+) -> tuple[float, NDArray[np.int64], FloatArray]:
+    """Return the least base acceleration |a|/g at which any part of a stack of elements starts to rock as one body.
+
+    A part is an element with all elements that stand on it, directly or not. A part lifts off when the resultant of
+    weight and inertia force leaves its base: |a|/g > arm / height of the common centre.
+
+    Returns
+    -------
+    threshold : float
+        Smallest |a|/g of the elements with everything that they carry.
+    parts : ndarray of int64, shape (parts, 2)
+        For each part, its lowest element and its element that the scene lists last; it exists only while both stand.
+    least : ndarray, shape (parts,)
+        Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
+        no closed form then.
+    """
+    free = [k for k, item in enumerate(elements) if not item.is_driven_or_held]
+    if any(len(supports.get(k, {})) != 1 for k in free):
+        return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
+    threshold, parts = np.inf, dict[tuple[int, int], float]()
+    for k in free:
+        points = [end.vertex_position for ends in supports[k].values() for end in ends]
+        for side in (-1.0, 1.0):
+            edge = max(points, key=lambda point: side * point[0])
+            whole = _indices_of_elements_overturning_together(elements, supports, k, max(free), edge, side, -np.inf)
+            threshold = min(threshold, _uplift_acceleration_g_of_group(elements, whole, edge, side))
+            for last in whole:
+                least = _uplift_acceleration_g_of_group(
+                    elements, _indices_of_elements_overturning_together(elements, supports, k, last, edge, side,
+                    -np.inf),
+                    edge, side,
+                )  # fmt: skip
+                # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
+                while (
+                    less := _uplift_acceleration_g_of_group(
+                        elements,
+                        _indices_of_elements_overturning_together(elements, supports, k, last, edge, side, least),
+                        edge,
+                        side,
+                    )
+                ) < least:
+                    least = less
+                parts[k, last] = min(parts.get((k, last), np.inf), max(least, 0.0))
+    return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
+
+
+def _uplift_acceleration_g_of_group(
+    elements: Elements,
+    group_element_indices: list[int],
+    pivot_x_and_z: tuple[float, float],
+    rotation_sign: float,
+) -> float:
+    """Return the base acceleration |a|/g at which a group of elements starts to rock about an edge, to −x or +x.
+
+    `rotation_sign` is −1 or +1.
+    """
+    mass = sum(elements[n].mass for n in group_element_indices)
+    x = sum(elements[n].mass * elements[n].centre_of_mass_x for n in group_element_indices) / mass
+    z = sum(elements[n].mass * elements[n].centre_of_mass_z for n in group_element_indices) / mass
+    return float(rotation_sign * (pivot_x_and_z[0] - x) / (z - pivot_x_and_z[1]))
+
+
+def _indices_of_elements_overturning_together(
+    elements: Elements,
+    supports: SupportPointsByElementAndCarrier,
+    lowest_element_index: int,
+    last_counted_element_index: int,
+    pivot_x_and_z: tuple[float, float],
+    rotation_sign: float,
+    base_acceleration_over_g: float,
+) -> list[int]:
+    """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
+
+    Elements after `last_counted_element_index` do not count. `base_acceleration_over_g` is |a|/g; −infinity includes
+    all elements on it.
+    """
+
+    def restoring_moment_and_element_indices(element_index: int) -> tuple[float, list[int]]:
+        """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
+        item, whole = elements[element_index], base_acceleration_over_g == -np.inf
+        arm, height = (
+            rotation_sign * (pivot_x_and_z[0] - item.centre_of_mass_x),
+            item.centre_of_mass_z - pivot_x_and_z[1],
+        )
+        held = 0.0 if whole else item.mass * (arm - base_acceleration_over_g * height)
+        part = [element_index]
+        for moment, more in map(
+            restoring_moment_and_element_indices,
+            (n for n in range(last_counted_element_index + 1) if element_index in supports.get(n, ())),
+        ):
+            if whole or moment < 0.0 or last_counted_element_index in more:
+                held, part = held + moment, part + more
+        return held, part
+
+    return sorted(restoring_moment_and_element_indices(lowest_element_index)[1])

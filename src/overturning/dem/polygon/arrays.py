@@ -84,7 +84,7 @@ class SceneResultTableColumns(NamedTuple):
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float
-    """Error of the energy balance, as a share of the input energy."""
+    """Absolute error of the energy balance over the largest of base work, absorbed energy and a least energy."""
     block_steps: float
     """Number of steps, summed over the free elements."""
     samples_left_out: float
@@ -116,7 +116,7 @@ MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_SIDE: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
 
 MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING: Final = 0.1
-"""Smallest mass of an element for which the rule of flat landings is applied, as a share of the heaviest mass."""
+"""Smallest mass of an element for which the rule of flat landings is applied, over the heaviest free element's."""
 
 MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE: Final = 0.999
 """Share of the rotation onto another face from which an element counts as lying on it; contacts are compliant."""

@@ -1,4 +1,4 @@
-"""Termination of a scene case: classify each element and the case at the end of a sample."""
+"""Termination of a scene case: test which elements have fallen, and whether the case has ended."""
 
 from typing import Any, Final, NamedTuple
 
@@ -34,15 +34,15 @@ MAX_SAFE_TILT_OVER_CRITICAL_ANGLE: Final = 0.1
 MAX_SAFE_SLIP_OVER_HALF_HEIGHT: Final = 1.0
 """Largest slip, over half its height, of an element that stands for good."""
 MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY: Final = 0.1
-"""Largest kinetic energy, over its barrier, of an element that stands for good; also of all moving elements, over the
-lowest barrier."""
+"""Largest kinetic energy of an element that stands for good, over the energy needed to overturn it; also of all free
+elements, over the smallest energy needed to overturn one."""
 
 MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT: Final = 0.1
 """Largest gap between an element and its support, as a share of the penetration limit."""
 
 
 class ElementCountsAndKineticEnergy(NamedTuple):
-    """Numbers of free elements of a case that stand, fell and stand safely, their kinetic energy, and two checks."""
+    """Numbers of free elements of a case that stand, fell and stand for good, their kinetic energy, and two checks."""
 
     sum_finite_if_state_is_finite: float
     """Sum that is finite if the poses and velocities of all elements are."""
@@ -53,7 +53,7 @@ class ElementCountsAndKineticEnergy(NamedTuple):
     fallen_element_count: int
     """Number of free elements that have fallen."""
     safely_standing_element_count: int
-    """Number of elements that stand for good if the rest of the record cannot lift or slide them."""
+    """Number of free elements that stand for good if the rest of the record cannot lift or slide them."""
     any_slid_over_tenth_of_half_height: bool
     """True if an element has slid by more than a tenth of half its height."""
 
@@ -64,12 +64,12 @@ def case_status(
     lane: int,
     scene_arrays: Any,
     rocking_groups_immovable_from_sample: Any,
-    sample_at_record_end: float,
+    sample_index_at_record_end: float,
     sampling_interval: float,
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended.
 
-    The record ends at sample `sample_at_record_end`. `rocking_groups_immovable_from_sample` holds the sample from
+    The record ends at sample `sample_index_at_record_end`. `rocking_groups_immovable_from_sample` holds the sample from
     which each group of elements that can rock as one cannot be moved any more, shape (groups,).
     """
     case = rows.load_case(case_states, lane)
@@ -94,7 +94,10 @@ def case_status(
         )
     ):
         return CaseStatus.SIMULATED
-    if case.current_sample < sample_at_record_end and case.current_sample < case.last_sample_with_possible_motion_onset:
+    if (
+        case.current_sample < sample_index_at_record_end
+        and case.current_sample < case.last_sample_with_possible_motion_onset
+    ):
         return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.
@@ -104,7 +107,7 @@ def case_status(
         >= 2 * standing
     ):
         return CaseStatus.SIMULATED
-    if case.current_sample < sample_at_record_end:
+    if case.current_sample < sample_index_at_record_end:
         return CASE_NOT_ENDED
     if (
         fallen == 0
@@ -145,7 +148,7 @@ def no_element_can_fall_later(
     rocking_groups_immovable_from_sample: Any,
     max_support_gap: float,
 ) -> bool:
-    """True if the remaining record is too weak to move standing elements, and no airborne element may still land."""
+    """True if the rest of the record cannot lift or slide standing elements, and none in the air may still land."""
     sample = rows.load_case(case_states, lane).current_sample
     weak = remaining_base_motion_cannot_move_groups(
         case_states,
@@ -306,9 +309,9 @@ def remaining_base_motion_cannot_move_groups(
     lane: int,
     rocking_groups_immovable_from_sample: Any,
     lowest_and_last_index_of_rocking_groups: Any,
-    current_sample: float,
+    current_sample_index: float,
 ) -> bool:
-    """True if the base motion after `current_sample` cannot lift or slide any group of stacked elements that stands."""
+    """True if the base motion from now on cannot lift or slide any group of stacked elements that stands."""
     for p in range(lowest_and_last_index_of_rocking_groups.shape[0]):
         lowest, last = (
             rows.slice_element_rows(case_states, lowest_and_last_index_of_rocking_groups[p, 0]),
@@ -317,7 +320,7 @@ def remaining_base_motion_cannot_move_groups(
         if (
             lowest[rows.SIDE + lane] == 0.0
             and last[rows.SIDE + lane] == 0.0
-            and current_sample < rocking_groups_immovable_from_sample[p]
+            and current_sample_index < rocking_groups_immovable_from_sample[p]
         ):
             return False
     return True

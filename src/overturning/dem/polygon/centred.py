@@ -48,7 +48,8 @@ MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST: Final = SCENE_STEP_CONTROL.longest_p
 """Longest step, over the case's shortest step, that resolves the vibration of the contacts."""
 
 MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
-"""Least effect of a normal force on a sliding point, as a share of that on free particles; below it, it sticks."""
+"""Least opening acceleration per normal force at a sliding contact point, over that of two free particles with the
+masses of its elements; a point below it sticks."""
 
 
 class PredictedPlanarContactPoint(NamedTuple):
@@ -163,7 +164,7 @@ def planar_contact_equation_terms(
     predicted_point: PredictedPlanarContactPoint,
     other_predicted_point: PredictedPlanarContactPoint,
 ) -> tuple[PairVelocityToForceMatrix, PlanarContactPointForce, float]:
-    """Return the equation matrix of a contact point of two elements, its forces, and ±μ if the point slides (else 0).
+    """Return a contact point's matrix of forces per velocity, its predicted forces, and ±μ if it slides (else 0).
 
     A point sticks where sliding would turn an element into the other (Painlevé's paradox), unless the other contact
     point of the pair already sticks.

@@ -71,7 +71,7 @@ def solved_planar_contact_point(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
-    assumed_slip: AssumedPlanarContactSlip,
+    predicted_stretch_and_assumed_slip: AssumedPlanarContactSlip,
     predicted_motion_and_velocity_correction: tuple[PairMotionAndInertia, PairRelativeVelocityOrDirection],
     half_step_time: float,
     step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
@@ -88,7 +88,7 @@ def solved_planar_contact_point(
     opening, slipping = opening + more_open, slipping + more_slip
     depth, stretch = (
         contact_point.penetration - half_step_time * more_open,
-        assumed_slip.tangential_spring_stretch + half_step_time * more_slip,
+        predicted_stretch_and_assumed_slip.tangential_spring_stretch + half_step_time * more_slip,
     )
     touches, was = contact_point.vertex_projects_onto_other_face > 0.0, point_history.contact_vertex_owner_code != OPEN
     inside = (depth > 0.0) & touches
@@ -109,7 +109,7 @@ def solved_planar_contact_point(
     found = (drift if held else math.copysign(contact_law.friction_coefficient, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     spring = spring if inside else 0.0
-    assumed = 0.0 if fine else assumed_slip.signed_friction_coefficient
+    assumed = 0.0 if fine else predicted_stretch_and_assumed_slip.signed_friction_coefficient
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_point.penetration > 0.0)))
@@ -156,7 +156,7 @@ def vertex_positions_from_contact_solution(
 def add_solved_pair_forces_and_store_new_state(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, scene_state_rows: Any
 ) -> None:
-    """Add the solved contact forces between two elements to both; store the contact's new state for acceptance."""
+    """Add the solved contact forces between two elements to both; store the state to keep if the step is accepted."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
             rows.load_pair(pair_state_rows, j),
@@ -239,7 +239,10 @@ def add_solved_pair_forces_and_store_new_state(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> None:
-    """Replace the contact state of two elements by the new one, in each case whose step is accepted."""
+    """Replace the contact state of two elements by the new one, in each case whose step is accepted.
+
+    Where the next attempt is to assume the same sticking and sliding, the solved assumption is replaced by that one.
+    """
     for j in range(rows.PARALLEL_CASE_COUNT):
         step, decision = rows.load_step(pair_state_rows, j), rows.load_case(scene_state_rows, j).step_acceptance
         rows.keep_history(pair_state_rows, j, decision.is_rejected > 0.0, step.history_after_step)

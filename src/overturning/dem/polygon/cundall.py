@@ -192,13 +192,13 @@ def advance_scene_one_step(
     equation_submatrices_of_all_cases: Any,  # noqa: ARG001, used by the centred scheme only
     nonzero_pattern: Any,  # noqa: ARG001
     active_pairs_and_resume_motions: Any,
-    element_moves_relative_to_base: Any,
+    moves_relative_to_base_by_element: Any,
     scene_arrays: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
     resume_contact_tests_for_step(
-        case_states, scene_arrays, active_pairs_and_resume_motions, element_moves_relative_to_base.size
+        case_states, scene_arrays, active_pairs_and_resume_motions, moves_relative_to_base_by_element.size
     )
     kept = 0
     for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
@@ -220,9 +220,9 @@ def advance_scene_one_step(
             active_pairs_and_resume_motions.active_pair_indices[kept] = p
             kept += 1
     active_pairs_and_resume_motions.active_pair_count[0] = kept
-    for i in range(element_moves_relative_to_base.size):
+    for i in range(moves_relative_to_base_by_element.size):
         # Free and held elements move; a driven one rests in the frame of the base.
-        if element_moves_relative_to_base[i]:
+        if moves_relative_to_base_by_element[i]:
             advance_element_motion_one_step(
                 upward_base_acceleration_or_none,
                 rows.slice_element_rows(case_states, i),

@@ -12,7 +12,10 @@ from overturning.dem.polygon.state import OPEN, VERTEX_OF_B, ElementState, PairS
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def scene_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
-    """Return the energy of a scene, J: kinetic and gravitational half a step ago, plus that of the springs now."""
+    """Return the energy of a scene, J: kinetic and gravitational of free elements, plus that of contact springs.
+
+    In Cundall's scheme the former are those of half a step ago, as the velocities.
+    """
     total = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
@@ -22,7 +25,10 @@ def scene_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def kinetic_and_gravitational_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
-    """Compute kinetic and gravitational energy of a scene at the last half step, J, for the case in column `lane`."""
+    """Compute kinetic and gravitational energy (J) of the free elements of a scene at the time of their velocities.
+
+    This time is half a step ago in Cundall's scheme, now in the centred scheme.
+    """
     total, half = 0.0, rows.load_case(case_states, lane).velocity_lag_behind_pose
     for e in range(scene_arrays.element_fall_limits.shape[1]):
         item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
@@ -50,7 +56,7 @@ def pair_spring_energy(pair: PairState) -> float:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def element_kinetic_energy(element: ElementState) -> float:
-    """Compute the kinetic energy of an element, J, from its velocities half a step ago."""
+    """Compute the kinetic energy of a free element, J, from its stored velocities."""
     v, own = element.velocity, element.constants
     return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.angular * v.angular / own.inverse_inertia))
 

@@ -236,7 +236,7 @@ def solve_velocity_changes(
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def equation_submatrix_or_placeholder(
     equation_submatrices_of_all_cases: Any,
-    element_moves_relative_to_base: Any,
+    moves_relative_to_base_by_element: Any,
     row_element_index: int,
     column_element_index: int,
     placeholder_index: int,
@@ -247,9 +247,10 @@ def equation_submatrix_or_placeholder(
     """
     return slice_submatrix_rows(
         equation_submatrices_of_all_cases,
-        row_element_index * element_moves_relative_to_base.size + column_element_index
-        if element_moves_relative_to_base[row_element_index] and element_moves_relative_to_base[column_element_index]
-        else element_moves_relative_to_base.size * element_moves_relative_to_base.size + placeholder_index,
+        row_element_index * moves_relative_to_base_by_element.size + column_element_index
+        if moves_relative_to_base_by_element[row_element_index]
+        and moves_relative_to_base_by_element[column_element_index]
+        else moves_relative_to_base_by_element.size * moves_relative_to_base_by_element.size + placeholder_index,
     )
 
 
@@ -257,7 +258,7 @@ def equation_submatrix_or_placeholder(
 def mark_nonzero_and_return_pair_submatrices(
     equation_submatrices_of_all_cases: Any,
     nonzero_pattern: NonzeroPattern,
-    element_moves_relative_to_base: Any,
+    moves_relative_to_base_by_element: Any,
     element_index_a: int,
     element_index_b: int,
 ) -> tuple[PairSubmatrices, Any]:
@@ -269,31 +270,31 @@ def mark_nonzero_and_return_pair_submatrices(
         not used[element_index_b, element_index_b],
     )
     used[element_index_a, element_index_a], used[element_index_b, element_index_b] = (
-        element_moves_relative_to_base[element_index_a],
-        element_moves_relative_to_base[element_index_b],
+        moves_relative_to_base_by_element[element_index_a],
+        moves_relative_to_base_by_element[element_index_b],
     )
     if (
-        element_moves_relative_to_base[element_index_a]
-        and element_moves_relative_to_base[element_index_b]
+        moves_relative_to_base_by_element[element_index_a]
+        and moves_relative_to_base_by_element[element_index_b]
         and not used[element_index_a, element_index_b]
     ):
         mark_submatrix_nonzero(nonzero_pattern, element_index_a, element_index_b)
         mark_submatrix_nonzero(nonzero_pattern, element_index_b, element_index_a)
     aa, ab = (
         equation_submatrix_or_placeholder(
-            equation_submatrices_of_all_cases, element_moves_relative_to_base, element_index_a, element_index_a, 0
+            equation_submatrices_of_all_cases, moves_relative_to_base_by_element, element_index_a, element_index_a, 0
         ),
         equation_submatrix_or_placeholder(
-            equation_submatrices_of_all_cases, element_moves_relative_to_base, element_index_a, element_index_b, 1
+            equation_submatrices_of_all_cases, moves_relative_to_base_by_element, element_index_a, element_index_b, 1
         ),
     )
     return PairSubmatrices(
         aa,
         ab,
         equation_submatrix_or_placeholder(
-            equation_submatrices_of_all_cases, element_moves_relative_to_base, element_index_b, element_index_a, 2
+            equation_submatrices_of_all_cases, moves_relative_to_base_by_element, element_index_b, element_index_a, 2
         ),
         equation_submatrix_or_placeholder(
-            equation_submatrices_of_all_cases, element_moves_relative_to_base, element_index_b, element_index_b, 3
+            equation_submatrices_of_all_cases, moves_relative_to_base_by_element, element_index_b, element_index_b, 3
         ),
     ), fresh

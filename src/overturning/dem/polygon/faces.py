@@ -19,7 +19,7 @@ from overturning.dem.polygon.state import (
 
 
 class ForceLeverArms(NamedTuple):
-    """Lever arms of a normal and of a tangential contact force about the centre of an element, m."""
+    """Signed lever arms of a normal and of a tangential contact force about the centre of an element, m."""
 
     of_normal_force: float
     """Moment of the normal force over this force, m."""
@@ -165,16 +165,16 @@ def convert_components_to_other_face_axes(
 
 @njit(**INLINE_OPTIONS)
 def locate_vertex_of_a_at_face_of_b(
-    vertex_along_own_normal: float,
-    vertex_along_own_tangent: float,
+    vertex_position_along_own_normal: float,
+    vertex_position_along_own_tangent: float,
     other_face_distance_from_centre: float,
     relative_position: RelativeFacePosition,
     previous_step_position: VertexPositionAtFace,
 ) -> VertexPositionAndLeverArms:
     """Return where a vertex of element a lies at a face of b: depth behind it, place along it, slip, lever arms."""
     own_n, own_t = convert_components_to_other_face_axes(
-        vertex_along_own_normal,
-        vertex_along_own_tangent,
+        vertex_position_along_own_normal,
+        vertex_position_along_own_tangent,
         relative_position.cosine_of_angle_between_faces,
         relative_position.sine_of_angle_between_faces,
     )
@@ -194,8 +194,8 @@ def locate_vertex_of_a_at_face_of_b(
 
 @njit(**INLINE_OPTIONS)
 def locate_vertex_of_b_at_face_of_a(
-    vertex_along_own_normal: float,
-    vertex_along_own_tangent: float,
+    vertex_position_along_own_normal: float,
+    vertex_position_along_own_tangent: float,
     other_face_distance_from_centre: float,
     relative_position: RelativeFacePosition,
     previous_step_position: VertexPositionAtFace,
@@ -205,8 +205,8 @@ def locate_vertex_of_b_at_face_of_a(
     The place increases with the slip of a.
     """
     own_n, own_t = convert_components_to_other_face_axes(
-        vertex_along_own_normal,
-        vertex_along_own_tangent,
+        vertex_position_along_own_normal,
+        vertex_position_along_own_tangent,
         -relative_position.cosine_of_angle_between_faces,
         relative_position.sine_of_angle_between_faces,
     )
@@ -359,7 +359,7 @@ def find_contact_segment_if_may_touch(
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, time_before_present: float
 ) -> FaceVertexPositions:
-    """Return the positions, `time_before_present` seconds ago, of the four vertices of two elements' nearest faces."""
+    """Return the positions of the four vertices of two elements' nearest faces a time ago, at present velocities."""
     f = relative_face_position(
         pair.nearest_face_of_a,
         pair.nearest_face_of_b,
@@ -374,7 +374,7 @@ def earlier_vertex_positions(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def pose_extrapolated_back_in_time(element: ElementState, time_before_present: float) -> Pose:
-    """Return the pose that an element had `time_before_present` seconds ago if it moved with its present velocity."""
+    """Return an element's pose a time ago if it moved with its present velocity; the field `angle` is not changed."""
     c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -time_before_present * element.velocity.angular)
     return Pose(
         element.pose.x - time_before_present * element.velocity.x,

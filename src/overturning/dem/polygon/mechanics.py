@@ -111,11 +111,11 @@ class PairVelocityToForceMatrix(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def element_acceleration(
-    element: ElementState, horizontal_base_acceleration: float, vertical_base_acceleration: float, gravity: float
+    element: ElementState, horizontal_base_acceleration: float, upward_base_acceleration: float, gravity: float
 ) -> PlanarMotionOrForce:
     """Return the acceleration of an element relative to the base, m/s² and rad/s², from forces and base motion."""
     force, own = element.contact_force_sum, element.constants
-    fall = gravity * own.is_subject_to_gravity + vertical_base_acceleration
+    fall = gravity * own.is_subject_to_gravity + upward_base_acceleration
     return PlanarMotionOrForce(
         force.x * own.inverse_mass - horizontal_base_acceleration,
         force.z * own.inverse_mass - fall,
@@ -148,13 +148,13 @@ def extrapolate_pose(pose: Pose, velocity: PlanarMotionOrForce, duration: float)
 def power_against_inertial_and_holding_forces(
     element: ElementState,
     horizontal_base_acceleration: float,
-    vertical_base_acceleration: float,
+    upward_base_acceleration: float,
     velocity: PlanarMotionOrForce,
 ) -> float:
     """Return the power (W) of an element against inertial forces, or, if it is held, against the holding forces."""
     own, force = element.constants, element.contact_force_sum
     return own.mass * (
-        horizontal_base_acceleration * velocity.x + vertical_base_acceleration * velocity.z
+        horizontal_base_acceleration * velocity.x + upward_base_acceleration * velocity.z
     ) + own.is_fixed_in_space * (force.x * velocity.x + force.z * velocity.z)
 
 
@@ -313,7 +313,7 @@ def contact_point_history_after_step(
     contact_law: ContactPointLaw,
     step_duration: float,
 ) -> PlanarContactPointHistory:
-    """Return the state of a contact point of two elements after a step, from the states of both points before.
+    """Return the state of a contact point of two elements after a step, from its result and both earlier states.
 
     The landing of a point that touches now ends together with that of the other point, if that one is already in
     contact.

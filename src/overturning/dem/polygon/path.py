@@ -31,14 +31,14 @@ mean of normal force × place (x, z)."""
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def record_element_motion_of_first_case(
-    case_states: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row: Any
+    case_states: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row_out: Any
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
     case = rows.load_case(case_states, 0)
-    trajectory_row[TIME] = (
+    trajectory_row_out[TIME] = (
         case.current_sample + case.base_acceleration.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
-    trajectory_row[GROUND] = base_acceleration_at_tick(
+    trajectory_row_out[GROUND] = base_acceleration_at_tick(
         case.base_acceleration.horizontal, case.base_acceleration.ticks_since_sample_start
     )
     half = case.velocity_lag_behind_pose
@@ -46,8 +46,8 @@ def record_element_motion_of_first_case(
         item = rows.load_element(rows.slice_element_rows(case_states, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
         at = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * e
-        trajectory_row[at], trajectory_row[at + 1], trajectory_row[at + 2] = pose.x, pose.z, pose.angle
-        trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5] = (
+        trajectory_row_out[at], trajectory_row_out[at + 1], trajectory_row_out[at + 2] = pose.x, pose.z, pose.angle
+        trajectory_row_out[at + 3], trajectory_row_out[at + 4], trajectory_row_out[at + 5] = (
             v.x + half * a.x,
             v.z + half * a.z,
             v.angular + half * a.angular,

@@ -1,4 +1,4 @@
-"""Preparation of a scene at one size: pairs, contact constants, static equilibrium, time step limits, thresholds."""
+"""Preparation of a scene at one size: element pairs, contact constants, equilibrium, eigenvalues, onset of motion."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,7 +37,7 @@ from overturning.model.scene import Scene
 
 @dataclass(frozen=True)
 class PreparedScene:
-    """Scene of one size, with its static equilibrium, contact constants and thresholds of motion."""
+    """Scene of one size: static equilibrium, contact constants, and base accelerations at which motion starts."""
 
     scene: Scene
     elements: list[PlacedElement]
@@ -164,7 +164,10 @@ class PreparedScene:
 def prepare_scene(
     scene: Scene, reference_element_height: float | None = None, reference_element_b_over_h: float | None = None
 ) -> PreparedScene:
-    """Compute equilibrium, contact constants and thresholds of a scene whose reference element has the given size."""
+    """Compute equilibrium, contact constants and onset of motion of a scene with the given reference element.
+
+    Its height (m) and B/H are those of the scene file where they are None.
+    """
     placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
     pairs = convex_piece_pairs_with_movable_element(placed)
     joints = contact_points_at_rest_with_derivatives(placed, pairs)
@@ -281,7 +284,10 @@ def _mask_of_freely_standing_elements(
 
 
 def _tipping_angles_energies_and_supports(
-    scene: Scene, elements: Elements, supports: SupportPointsByElementAndCarrier, stands_freely: NDArray[np.bool_]
+    scene: Scene,
+    elements: Elements,
+    supports: SupportPointsByElementAndCarrier,
+    freely_standing_element_mask: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
     count = len(elements)
@@ -305,7 +311,7 @@ def _tipping_angles_energies_and_supports(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if stands_freely[k] and min(reach) > MIN_TIPPING_ANGLE_RAD:
+        if freely_standing_element_mask[k] and min(reach) > MIN_TIPPING_ANGLE_RAD:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:

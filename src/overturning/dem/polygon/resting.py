@@ -1,4 +1,4 @@
-"""Tests of elements of a scene: still in place, airborne, sliding, or at rest (docs/method.md)."""
+"""Tests of elements of a scene: in place, in the air, sliding or at rest (docs/method.md); closed contacts."""
 
 from typing import Any, Final
 
@@ -13,11 +13,11 @@ from overturning.dem.polygon.faces import find_contact_segment_if_may_touch
 from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
 
 MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT: Final = 0.2
-"""Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
+"""Largest slip of an element at rest, as a share of α × height of its centre above the base: its contacts then carry
 nearly their original load."""
 
 CONTACT_POINTS_PER_PAIR: Final = 2
-"""Number of contact points of a joint (contact of two elements)."""
+"""Number of contact points of two elements."""
 
 MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT: Final = 1.0 - 1e-9
 """A contact point slides if its friction force is at least this share of µ × normal force."""
@@ -187,7 +187,7 @@ def all_elements_upright(case_states: Any, lane: int, fall_limits_by_element: An
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def all_elements_at_rest(case_states: Any, lane: int, scene_arrays: Any) -> bool:
-    """True if each free element is in place, nearly still, and in contact with its supports without sliding."""
+    """True if each free element is in place, nearly still, and touches its supports on both points without sliding."""
     case, height = rows.load_case(case_states, lane), 0.0
     elements, step = (
         scene_arrays.element_fall_limits[int(case.scene_variant_index)],

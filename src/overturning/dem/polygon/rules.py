@@ -183,7 +183,7 @@ def update_sample_and_load_motion(
     case_index_by_lane: Any,
     active_lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
-    """Load each case's base motion of the sample, and rescale (cos θ, sin θ) of each element to length 1."""
+    """Load each case's base motion in its current sample, and rescale (cos θ, sin θ) of each element to length 1."""
     for i in range(workspace.moves_relative_to_base.size):
         normalise_element_cosine_and_sine(rows.slice_element_rows(workspace.state, i))
     ground, samples_per_tick = kernel_input.ground_motion, 1.0 / kernel_input.settings.ticks_per_sample
@@ -242,7 +242,7 @@ def attempt_steps_until_next_check(
     first_case_trajectory_rows: Any,
     recorded_trajectory_row_count: int,
 ) -> tuple[Any, int]:
-    """Advance all cases in parallel by one sample; return the first case's trajectory and its number of rows."""
+    """Attempt a number of steps in all cases in parallel; return the first case's trajectory and its number of rows."""
     advance_scene_one_step, settings, lag = (
         step_function_of_scheme(kernel_input.scheme_constants),
         kernel_input.settings,

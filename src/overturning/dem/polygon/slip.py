@@ -1,4 +1,4 @@
-"""Slip of elements on their supports, and last times upright and supported: stored at the end of each sample."""
+"""Slip of elements on their supports, and last times upright and supported: stored between attempted steps."""
 
 from typing import Any
 
@@ -46,7 +46,7 @@ def store_slip_and_last_recoverable_time(
     samples_per_tick: float,
     sampling_interval: float,
 ) -> None:
-    """Store each element's slip on its support, and the last time at which the element was upright."""
+    """Store an element's slip on its support, and the last time at which it could come back from its rotation."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, support, sample = (
             rows.load_element(element_state_rows, j), rows.load_pose(support_state_rows, j),
@@ -108,7 +108,7 @@ def store_last_time_on_support_of_upper_element(
 def store_sample_results_and_start_next_sample(
     case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
-    """Store slip and last times upright and on the support of each element after a sample; start the next sample."""
+    """Store each element's slip and last times upright and supported; start the next sample where one is complete."""
     limits = scene_arrays.element_fall_limits[0]
     for i in range(limits.size):
         held = int(limits[i].index_of_held_element_at_stack_bottom)

@@ -8,12 +8,12 @@ from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
 class SceneBaseAccelerationInSample(NamedTuple):
-    """Acceleration of the base, linear between two samples, and the time within the present sample."""
+    """Base acceleration as linear functions of time in the present sample, and the ticks since the sample's start."""
 
     horizontal: LinearBaseAcceleration
-    """Acceleration of the base towards the azimuth, m/s²."""
+    """Acceleration of the base towards the azimuth as a linear function of time, m/s²."""
     vertical: LinearBaseAcceleration
-    """Upward acceleration of the base, m/s²."""
+    """Upward acceleration of the base as a linear function of time, m/s²."""
     ticks_since_sample_start: float
     """Ticks since the start of the sample."""
 
@@ -59,9 +59,9 @@ class SceneState(NamedTuple):
     step_acceptance: StepAcceptance
     """Decision on the present step."""
     amplitude_factor: float
-    """Factor on the motion."""
+    """Factor on the base accelerations of the record."""
     rest_acceleration_limit_g: float
-    """Rest threshold: horizontal acceleration over g up to which a scene at rest stays at rest."""
+    """Horizontal base acceleration over g up to which a scene at rest stays at rest."""
     current_sample: float
     """Current sample of the record."""
     last_sample_with_possible_motion_onset: float

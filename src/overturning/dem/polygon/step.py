@@ -219,13 +219,13 @@ def advance_scene_one_step(
     equation_submatrices_of_all_cases: Any,
     nonzero_pattern: Any,
     active_pairs_and_resume_motions: Any,
-    element_moves_relative_to_base: Any,
+    moves_relative_to_base_by_element: Any,
     scene_arrays: Any,
     ticks_per_sample: float,
 ) -> None:
     """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
     reset_step_contact_changes(case_states)
-    size, near = element_moves_relative_to_base.size, active_pairs_and_resume_motions.may_touch
+    size, near = moves_relative_to_base_by_element.size, active_pairs_and_resume_motions.may_touch
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(
@@ -254,7 +254,7 @@ def advance_scene_one_step(
             into, fresh = mark_nonzero_and_return_pair_submatrices(
                 equation_submatrices_of_all_cases,
                 nonzero_pattern,
-                element_moves_relative_to_base,
+                moves_relative_to_base_by_element,
                 scene_arrays.pair_element_and_piece_indices[p, 0],
                 scene_arrays.pair_element_and_piece_indices[p, 1],
             )
@@ -271,7 +271,7 @@ def advance_scene_one_step(
             add_solved_pair_forces_and_store_new_state(q, a, b, case_states)
     accept_or_reject_steps(case_states, ticks_per_sample)
     for i in range(size):
-        if element_moves_relative_to_base[i]:
+        if moves_relative_to_base_by_element[i]:
             store_element_motion_of_accepted_step(
                 upward_base_acceleration_or_none,
                 rows.slice_element_rows(case_states, i),

@@ -43,7 +43,7 @@ class SceneCaseTableColumns(NamedTuple):
 
 
 class ElementFallLimitColumns(NamedTuple):
-    """Fall limits, support and energy barrier of each element: columns of the scene kernel's table of elements."""
+    """Fall limits, support and overturning energy of each element: columns of the scene kernel's table of elements."""
 
     is_free: float
     """1 if the element is free, else 0."""
@@ -64,7 +64,7 @@ class ElementFallLimitColumns(NamedTuple):
 
 
 class SceneTerminationLimitColumns(NamedTuple):
-    """Limits for a scene of one size: penetration at which a case fails, and energies below which it can end."""
+    """Limits for a scene of one size: penetration at which a case fails, and energies that decide whether it ends."""
 
     max_penetration: float
     """Penetration beyond which a case has failed, m."""
@@ -136,7 +136,7 @@ class SceneArrays(NamedTuple):
     piece_face_tables: FloatArray
     """Rows of `Polygon.face_geometry_and_contact_flag_table` by piece, shape (variants, pieces, vertices, 12)."""
     element_fall_limits: NDArray[np.void]
-    """Fall limits, support and energy barrier of each element, shape (variants, elements)."""
+    """Fall limits, support and overturning energy of each element, shape (variants, elements)."""
     termination_limits: NDArray[np.void]
     """Limits of failure and rest, of type `TERMINATION_LIMITS_DTYPE`, shape (variants,)."""
     gravity: float
@@ -354,7 +354,7 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
 
 
 def fall_limits_and_supports_of_elements(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return each element's fall limits, support, energy barrier (`ELEMENT_FALL_LIMITS_DTYPE`), shape (elements,)."""
+    """Return fall limits, support, overturning energy by element (`ELEMENT_FALL_LIMITS_DTYPE`), shape (elements,)."""
     return np.array(
         [
             (
@@ -373,7 +373,8 @@ def fall_limits_and_supports_of_elements(prepared_scene: PreparedScene) -> NDArr
 def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> NDArray[np.void]:
     """Return the penetration and energy limits that end a case of a prepared scene, of type `TERMINATION_LIMITS_DTYPE`.
 
-    An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
+    An element that falls without base motion needs no energy to overturn; its weight times its size then scales the
+    energy error.
     """
     free = [prepared_scene.elements[n] for n in prepared_scene.free_element_indices]
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_of_width_and_height for item in free])

@@ -172,7 +172,7 @@ def outcomes_of_standing_elements_are_final(
     min_overturning_energy: float,
     max_support_gap: float,
 ) -> bool:
-    """True if all elements stand, with too little energy to fall, to exceed their peak rotation or to slide further."""
+    """True if all elements stand on their supports and cannot fall, exceed their peak rotation or slide further."""
     if not no_element_tipped_dropped_or_unsupported(
         case_states, lane, scene_arrays, fall_limits_by_element, max_support_gap
     ):
@@ -189,7 +189,7 @@ def outcomes_of_standing_elements_are_final(
 def store_fall_sides_and_count_elements(
     case_states: Any, lane: int, fall_limits_by_element: Any
 ) -> ElementCountsAndKineticEnergy:
-    """Store the side of elements that fell in this sample; count elements that stand, fell, or stand for good."""
+    """Store the side of elements that fell since the last test; count elements that stand, fell, or stand for good."""
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(fall_limits_by_element.size):
         e = rows.slice_element_rows(case_states, i)
@@ -238,7 +238,7 @@ def any_element_can_fall_without_base_motion(
 ) -> bool:
     """True if any standing element has enough energy to overturn while the base is at rest.
 
-    An element needs its energy barrier (energy to overturn) or, without a tipping angle, 1 % of the potential energy
+    An element needs its overturning energy or, without a tipping angle, 1 % of the potential energy
     that it loses down to its fall limit.
     """
     for i in range(fall_limits_by_element.size):

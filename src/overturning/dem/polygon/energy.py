@@ -63,7 +63,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_work_of_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
-    """Return the work (J) of a scene's contact forces in the last half step, by which velocities lag behind forces.
+    """Return the work (J) of a scene's contact forces in the time by which velocities lag behind poses (half a step).
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
     the force acts, half in the half step after it. `pair_history_after_step` adds the second half only with the next

@@ -359,7 +359,7 @@ def find_contact_segment_if_may_touch(
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, time_before_present: float
 ) -> FaceVertexPositions:
-    """Return the positions of the four vertices of two elements' nearest faces a time ago, at present velocities."""
+    """Return earlier positions of two elements' four nearest-face vertices, extrapolated at the present velocities."""
     f = relative_face_position(
         pair.nearest_face_of_a,
         pair.nearest_face_of_b,
@@ -374,7 +374,7 @@ def earlier_vertex_positions(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def pose_extrapolated_back_in_time(element: ElementState, time_before_present: float) -> Pose:
-    """Return an element's pose a time ago if it moved with its present velocity; the field `angle` is not changed."""
+    """Return an element's earlier pose, extrapolated at its present velocity; the field `angle` is not changed."""
     c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -time_before_present * element.velocity.angular)
     return Pose(
         element.pose.x - time_before_present * element.velocity.x,

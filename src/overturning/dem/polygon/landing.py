@@ -23,7 +23,7 @@ from overturning.dem.polygon.state import (
 
 
 class PairMotionAndInertia(NamedTuple):
-    """Velocity of element a relative to b, and the inverse masses and inertias of both elements."""
+    """Velocity of element a relative to b, and the constants (among them the masses) of both elements."""
 
     relative_velocity: PairRelativeVelocityOrDirection
     """Velocity of a relative to b, and the angular velocities of both."""

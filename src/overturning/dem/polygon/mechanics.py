@@ -63,7 +63,7 @@ class PairForce(NamedTuple):
 
 
 class AssumedPlanarContactSlip(NamedTuple):
-    """Spring stretch and sliding direction assumed at a contact point of two elements in the equations of a step."""
+    """Predicted tangential stretch and assumed ±μ (0: sticks) at a contact point in the equations of a step."""
 
     tangential_spring_stretch: float
     """Predicted stretch of the tangential spring, m."""
@@ -127,7 +127,7 @@ def element_acceleration(
 def extrapolate_velocity(
     velocity: PlanarMotionOrForce, acceleration: PlanarMotionOrForce, duration: float
 ) -> PlanarMotionOrForce:
-    """Return a velocity after `duration` (s) at constant acceleration."""
+    """Return the velocity of an element after `duration` (s) at constant acceleration."""
     return PlanarMotionOrForce(
         velocity.x + duration * acceleration.x,
         velocity.z + duration * acceleration.z,
@@ -137,7 +137,7 @@ def extrapolate_velocity(
 
 @njit(**INLINE_OPTIONS)
 def extrapolate_pose(pose: Pose, velocity: PlanarMotionOrForce, duration: float) -> Pose:
-    """Return a pose after `duration` (s) at constant velocity."""
+    """Return the pose of an element after `duration` (s) at constant velocity."""
     c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.angular)
     return Pose(
         pose.x + duration * velocity.x, pose.z + duration * velocity.z, pose.angle + duration * velocity.angular, c, s

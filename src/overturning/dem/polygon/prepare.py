@@ -289,7 +289,7 @@ def _tipping_angles_energies_and_supports(
     supports: SupportPointsByElementAndCarrier,
     freely_standing_element_mask: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Return tipping angles, energy barriers, supports and base centres of all elements (see `PreparedScene`)."""
+    """Return tipping angles, critical angles, overturning energies, supports and base centres (see `PreparedScene`)."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.centre_of_mass_x, item.centre_of_mass_z] for item in elements])

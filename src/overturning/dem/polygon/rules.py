@@ -102,7 +102,7 @@ class SceneWorkspace(NamedTuple):
     nonzero_pattern: Any
     """Nonzero pattern of the matrix."""
     active_pairs: Any
-    """Pairs that are active, not suspended."""
+    """`ActivePairs`: pairs tested for contact at each step, and motions at which the distant ones are tested again."""
     moves_relative_to_base: Any
     """True for each element that is free or held, False if it moves with the base, shape (elements,)."""
 

@@ -148,7 +148,7 @@ class ElementMotionSinceContactTestsPaused(NamedTuple):
 
 
 class ElementSlipAndFallState(NamedTuple):
-    """Slip of an element, last times upright and on its support, and side of its fall; updated once per sample."""
+    """Slip of an element, last times upright and on its support, and fall side; updated at least once per sample."""
 
     last_recoverable_time: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""

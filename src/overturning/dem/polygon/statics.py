@@ -163,7 +163,10 @@ def _contact_stiffness_matrix(
     normal_stiffness_by_pair: FloatArray,
     tangential_stiffness_by_pair: FloatArray,
 ) -> FloatArray:
-    """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
+    """Return the stiffness matrix of all contact springs, shape (`displacement_count`, `displacement_count`).
+
+    With dashpot constants instead of stiffnesses, it is the damping matrix.
+    """
     matrix = np.zeros((displacement_count, displacement_count))
     for touch, approach, slip in point_derivatives:
         matrix += normal_stiffness_by_pair[touch.piece_pair_index] * np.outer(

@@ -17,7 +17,7 @@ from overturning.dem.polygon.state import ElementConstants, PlanarMotionOrForce
 
 
 class EquationSubmatrix(NamedTuple):
-    """3 × 3 submatrix of a step's equations: a row per equation of motion, a column per velocity (x, z, rotation)."""
+    """3 × 3 submatrix of a step's equations: a row per equation of motion, a column per velocity change."""
 
     row_x_column_velocity_x: float
     row_x_column_velocity_z: float
@@ -61,7 +61,7 @@ def scale_rows_by_inverse_mass(
 
 @njit(**INLINE_OPTIONS)
 def submatrix_times_vector(submatrix: EquationSubmatrix, vector: PlanarMotionOrForce) -> PlanarMotionOrForce:
-    """Return the product of a 3 × 3 submatrix `submatrix` and a vector `vector`."""
+    """Return the product of a 3 × 3 submatrix of the equations and a vector (x, z, rotation) of an element."""
     xx, xz, xw, zx, zz, zw, wx, wz, ww = submatrix
     x, z = (xx * vector.x + xz * vector.z) + xw * vector.angular, (zx * vector.x + zz * vector.z) + zw * vector.angular
     return PlanarMotionOrForce(x, z, (wx * vector.x + wz * vector.z) + ww * vector.angular)

@@ -29,16 +29,16 @@ class ActivePairs(NamedTuple):
     """Element pairs tested for contact at each step, and the motions at which distant pairs are tested again."""
 
     active_pair_indices: Any
-    """Indices of the active pairs, ascending, shape (pairs,); the first `active_pair_count` are valid."""
+    """Indices of the pairs tested at each step, ascending, shape (pairs,); the first `active_pair_count` are valid."""
     may_touch: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
     motion_sum_to_resume_contact_tests: Any
-    """Sum of motions at which each pair is resumed (m), or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""
+    """Sum of motions (m) at which each pair is tested again, or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""
     active_pair_count: Any
     """Number of active pairs, shape (1,)."""
     summed_motion_next_resume_and_lever_arm: Any
-    """Largest sum of motions of two elements so far (m), sum at which the next pair is resumed (m), and longest lever
-    arm of a suspended pair (m), shape (3,)."""
+    """Largest sum of motions of two elements so far (m), sum at which the next pair is tested again (m), and longest
+    lever arm of a pair not tested now (m), shape (3,)."""
     largest_last_and_predicted_step_motions: Any
     """Largest motion (m) and rotation (rad) of any element in the last step, then the same as predicted for this step;
     four rows with a column per case, shape (4 columns,)."""
@@ -107,7 +107,7 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
 def summed_motion_of_pair(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
-    """Return the sum (m) of path lengths and lever arm × rotations of two elements, for the case in column `lane`."""
+    """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
     lever = rows.load_nearest(pair_state_rows, lane).rotation_to_motion_lever_arm
     a, b = (
         rows.load_element(element_a_state_rows, lane).motion_since_contact_tests_paused,
@@ -138,9 +138,9 @@ def add_element_motions_to_pair_motion(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def motion_to_contact_and_lever_arm(pair_state_rows: Any) -> tuple[float, float]:
-    """Return the relative motion (m) after which two elements could touch, and their lever arm (m); 0, 0 if near.
+    """Return the motion (m), least of all cases, after which two elements could touch, and lever arm (m); 0, 0 if near.
 
-    The lever arm converts relative rotation to motion.
+    The lever arm, the largest of all cases, converts rotation to motion.
     """
     slack, lever = np.inf, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):

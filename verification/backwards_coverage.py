@@ -128,7 +128,7 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     for name, values, true in (("pgv", posterior.pgv_by_motion_and_level, survey.true_pgv), ("pga", pga, true_pga)):
         (low, high), (least, most) = (
             posterior.credible_interval(values),
-            posterior.credible_interval(values, use_prior=True),
+            posterior.credible_interval(values, uses_prior_instead_of_posterior=True),
         )
         found[f"{name}_holds"] = low <= true <= high
         # A missing bound is replaced by that of the prior.
@@ -136,7 +136,7 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
         found[f"{name}_before"] = most / least
     weakest, strongest = posterior.credible_interval(pga)
     middle, width = posterior.credible_axis_arc_middle_and_width_deg(
-        everything_fell=all(stone.fell for stone in survey.stones)
+        all_stones_of_survey_fell=all(stone.fell for stone in survey.stones)
     )
     found["axis_holds"] = abs((survey.true_velocity_axis_azimuth_deg - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
@@ -152,14 +152,14 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     events = sorted({one.earthquake_name for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
     kinds = [StoneDimensions.from_stone(stone) for truth in truths for stone in truth.stones]
-    inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, threads=threads)), []
+    inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, thread_count=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array(
             [float(one.earthquake_name != truth.true_motion_as_recorded.earthquake_name) for one in library]
         )[:, None, None]
         logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
         for power in CANDIDATE_LIKELIHOOD_EXPONENTS:
-            one = inversion.compute_posterior(logs, prior=prior, direction_likelihood_exponent=power)
+            one = inversion.compute_posterior(logs, prior_weights=prior, direction_likelihood_exponent=power)
             checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_EVERY_NTH_SURVEY == 0
             about = {
                 "half": events.index(truth.true_motion_as_recorded.earthquake_name) % 2, "power": power,
@@ -275,7 +275,7 @@ def estimate_ruin_motion_as_markdown(threads: int) -> str:
     stones = read_counted_stones(RUIN_SURVEY_FILE)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
-            candidate_motions(), [StoneDimensions.from_stone(stone) for stone in stones], threads=threads
+            candidate_motions(), [StoneDimensions.from_stone(stone) for stone in stones], thread_count=threads
         )
     )
     result = inversion.invert_survey(RUIN_SURVEY_FILE.name, stones)

@@ -171,9 +171,9 @@ def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimu
     """
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = cube_of_stone_in_front_of_wall(np.ones_like)
-    stood, forwards, right, backwards, left = SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
-        stone
-    )
+    stood, forwards, right, backwards, left = SiteFallPrediction(
+        cube, random_outcome_share=0
+    ).standing_and_side_probabilities(stone)
     assert (stood, backwards, left) == (0, 0, 0)
     assert forwards + right == pytest.approx(1)
 
@@ -181,7 +181,7 @@ def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimu
 def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SiteFallPrediction(
-        cube_of_stone_in_front_of_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0
+        cube_of_stone_in_front_of_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), random_outcome_share=0
     )
     density = prediction.fall_sector_probabilities_for_unknown_face()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
@@ -191,7 +191,10 @@ def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
     half = cube_of_stone_in_front_of_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
-    assert SiteFallPrediction(half, background=0).standing_and_side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
+    assert SiteFallPrediction(half, random_outcome_share=0).standing_and_side_probabilities(stone).tolist() == [
+        0.5,
+        *[0.125] * 4,
+    ]
     populations = {face: StonePopulation(face=face, face_spread=0, stones=64) for face in (60, 250)}
     rates = {face: population_outcome_rates_by_record(half, stones) for face, stones in populations.items()}
     assert {face: float(found["unknown"].max()) for face, found in rates.items()} == {60: 0, 250: 1}

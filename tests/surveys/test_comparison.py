@@ -43,7 +43,7 @@ def random_fallen_stones(n: int, centre: float, half_width_deg: float, seed: int
 
 
 def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_azimuth_60) -> None:
-    prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, background=0)
+    prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, random_outcome_share=0)
     density = prediction.fall_sector_probabilities_for_unknown_face()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
@@ -95,14 +95,16 @@ def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_fa
     Only falls towards 30° to 90° are predicted, and a survey of such falls fits.
     """
     inside, outside = random_fallen_stones(20, 60, 25, seed=4), fallen_stone(200)
-    found = compare_survey_with_prediction(inside, cube_of_falls_around_azimuth_60, background=0.0)
+    found = compare_survey_with_prediction(inside, cube_of_falls_around_azimuth_60, random_outcome_share=0.0)
     share = found.predicted_count_by_octant / 20
     there = share > 0
     assert found.octant_chi_square_test.statistic == pytest.approx(
         chisquare(found.observed_count_by_octant[there], 20 * share[there]).statistic
     )
     assert found.octant_chi_square_test.p_value > 0.05
-    ruled_out = compare_survey_with_prediction([*inside, outside], cube_of_falls_around_azimuth_60, background=0.0)
+    ruled_out = compare_survey_with_prediction(
+        [*inside, outside], cube_of_falls_around_azimuth_60, random_outcome_share=0.0
+    )
     assert ruled_out.octant_chi_square_test.statistic == math.inf
     assert ruled_out.octant_chi_square_test.p_value < 1e-3
     assert (ruled_out.log_likelihood_ratio, ruled_out.likelihood_ratio_p) == (-math.inf, 1.0)
@@ -210,7 +212,7 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
         cube["overturned"].dims,
         np.broadcast_to(np.tile(times, 2)[None, :, None, None, None], shape),
     )
-    prediction = SiteFallPrediction(cube, background=0)
+    prediction = SiteFallPrediction(cube, random_outcome_share=0)
     counts = np.zeros(36)
     for face in range(0, 360, 10):
         sides = prediction.standing_and_side_probabilities(standing_stone_of_known_face(face, front, side))
@@ -244,7 +246,7 @@ def test_a_rectangular_stone_falls_over_its_slender_side(
 ) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest_b_over_h=0.3), azimuth=range(0, 360, 2))
-    sides = SiteFallPrediction(site, background=0).standing_and_side_probabilities(stone)
+    sides = SiteFallPrediction(site, random_outcome_share=0).standing_and_side_probabilities(stone)
     assert STANDING_OR_FALL_SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
 
@@ -260,7 +262,7 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
     site = make_cube_from_fall_rules(make_sector_fall_rule(face, step), azimuth=range(0, 360, step))
     stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey_with_prediction(
-        [stone], site, background=0, random_survey_count=1
+        [stone], site, random_outcome_share=0, random_survey_count=1
     ).predicted_count_by_octant
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
@@ -297,7 +299,7 @@ def test_the_earlier_fall_of_two_planes_decides_the_direction(
     make_cube_from_fall_rules, front: float, across: float, expected: list[float]
 ) -> None:
     sides = SiteFallPrediction(
-        cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across), background=0
+        cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across), random_outcome_share=0
     ).standing_and_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx(expected)
 
@@ -308,7 +310,7 @@ def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
-    assert SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
+    assert SiteFallPrediction(cube, random_outcome_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
 
@@ -323,7 +325,7 @@ def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube_from_fal
     cube = make_cube_from_fall_rules(
         fall_sides_along_axis_set_by_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0)
     )
-    assert SiteFallPrediction(cube, background=0).standing_and_side_probabilities(
+    assert SiteFallPrediction(cube, random_outcome_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0, 0.5, 0.5, 0, 0])
 
@@ -332,7 +334,7 @@ def test_predictions_are_interpolated_between_azimuths_and_b_over_h(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1, largest_b_over_h=0.3), azimuth=range(0, 360, 30))
-    prediction = SiteFallPrediction(site, background=0)
+    prediction = SiteFallPrediction(site, random_outcome_share=0)
     assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(75.0, side_b_over_h=0.5))[
         1
     ] == pytest.approx(0.5)
@@ -344,10 +346,12 @@ def test_predictions_are_interpolated_between_azimuths_and_b_over_h(
 def test_cells_without_an_outcome_do_not_count_as_standing(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
-    sides = SiteFallPrediction(site, background=0).standing_and_side_probabilities(standing_stone_of_known_face())
+    sides = SiteFallPrediction(site, random_outcome_share=0).standing_and_side_probabilities(
+        standing_stone_of_known_face()
+    )
     assert sides == pytest.approx([0, 1, 0, 0, 0])
     site["overturned"][:] = np.nan
-    assert SiteFallPrediction(site, background=0).standing_and_side_probabilities(
+    assert SiteFallPrediction(site, random_outcome_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ).sum() == pytest.approx(1)
 
@@ -360,7 +364,7 @@ def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube_from_
     cube = make_cube_from_fall_rules(
         lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10)
     )
-    prediction = SiteFallPrediction(cube, background=0)
+    prediction = SiteFallPrediction(cube, random_outcome_share=0)
     # Towards its azimuth a plane falls always, away from it never; of plane 90 either is as likely.
     towards = np.where(prediction.azimuth < 180, 1.0, 0.0)
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
@@ -549,7 +553,10 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     stones = [fallen_stone(60, stone_count=14), Stone(False, math.nan, False, stone_count=6)]
     found = survey_prediction_findings(
         StoredSurveyComparison(
-            "", "", "", compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60, background=0.0)
+            "",
+            "",
+            "",
+            compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60, random_outcome_share=0.0),
         )
     )
     exact = binomtest(14, 20).proportion_ci(method="exact")
@@ -592,7 +599,7 @@ def test_fall_share_at_a_grid_b_over_h_ignores_missing_outcomes_at_the_next_one(
 ) -> None:
     site = make_cube_from_fall_rules(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
     stone = Stone(False, math.nan, False, b_over_h=b_over_h, face_azimuth_deg=60.0)
-    found = compare_survey_with_prediction([stone], site, background=0.0)
+    found = compare_survey_with_prediction([stone], site, random_outcome_share=0.0)
     assert found.computed_fall_share == pytest.approx(share, nan_ok=True)
 
 
@@ -623,12 +630,15 @@ def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(
     stout = fallen_stone(200, b_over_h=0.45)
     faced = fallen_stone(80, b_over_h=0.45, face_azimuth_deg=80.0)
     found = [
-        compare_survey_with_prediction(list(stones), site, background=background)
+        compare_survey_with_prediction(list(stones), site, random_outcome_share=background)
         for stones in ((slender, stout), (stout, faced))
     ]
     assert [one.falls_without_any_computed_fall for one in found] == [1, 2]
     np.testing.assert_allclose(found[1].predicted_count_by_octant, 2 / 8, atol=1e-9)
-    assert compare_survey_with_prediction([slender], site, background=background).falls_without_any_computed_fall == 0
+    assert (
+        compare_survey_with_prediction([slender], site, random_outcome_share=background).falls_without_any_computed_fall
+        == 0
+    )
 
 
 def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
@@ -641,7 +651,7 @@ def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
             [fallen_stone(1)], make_cube_from_fall_rules(lambda a, *_rest: np.zeros_like(a), events=("A", "B"))
         )
     with pytest.raises(ArgumentError, match="background"):
-        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60, background=1.0)
+        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60, random_outcome_share=1.0)
     with pytest.raises(ArgumentError, match="of 3-D bodies"):
         compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60.rename(azimuth="orientation"))
 
@@ -688,7 +698,7 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(
     )
     at_a = [replace(stone, site="A") for stone in random_fallen_stones(20, 90, 30, seed=1)]
     at_b = [replace(stone, site="B") for stone in random_fallen_stones(20, 270, 30, seed=2)]
-    both = compare_survey_with_prediction([*at_a, *at_b], east, site_cubes={"B": west})
+    both = compare_survey_with_prediction([*at_a, *at_b], east, results_cube_by_site={"B": west})
     alone = compare_survey_with_prediction(at_a, east), compare_survey_with_prediction(at_b, west)
     assert both.log_likelihood_ratio == pytest.approx(sum(one.log_likelihood_ratio for one in alone))
     assert both.predicted_count_by_octant == pytest.approx(sum(one.predicted_count_by_octant for one in alone))
@@ -700,11 +710,11 @@ def test_stones_of_each_site_are_compared_with_the_motion_there(
         replace(standing_stone_of_known_face(), site="A", stone_count=3),
         replace(standing_stone_of_known_face(), site="B", stone_count=1),
     ]
-    found = compare_survey_with_prediction(stones, stands, site_cubes={"B": falls})
+    found = compare_survey_with_prediction(stones, stands, results_cube_by_site={"B": falls})
     assert found.computed_fall_share == pytest.approx(1 / 4)
     # B lists its fallen stones alone: they count neither in the observed nor in the computed share.
     only_fallen = [stones[0], Stone(True, 90.0, False, site="B", stone_count=5), Stone(True, 90.0, False, site="A")]
-    found = compare_survey_with_prediction(only_fallen, stands, site_cubes={"B": falls})
+    found = compare_survey_with_prediction(only_fallen, stands, results_cube_by_site={"B": falls})
     assert found.fallen == 6
     assert found.fallen_count_at_sites_with_standing_stones == 1
     assert found.stone_count_at_sites_with_standing_stones == 4
@@ -716,4 +726,4 @@ def test_cubes_of_the_sites_of_a_survey_need_equal_grids(make_cube_from_fall_rul
         make_cube_from_fall_rules(make_sector_fall_rule(60, 30), azimuth=range(0, 360, step)) for step in (2, 4)
     )
     with pytest.raises(ArgumentError, match="site 'B': its cube has other values of azimuth"):
-        compare_survey_with_prediction(random_fallen_stones(3, 60, 30, 1), fine, site_cubes={"B": coarse})
+        compare_survey_with_prediction(random_fallen_stones(3, 60, 30, 1), fine, results_cube_by_site={"B": coarse})

@@ -26,7 +26,9 @@ def compare_directions_of_survey(
     """Write a survey of these rows, compare its fall directions with a 3-D cube, and return the comparison."""
     path = folder / "stones.csv"
     path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
-    found = compare_displacements(read_survey_table(path), cube, sites, background=background).fall_direction_comparison
+    found = compare_displacements(
+        read_survey_table(path), cube, sites, random_fall_direction_share=background
+    ).fall_direction_comparison
     assert found is not None
     return found
 
@@ -75,7 +77,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
     path = tmp_path / "stones.csv"
     path.write_text("outcome,count\nfell N,3\nfell S,1\n", encoding="utf-8")
     cube = cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=0.0)
-    found = compare_displacements(read_survey_table(path), cube, background=0.0)
+    found = compare_displacements(read_survey_table(path), cube, random_fall_direction_share=0.0)
     write_result_as_json(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
     stored = read_json_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
     assert stored.all_sites_comparison.fall_direction_comparison is not None

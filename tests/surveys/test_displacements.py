@@ -249,7 +249,9 @@ def test_2_d_cubes_empty_surveys_and_wrong_backgrounds_are_refused(tmp_path: Pat
         )
     for share in (1.0, 1.5, -0.1, np.nan):
         with pytest.raises(ArgumentError, match=r"background: .*; a share from 0 to below 1"):
-            compare_displacements(stones, cube_of_standing_stones_with_given_values(), background=share)
+            compare_displacements(
+                stones, cube_of_standing_stones_with_given_values(), random_fall_direction_share=share
+            )
 
 
 def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     kinds = [StoneDimensions(*size, 0.0) for size in ROUND_COLUMN_SIZES]
     return SurveyInversion(
         StoneOutcomeProbabilities(
-            [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, folder=tmp_path
+            [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, outcome_cache_folder=tmp_path
         )
     )
 
@@ -127,7 +127,9 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
     half = np.log(SIMULATED_PGV_M_S[1] / SIMULATED_PGV_M_S[0]) / 2
     width = np.log(SIMULATED_PGV_M_S[-1] / SIMULATED_PGV_M_S[0]) + 2 * half
     expected = SIMULATED_PGV_M_S[0] * np.exp([0.05 * width - half, 0.95 * width - half])
-    assert one.credible_interval(one.pgv_by_motion_and_level, use_prior=True) == pytest.approx(tuple(expected))
+    assert one.credible_interval(one.pgv_by_motion_and_level, uses_prior_instead_of_posterior=True) == pytest.approx(
+        tuple(expected)
+    )
     # Each level holds a thirteenth, more than a tail.
     assert one.credible_interval(one.pgv_by_motion_and_level) == (0.0, math.inf)
 
@@ -346,7 +348,9 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     one = elliptic_candidate_motion(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height_m": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
-    asked = SurveyInversion(StoneOutcomeProbabilities([one], [StoneDimensions.from_stone(north)], folder=tmp_path))
+    asked = SurveyInversion(
+        StoneOutcomeProbabilities([one], [StoneDimensions.from_stone(north)], outcome_cache_folder=tmp_path)
+    )
     level = int(np.argmin(np.abs(SIMULATED_PGV_M_S * one.pga_m_s2 / one.pgv_m_s - 0.4 * 9.80665)))
     stands = [asked.outcome_probabilities(stone)[0, level, 0, STANDING_OUTCOME_INDEX] for stone in (north, east)]
     assert stands[0] < 0.3
@@ -381,7 +385,10 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
     ]
     asked = SurveyInversion(
         StoneOutcomeProbabilities(
-            others, [StoneDimensions.from_stone(stone) for stone in stones], folder=tmp_path, threads=2
+            others,
+            [StoneDimensions.from_stone(stone) for stone in stones],
+            outcome_cache_folder=tmp_path,
+            thread_count=2,
         )
     )
     low, high = (one := asked.compute_posterior(asked.log_likelihoods_of_survey_by_motion(stones))).credible_interval(
@@ -402,17 +409,19 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
 
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
     one, kind = elliptic_candidate_motion(0.5), StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0)
-    first = StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind)
-    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
+    first = StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).table(kind)
+    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    StoneOutcomeProbabilities([one], [kind, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], folder=tmp_path)
-    StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], folder=tmp_path)
+    StoneOutcomeProbabilities(
+        [one], [kind, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
+    )
+    StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], outcome_cache_folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
     for path in tmp_path.iterdir():
         path.write_bytes(path.read_bytes()[:100])
-    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], folder=tmp_path).table(kind), first)
+    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).table(kind), first)
     assert len(calls) == 4
 
 
@@ -444,14 +453,16 @@ def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, mon
     motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
     kinds = [StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0), StoneDimensions(*ROUND_COLUMN_SIZES[1], 2.0)]
     cases, seconds = case_count_and_processor_time_s(motions, kinds, tmp_path)
-    StoneOutcomeProbabilities(motions, kinds, folder=tmp_path)
+    StoneOutcomeProbabilities(motions, kinds, outcome_cache_folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND * cases / 2 * sum(lasts))
     assert case_count_and_processor_time_s(motions, kinds, tmp_path) == (0, 0.0)
     more, _ = case_count_and_processor_time_s(motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], tmp_path)
     asked.clear()
-    StoneOutcomeProbabilities(motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], folder=tmp_path)
+    StoneOutcomeProbabilities(
+        motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
+    )
     assert 0 < more == sum(asked)
 
 

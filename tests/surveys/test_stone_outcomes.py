@@ -109,7 +109,7 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
     ]
     assert case_count_and_processor_time_s(motions, known) == (0, 0.0)
-    every, seconds = case_count_and_processor_time_s(motions, known, include_stored_outcomes=True)
+    every, seconds = case_count_and_processor_time_s(motions, known, counts_cases_with_stored_outcomes=True)
     assert every > 1e6
     assert seconds > 60.0
     assert (

@@ -121,7 +121,7 @@ def _note_on_processor_time_to_infer_motion(
     _, seconds = case_count_and_processor_time_s(library, stone_dimensions_of_surveys)
     # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds += (
-        case_count_and_processor_time_s(library, stone_dimensions_of_surveys, include_stored_outcomes=True)[1]
+        case_count_and_processor_time_s(library, stone_dimensions_of_surveys, counts_cases_with_stored_outcomes=True)[1]
         * study_record_count
         / len(library)
     )

@@ -171,7 +171,7 @@ def _compare_survey_with_cube(
         )
         return
     comparison = compare_survey_with_prediction(
-        survey_table.counted_stones, default, site_cubes=cubes, background=share_falling_in_random_direction
+        survey_table.counted_stones, default, results_cube_by_site=cubes, random_outcome_share=share_falling_in_random_direction
     )
     parts = {
         one: survey_table.select_site(one).counted_stones
@@ -179,7 +179,7 @@ def _compare_survey_with_cube(
         if len(survey_table.site_names) > 1
     }
     by_site = {
-        one: compare_survey_with_prediction(part, cubes.get(one, default), background=share_falling_in_random_direction)
+        one: compare_survey_with_prediction(part, cubes.get(one, default), random_outcome_share=share_falling_in_random_direction)
         for one, part in parts.items()
         if part
     }
@@ -233,14 +233,14 @@ def _compare_falls_shifts_and_twists(
         sha256=sha256,
         record=record,
         all_sites_comparison=compare_displacements(
-            survey_table, default, by_site, background=share_falling_in_random_direction
+            survey_table, default, by_site, random_fall_direction_share=share_falling_in_random_direction
         ),
         survey_warnings=survey_table.warnings,
         survey_file_comments=remarks,
         comparisons_by_site=tuple(
             (
                 site,
-                compare_displacements(part, by_site.get(site, default), background=share_falling_in_random_direction),
+                compare_displacements(part, by_site.get(site, default), random_fall_direction_share=share_falling_in_random_direction),
             )
             for site, part in parts.items()
             if part.counted_stones
@@ -349,7 +349,9 @@ def infer_motion_from_survey(
             computed = f"{computed_motion_count} of {total_motion_count} motions computed, {percentage}"
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
-    responses = StoneOutcomeProbabilities(library, kinds, threads=threads, progress=print_progress)
+    responses = StoneOutcomeProbabilities(
+        library, kinds, thread_count=threads, report_count_of_finished_and_all_motions=print_progress
+    )
     result = SurveyInversion(responses, background_share, fixed_share).invert_survey(stones.name, rows)
     _print_results_with_template(
         SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions"

@@ -183,7 +183,10 @@ def _intensity_measure_credible_intervals(inversion_result: SurveyInversionResul
     """Return the credible intervals of each intensity measure without (prior) and with the survey (posterior)."""
     one, strengths = inversion_result.posterior, []
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
-        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
+        (low, high), (least, most) = (
+            one.credible_interval(values),
+            one.credible_interval(values, uses_prior_instead_of_posterior=True),
+        )
         strengths.append(
             IntensityCredibleIntervals(
                 measure=name.split(", ")[0],

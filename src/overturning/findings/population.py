@@ -250,14 +250,14 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     )
 
 
-def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRate:
+def _record_fall_rate(results: StudyResults, record_index_in_cube: int) -> RecordFallRate:
     """Return the share of the stone population that falls under one record, with its interval."""
-    own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index).sel(amplitude=1.0)
+    own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index_in_cube).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
     twists = results.model.can_rotate_about_vertical
     return RecordFallRate(
-        record=results.record_names[record_index].id,
+        record=results.record_names[record_index_in_cube].id,
         fall_rate=rate,
         low=ends[0],
         high=ends[1],
@@ -269,73 +269,93 @@ def _record_fall_rate(results: StudyResults, record_index: int) -> RecordFallRat
 
 
 def _motions_with_fall_rate_in_rule_range(
-    survey_rule: tuple[float, float, float, float, str], known_motions: BoolArray, fall_rates: FloatArray
+    fall_rate_and_jma_range_of_rule: tuple[float, float, float, float, str],
+    mask_of_motions_with_known_rate_and_jma: BoolArray,
+    fall_rate_of_free_stones_by_motion: FloatArray,
 ) -> BoolArray:
     """Return a mask, shape (records, amplitudes), of the motions with a fall rate in the range of a survey rule."""
-    low, high, *_ = survey_rule
-    return known_motions & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
+    low, high, *_ = fall_rate_and_jma_range_of_rule
+    return (
+        mask_of_motions_with_known_rate_and_jma
+        & (fall_rate_of_free_stones_by_motion >= low)
+        & ((fall_rate_of_free_stones_by_motion < high) | (high >= 1))
+    )
 
 
 def _check_jma_survey_rule(
-    survey_rule: tuple[float, float, float, float, str],
-    known_motions: BoolArray,
-    fall_rates: FloatArray,
-    jma_intensity: FloatArray,
-    lacks_vertical: BoolArray,
-    record_events: StrArray,
+    fall_rate_and_jma_range_of_rule: tuple[float, float, float, float, str],
+    mask_of_motions_with_known_rate_and_jma: BoolArray,
+    fall_rate_of_free_stones_by_motion: FloatArray,
+    jma_intensity_by_motion: FloatArray,
+    mask_of_records_without_vertical_motion: BoolArray,
+    earthquake_by_record: StrArray,
 ) -> JmaSurveyRuleCheck:
     """Compare the JMA intensity that a survey rule infers from fall rates with the intensity of the motions.
 
-    Arrays have shape (records, amplitudes); `lacks_vertical` and `record_events` have shape (records,).
+    Arrays have shape (records, amplitudes); `mask_of_records_without_vertical_motion` and `earthquake_by_record` have
+    shape (records,).
     """
-    low, high, least, most, text = survey_rule
-    selected = _motions_with_fall_rate_in_rule_range(survey_rule, known_motions, fall_rates)
-    more = jma_intensity + JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION * lacks_vertical[:, None]
+    low, high, least, most, text = fall_rate_and_jma_range_of_rule
+    selected = _motions_with_fall_rate_in_rule_range(
+        fall_rate_and_jma_range_of_rule, mask_of_motions_with_known_rate_and_jma, fall_rate_of_free_stones_by_motion
+    )
+    more = (
+        jma_intensity_by_motion
+        + JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION * mask_of_records_without_vertical_motion[:, None]
+    )
     agreeing, agreeing_more, above = (
         selected & is_published_intensity_in_range(one, a, b)
-        for one, a, b in ((jma_intensity, least, most), (more, least, most), (jma_intensity, most, math.inf))
+        for one, a, b in (
+            (jma_intensity_by_motion, least, most),
+            (more, least, most),
+            (jma_intensity_by_motion, most, math.inf),
+        )
     )
-    lacking = bool((selected & lacks_vertical[:, None]).any())
+    lacking = bool((selected & mask_of_records_without_vertical_motion[:, None]).any())
     return JmaSurveyRuleCheck(
         fall_rate_lower_limit=low,
         fall_rate_upper_limit=high if high < 1 else math.inf,
         inferred_jma_degree=text,
-        median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity[selected]))),
-        count=_count_motions(selected, record_events),
-        share_agreeing=share_of_agreeing_motions(agreeing, selected, record_events),
-        share_with_higher_intensity=share_of_agreeing_motions(above, selected, record_events)
+        median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))),
+        count=_count_motions(selected, earthquake_by_record),
+        share_agreeing=share_of_agreeing_motions(agreeing, selected, earthquake_by_record),
+        share_with_higher_intensity=share_of_agreeing_motions(above, selected, earthquake_by_record)
         if math.isfinite(most) and most < 99
         else None,
-        share_agreeing_with_vertical_increment=share_of_agreeing_motions(agreeing_more, selected, record_events)
+        share_agreeing_with_vertical_increment=share_of_agreeing_motions(agreeing_more, selected, earthquake_by_record)
         if lacking
         else None,
     )
 
 
-def _count_motions(selected_motions: BoolArray, record_events: StrArray) -> MotionCount:
+def _count_motions(mask_of_counted_motions: BoolArray, earthquake_by_record: StrArray) -> MotionCount:
     """Return the numbers of motions selected by a mask, and of their records and earthquakes.
 
-    The mask has shape (records, amplitudes), and `record_events` shape (records,).
+    The mask has shape (records, amplitudes), and `earthquake_by_record` shape (records,).
     """
-    records = selected_motions.any(axis=1)
+    records = mask_of_counted_motions.any(axis=1)
     return MotionCount(
-        motions=int(selected_motions.sum()),
+        motions=int(mask_of_counted_motions.sum()),
         records=int(records.sum()),
-        earthquakes=int(np.unique(record_events[records]).size),
+        earthquakes=int(np.unique(earthquake_by_record[records]).size),
     )
 
 
 def share_of_agreeing_motions(
-    agreeing_motions: BoolArray, selected_motions: BoolArray, record_events: StrArray
+    mask_of_agreeing_motions: BoolArray, mask_of_all_compared_motions: BoolArray, earthquake_by_record: StrArray
 ) -> ShareOfMotions:
-    """Return the share of motions that agree with a published rule on shares of fallen stones, and its interval.
+    """Return the share of the compared motions that agree with a published survey rule, and its 95 % interval.
 
-    Both masks have shape (records, amplitudes). The interval is over earthquakes.
+    Both masks have shape (records, amplitudes). The rule infers
+    the JMA intensity from the share of fallen stones. The interval is over earthquakes.
     """
-    records = selected_motions.any(axis=1)
-    names, member = np.unique(record_events[records], return_inverse=True)
+    records = mask_of_all_compared_motions.any(axis=1)
+    names, member = np.unique(earthquake_by_record[records], return_inverse=True)
     counts = np.stack(
-        [np.bincount(member, each[records].sum(axis=1), names.size) for each in (agreeing_motions, selected_motions)],
+        [
+            np.bincount(member, each[records].sum(axis=1), names.size)
+            for each in (mask_of_agreeing_motions, mask_of_all_compared_motions)
+        ],
         axis=1,
     )
     interval = exact_interval_if_all_0_or_all_1(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
@@ -343,4 +363,6 @@ def share_of_agreeing_motions(
             lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts, bounds=(0.0, 1.0)
         )
     )
-    return ShareOfMotions(value=agreeing_motions.sum() / selected_motions.sum(), low=interval.low, high=interval.high)
+    return ShareOfMotions(
+        value=mask_of_agreeing_motions.sum() / mask_of_all_compared_motions.sum(), low=interval.low, high=interval.high
+    )

@@ -97,23 +97,27 @@ class RecognisedColumns:
     error_messages: list[str] = field(default_factory=list)
 
 
-def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> RecognisedColumns:
+def recognise_columns(
+    column_names_in_file: Sequence[str], accepted_standard_column_names: Sequence[str]
+) -> RecognisedColumns:
     """Recognise the columns in the header of a survey table by their names; return meanings, notes and errors.
 
     Parameters
     ----------
-    header : sequence of str
+    column_names_in_file : sequence of str
         Names as they are in the file.
-    known_columns : sequence of str
+    accepted_standard_column_names : sequence of str
         Columns that a survey may have.
     """
     plan, unused = RecognisedColumns(), list[str]()
-    exact = [name.lower() for name in header]
-    found = [_standard_column_name_and_refusal_reason(name, known_columns) for name in header]
+    exact = [name.lower() for name in column_names_in_file]
+    found = [
+        _standard_column_name_and_refusal_reason(name, accepted_standard_column_names) for name in column_names_in_file
+    ]
     accepted = [meaning for meaning, refusal in found if meaning and not refusal]
     # A row of a stone may have a cell that reads like the name of a column: fell.
-    is_row_of_stone = 2 * len(accepted) < len(header) or set(accepted) <= {"fell"}
-    for name, (meaning, refusal) in zip(header, found, strict=True):
+    is_row_of_stone = 2 * len(accepted) < len(column_names_in_file) or set(accepted) <= {"fell"}
+    for name, (meaning, refusal) in zip(column_names_in_file, found, strict=True):
         if "fell" in exact and _simplified_column_name(name) in _STANDING_COUNT_COLUMN_NAMES:
             plan.error_messages.append(
                 f"column {name!r} beside fell: fell is yes or no for the stones of a row; write the numbers of fallen "
@@ -154,7 +158,9 @@ def recognise_columns(header: Sequence[str], known_columns: Sequence[str]) -> Re
 
 
 def stone_count_column_errors(
-    header: Sequence[str], standard_column_names: Sequence[str], rows: Sequence[Sequence[str]]
+    column_names_in_file: Sequence[str],
+    standard_name_of_each_column: Sequence[str],
+    cell_texts_by_row: Sequence[Sequence[str]],
 ) -> list[str]:
     """Return error messages on columns that hold numbers of stones, in a table whose column ``fell`` has only 1 and 0.
 
@@ -162,21 +168,21 @@ def stone_count_column_errors(
 
     Parameters
     ----------
-    header, standard_column_names : sequence of str
+    column_names_in_file, standard_name_of_each_column : sequence of str
         Names of the columns in the file, and their known names ("" for a column that is not used).
-    rows : sequence of sequence of str
+    cell_texts_by_row : sequence of sequence of str
         Cells of each row.
     """
-    if "fell" not in standard_column_names:
+    if "fell" not in standard_name_of_each_column:
         return []
-    columns = list(itertools.zip_longest(*rows, fillvalue=""))[: len(header)]
-    fell = {cell for cell in columns[standard_column_names.index("fell")] if cell} if columns else set()
+    columns = list(itertools.zip_longest(*cell_texts_by_row, fillvalue=""))[: len(column_names_in_file)]
+    fell = {cell for cell in columns[standard_name_of_each_column.index("fell")] if cell} if columns else set()
     if not fell or not fell <= {"0", "1"}:
         return []
     return [
         f"column {name!r} next to fell: if 1 and 0 of fell are numbers of stones, write fallen and standing stones in "
         "rows of their own, with their number in the column count; if they are yes and no, write yes and no"
-        for name, meaning, cells in zip(header, standard_column_names, columns, strict=False)
+        for name, meaning, cells in zip(column_names_in_file, standard_name_of_each_column, columns, strict=False)
         if not meaning
         and _simplified_column_name(name) in _STONE_COUNT_COLUMN_NAMES
         and all(re.fullmatch(r"\d*", cell) for cell in cells)
@@ -184,11 +190,18 @@ def stone_count_column_errors(
     ]
 
 
-def looks_like_header(cells: Sequence[str], known_columns: Sequence[str], needed_columns: Collection[str]) -> bool:
+def looks_like_header(
+    cell_texts: Sequence[str],
+    accepted_standard_column_names: Sequence[str],
+    standard_names_of_which_one_is_needed: Collection[str],
+) -> bool:
     """True if a line looks like a table header: all cells are accepted column names, one of them of a needed column."""
-    found = [_standard_column_name_and_refusal_reason(cell.strip(' "'), known_columns) for cell in cells]
+    found = [
+        _standard_column_name_and_refusal_reason(cell.strip(' "'), accepted_standard_column_names)
+        for cell in cell_texts
+    ]
     accepted = all(meaning and not refusal for meaning, refusal in found)
-    return len(found) > 1 and accepted and any(meaning in needed_columns for meaning, _ in found)
+    return len(found) > 1 and accepted and any(meaning in standard_names_of_which_one_is_needed for meaning, _ in found)
 
 
 def column_name_states_magnetic_north(column_name: str) -> bool:
@@ -201,58 +214,76 @@ def column_name_states_true_north(column_name: str) -> bool:
     return re.search(r"\btrue\b", column_name.lower().replace("_", " ")) is not None
 
 
-def _standard_column_name_and_refusal_reason(name: str, known_columns: Sequence[str]) -> tuple[str, str]:
+def _standard_column_name_and_refusal_reason(
+    column_name_in_file: str, accepted_standard_column_names: Sequence[str]
+) -> tuple[str, str]:
     """Return the standard name that a column name means ("" if unused), and why it is refused ("" if accepted)."""
-    if name.lower() in known_columns:
-        return name.lower(), ""
-    plain = _simplified_column_name(name)
-    aside = re.findall(r"[(\[](.*?)[)\]]", name.lower())
+    if column_name_in_file.lower() in accepted_standard_column_names:
+        return column_name_in_file.lower(), ""
+    plain = _simplified_column_name(column_name_in_file)
+    aside = re.findall(r"[(\[](.*?)[)\]]", column_name_in_file.lower())
     if all(word.strip() in _ACCEPTED_TEXTS_IN_PARENTHESES for word in aside):
         if plain in _COLUMN_BY_ACCEPTED_NAME:
             return _COLUMN_BY_ACCEPTED_NAME[plain], ""
-        if aside and plain in known_columns:
+        if aside and plain in accepted_standard_column_names:
             return plain, ""
-    if len(aside) == 1 and f"{plain}_{aside[0].strip()}" in known_columns:  # "Height (m)"
+    if len(aside) == 1 and f"{plain}_{aside[0].strip()}" in accepted_standard_column_names:  # "Height (m)"
         return f"{plain}_{aside[0].strip()}", ""
-    meant = _closest_standard_column_name(plain, known_columns)
+    meant = _closest_standard_column_name(plain, accepted_standard_column_names)
     if meant:
-        return meant, f"did you mean {meant}? {_advice_on_converting_refused_column(meant, name)}"
+        return meant, f"did you mean {meant}? {_advice_on_converting_refused_column(meant, column_name_in_file)}"
     return "", ""
 
 
-def _advice_on_converting_refused_column(probable_column: str, column_name: str) -> str:
-    """Return advice on how to convert a refused column to the column `meant`, or to rename it if none is known."""
-    words = re.findall(r"[a-z]+", column_name.lower())
-    found = [remedy for unit, remedy in _CONVERSION_ADVICE_BY_COLUMN.get(probable_column, {}).items() if unit in words]
-    if probable_column == "b_over_h" and re.match(r"h.*b", _simplified_column_name(column_name)):
+def _advice_on_converting_refused_column(probably_meant_standard_column_name: str, refused_column_name: str) -> str:
+    """Return advice on how to convert a refused column to the one that is probably meant, or else to rename it."""
+    words = re.findall(r"[a-z]+", refused_column_name.lower())
+    found = [
+        remedy
+        for unit, remedy in _CONVERSION_ADVICE_BY_COLUMN.get(probably_meant_standard_column_name, {}).items()
+        if unit in words
+    ]
+    if probably_meant_standard_column_name == "b_over_h" and re.match(
+        r"h.*b", _simplified_column_name(refused_column_name)
+    ):
         found = ["Give B/H, the reciprocal of H/B"]
     return found[0] if found else "A column for something else needs a name that is less like it"
 
 
-def _simplified_column_name(name: str) -> str:
+def _simplified_column_name(column_name: str) -> str:
     """Return a column name in lower case, with underscores for blanks, without parentheses and degree signs."""
-    return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|[°º˚]", "", name.lower()).strip()).strip("_?.")
+    return re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|[°º˚]", "", column_name.lower()).strip()).strip("_?.")
 
 
-def _is_misspelling(column_name: str, known_column: str) -> bool:
-    """True if `column_name` is a misspelling of the short column name `known_column`.
+def _is_misspelling(column_name: str, standard_column_name: str) -> bool:
+    """True if `column_name` is a misspelling of the short column name `standard_column_name`.
 
     Letters may be swapped, omitted or doubled, or an s added. Larger differences do not count, since short words of
     another meaning would match: county, country, ground.
     """
-    if len(known_column) < 3 or not column_name:
+    if len(standard_column_name) < 3 or not column_name:
         return False
-    swapped = sorted(column_name) == sorted(known_column)
-    lacks_one = any(column_name == known_column[:at] + known_column[at + 1 :] for at in range(len(known_column)))
-    doubled = any(column_name == known_column[: at + 1] + known_column[at:] for at in range(len(known_column)))
-    return swapped or lacks_one or doubled or column_name in (f"{known_column}s", f"{known_column}ed")
+    swapped = sorted(column_name) == sorted(standard_column_name)
+    lacks_one = any(
+        column_name == standard_column_name[:at] + standard_column_name[at + 1 :]
+        for at in range(len(standard_column_name))
+    )
+    doubled = any(
+        column_name == standard_column_name[: at + 1] + standard_column_name[at:]
+        for at in range(len(standard_column_name))
+    )
+    return swapped or lacks_one or doubled or column_name in (f"{standard_column_name}s", f"{standard_column_name}ed")
 
 
-def _closest_standard_column_name(plain_name: str, known_columns: Sequence[str]) -> str:
+def _closest_standard_column_name(simplified_column_name: str, accepted_standard_column_names: Sequence[str]) -> str:
     """Return the standard column name that an unknown name probably means; "" if it resembles none."""
     synonyms = _COLUMN_BY_ACCEPTED_NAME | _PROBABLE_COLUMN_BY_REFUSED_NAME
-    long = [one for one in (*known_columns, *synonyms) if len(one) > _MAX_SHORT_NAME_LENGTH]
-    near = [one for one in known_columns if len(one) <= _MAX_SHORT_NAME_LENGTH and _is_misspelling(plain_name, one)]
-    near = near or difflib.get_close_matches(plain_name, long, 1, _MIN_NAME_SIMILARITY)
-    found = synonyms.get(plain_name) or (near[0] if near else "")
+    long = [one for one in (*accepted_standard_column_names, *synonyms) if len(one) > _MAX_SHORT_NAME_LENGTH]
+    near = [
+        one
+        for one in accepted_standard_column_names
+        if len(one) <= _MAX_SHORT_NAME_LENGTH and _is_misspelling(simplified_column_name, one)
+    ]
+    near = near or difflib.get_close_matches(simplified_column_name, long, 1, _MIN_NAME_SIMILARITY)
+    found = synonyms.get(simplified_column_name) or (near[0] if near else "")
     return synonyms.get(found, found)

@@ -177,10 +177,10 @@ def compare_survey_with_prediction(
     stones: Sequence[Stone],
     cube: xr.Dataset,
     *,
-    site_cubes: Mapping[str, xr.Dataset] | None = None,
-    background: float = RANDOM_OUTCOME_SHARE,
+    results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
+    random_outcome_share: float = RANDOM_OUTCOME_SHARE,
     random_survey_count: int = RANDOM_SURVEY_COUNT,
-    seed: int = 1,
+    random_survey_seed: int = 1,
 ) -> SurveyPredictionComparison:
     """Compare the observed falls of stones with those that the results of a study predict for their site.
 
@@ -188,9 +188,9 @@ def compare_survey_with_prediction(
     ----------
     stones : sequence of Stone
         Stones from `read_counted_stones`.
-    cube, site_cubes, background
+    cube, results_cube_by_site, random_outcome_share
         As in `SurveyFallPrediction`.
-    random_survey_count, seed : int
+    random_survey_count, random_survey_seed : int
         Number and seed of random surveys for the p-values of the likelihood ratio, and of
         `exact_azimuth_watson_u2_test` for azimuths recorded in steps (parametric bootstrap: Davison & Hinkley 1997,
         Bootstrap Methods and their Application, section 4.2).
@@ -202,11 +202,11 @@ def compare_survey_with_prediction(
     """
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
-    predictions = SurveyFallPrediction(cube, site_cubes, background=background)
+    predictions = SurveyFallPrediction(cube, results_cube_by_site, random_outcome_share=random_outcome_share)
     site = predictions.default  # sectors and octants are the same at all sites
     fallen = _fallen_stones_with_predictions(predictions, stones)
     uniform_octant = site.octant_probabilities_from_sectors(site.share)
-    directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, seed)
+    directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, random_survey_seed)
     observed, predicted = directions["observed_count_by_octant"], directions["predicted_count_by_octant"]
     share = predicted / predicted.sum() if fallen else uniform_octant
     # Both means turn with the survey and the cube.
@@ -228,11 +228,11 @@ def compare_survey_with_prediction(
         octant_chi_square_test=chi_square_test_of_sectors(observed, share),
         octant_watson_u2_test=watson_u2_test_of_sectors(observed, share),
         exact_azimuth_watson_u2_test=azimuth_goodness_of_fit(
-            site, fallen, float(np.nan_to_num(origin)), random_survey_count, seed
+            site, fallen, float(np.nan_to_num(origin)), random_survey_count, random_survey_seed
         ),
         octant_uniformity_test=watson_u2_test_of_sectors(observed, uniform_octant),
         confusion_matrix=_confusion_matrix_of_standing_and_fall_sides(predictions, stones),
-        assumed_random_fall_direction_share=background,
+        assumed_random_fall_direction_share=random_outcome_share,
     )
 
 
@@ -241,7 +241,7 @@ def _fallen_stones_with_predictions(
 ) -> list[FallenStoneWithDirectionProbabilities]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
 
-    A stone is repeated ``count`` times.
+    A row of several equal stones is repeated `Stone.stone_count` times.
     """
     fallen: list[FallenStoneWithDirectionProbabilities] = []
     for stone in stones:
@@ -367,23 +367,23 @@ class StoredSurveyComparison:
 def make_stored_survey_comparison(
     survey_path: Path,
     record_id: str,
-    comparison: SurveyPredictionComparison,
-    unit_warnings: Sequence[str] = (),
-    site_comparisons: Mapping[str, SurveyPredictionComparison] | None = None,
-    grounds: Mapping[str, SoilBelowSurveySite] | None = None,
+    whole_survey_comparison: SurveyPredictionComparison,
+    azimuth_unit_warnings: Sequence[str] = (),
+    comparison_by_site: Mapping[str, SurveyPredictionComparison] | None = None,
+    soil_by_site: Mapping[str, SoilBelowSurveySite] | None = None,
 ) -> StoredSurveyComparison:
     """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
     sha256, remarks = survey_file_hash_and_comments(survey_path)
-    sites = tuple((site_comparisons or {}).items())
+    sites = tuple((comparison_by_site or {}).items())
     return StoredSurveyComparison(
         survey_path.name,
         sha256,
         record_id,
-        comparison,
-        tuple(unit_warnings),
+        whole_survey_comparison,
+        tuple(azimuth_unit_warnings),
         remarks,
         sites,
-        tuple((grounds or {}).items()),
+        tuple((soil_by_site or {}).items()),
     )
 
 

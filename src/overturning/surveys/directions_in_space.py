@@ -67,14 +67,14 @@ class FallDirectionComparisonIn3D:
     assumed_random_fall_direction_share: float
 
 
-def fall_shares_by_sector_after_spreading(fall_azimuth_deg: FloatArray) -> FloatArray:
-    """Return the share of falls in each azimuth sector of `FALL_DIRECTION_SECTORS`; each fall is spread over an arc.
+def fall_shares_by_sector_after_spreading(fall_azimuths_deg: FloatArray) -> FloatArray:
+    """Return the share of falls in each azimuth sector of `FALL_DIRECTION_SECTORS`; each is spread over an arc.
 
-    `fall_azimuth_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The shape of the
-    result is (sectors,), and the sum is 1.
+    `fall_azimuths_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The arc
+    reaches `FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG` to both sides. The shape of the result is (sectors,), the sum 1.
     """
     turns = np.array([-360.0, 0.0, 360.0])[:, None, None]
-    start = np.asarray(fall_azimuth_deg % 360.0)[:, None] - FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG + turns
+    start = np.asarray(fall_azimuths_deg % 360.0)[:, None] - FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG + turns
     below = np.clip(
         (FALL_DIRECTION_SECTORS.borders - start) / (2 * FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG), 0.0, 1.0
     ).sum(axis=0)
@@ -83,10 +83,10 @@ def fall_shares_by_sector_after_spreading(fall_azimuth_deg: FloatArray) -> Float
 
 def compare_fall_directions(
     stones: Sequence[Stone],
-    fall_azimuths_deg: Sequence[FloatArray | None],
+    computed_fall_azimuths_by_stone_deg: Sequence[FloatArray | None],
     *,
-    background: float = RANDOM_OUTCOME_SHARE,
-    seed: int = 1,
+    random_fall_direction_share: float = RANDOM_OUTCOME_SHARE,
+    random_survey_seed: int = 1,
 ) -> FallDirectionComparisonIn3D | None:
     """Compare the directions in which stones fell with those in which similar stones of a 3-D study fall.
 
@@ -94,12 +94,12 @@ def compare_fall_directions(
     ----------
     stones : sequence of Stone
         Stones of the survey; those that stand, or fell in an unknown direction, are left out.
-    fall_azimuths_deg : sequence of ndarray or None
+    computed_fall_azimuths_by_stone_deg : sequence of ndarray or None
         For each stone, the azimuths towards which the similar computed stones fall, degrees, shape (falls,); None if no
         similar stone has an outcome.
-    background : float
+    random_fall_direction_share : float
         Share of stones that fall in a random direction, 0 to below 1.
-    seed : int
+    random_survey_seed : int
         Seed of the surveys with random directions (parametric bootstrap; see
         `overturning.surveys.fall_directions.log_likelihood_ratio_and_p_value`).
 
@@ -109,7 +109,7 @@ def compare_fall_directions(
         None if no stone fell in a known direction.
     """
     fallen, never, without_outcome = list[FallenStoneWithDirectionProbabilities](), 0, 0
-    for stone, computed in zip(stones, fall_azimuths_deg, strict=True):
+    for stone, computed in zip(stones, computed_fall_azimuths_by_stone_deg, strict=True):
         if not stone.fell_in_known_direction:
             continue
         density = FALL_DIRECTION_SECTORS.share
@@ -118,9 +118,9 @@ def compare_fall_directions(
         elif not computed.size:
             never += stone.stone_count
         else:
-            density = (1 - background) * fall_shares_by_sector_after_spreading(
+            density = (1 - random_fall_direction_share) * fall_shares_by_sector_after_spreading(
                 computed
-            ) + background * FALL_DIRECTION_SECTORS.share
+            ) + random_fall_direction_share * FALL_DIRECTION_SECTORS.share
         fallen += stone.stone_count * [
             (stone, density, FALL_DIRECTION_SECTORS.octant_probabilities_from_sectors(density))
         ]
@@ -130,6 +130,8 @@ def compare_fall_directions(
         fallen_in_known_direction=len(fallen),
         falls_without_any_computed_fall=never,
         falls_without_computed_outcome=without_outcome,
-        assumed_random_fall_direction_share=background,
-        **compare_observed_and_predicted_directions(FALL_DIRECTION_SECTORS, fallen, RANDOM_SURVEY_COUNT, seed),
+        assumed_random_fall_direction_share=random_fall_direction_share,
+        **compare_observed_and_predicted_directions(
+            FALL_DIRECTION_SECTORS, fallen, RANDOM_SURVEY_COUNT, random_survey_seed
+        ),
     )

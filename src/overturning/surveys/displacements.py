@@ -165,9 +165,9 @@ class _CaseOutcomeArrays(NamedTuple):
 def compare_displacements(
     table: SurveyTable,
     cube: xr.Dataset,
-    site_cubes: Mapping[str, xr.Dataset] | None = None,
+    results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
     *,
-    background: float = RANDOM_OUTCOME_SHARE,
+    random_fall_direction_share: float = RANDOM_OUTCOME_SHARE,
 ) -> DisplacementComparison:
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
@@ -182,9 +182,9 @@ def compare_displacements(
         The survey, or the part of one site.
     cube : Dataset
         Cube of one record of a 3-D body, or of one element of a 3-D scene.
-    site_cubes : mapping of str to Dataset, optional
+    results_cube_by_site : mapping of str to Dataset, optional
         Cubes for the stones of single sites, by name of the site.
-    background : float
+    random_fall_direction_share : float
         Share of stones that fall in a random direction, 0 to below 1.
 
     Raises
@@ -192,19 +192,19 @@ def compare_displacements(
     ArgumentError
         If the cube is of 2-D blocks, no stone counts as fallen or standing, or the background is not from 0 to below 1.
     """
-    if not 0 <= background < 1:
-        raise ArgumentError(f"background: {background}; a share from 0 to below 1")
+    if not 0 <= random_fall_direction_share < 1:
+        raise ArgumentError(f"background: {random_fall_direction_share}; a share from 0 to below 1")
     if "residual_twist" not in cube:
         raise ArgumentError("cube: of 2-D blocks, which neither twist nor slip obliquely; give that of a 3-D study")
     observed = [_observed_stone_of_row(table, line, row) for line, row in table.rows if row.counted_as != "not counted"]
     if not observed:
         raise ArgumentError("stones: none counts as fallen or standing; a comparison needs at least one")
-    arrays = {id(one): _CaseOutcomeArrays.from_cube(one) for one in (cube, *(site_cubes or {}).values())}
+    arrays = {id(one): _CaseOutcomeArrays.from_cube(one) for one in (cube, *(results_cube_by_site or {}).values())}
     used = {key: np.zeros(one.overturned_flags.shape, np.bool_) for key, one in arrays.items()}
     standing, never_stand, without_outcome, beyond = list[_SimulatedCasesResemblingStones](), 0, 0, 0
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
-        own = id((site_cubes or {}).get(one.stone.site, cube))
+        own = id((results_cube_by_site or {}).get(one.stone.site, cube))
         seen = stone_dimensions_from_side_nearest_to_grid(arrays[own].grid_values_by_dimension, one.stone)
         if has_shape_far_outside_grid(arrays[own].grid_values_by_dimension, seen):
             beyond += one.stone.stone_count
@@ -238,32 +238,32 @@ def compare_displacements(
         stones_without_computed_outcome=without_outcome,
         stones_far_outside_shape_grid=beyond,
         fall_direction_comparison=compare_fall_directions(
-            [one.stone for one in observed], fall_azimuths, background=background
+            [one.stone for one in observed], fall_azimuths, random_fall_direction_share=random_fall_direction_share
         ),
     )
 
 
-def _observed_stone_of_row(table: SurveyTable, line: int, row: SurveyRow) -> _ObservedStone:
-    """Return the stone of a survey row with its shift and twist: 0 if it did not move, NaN if the amount is unknown."""
+def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: SurveyRow) -> _ObservedStone:
+    """Return the stone of a row, with shift (m) and clockwise twist (degrees): 0 if none is stated, NaN if unknown."""
     shift = row.shift_m if "shifted" in row.outcome_kinds else 0.0
     twist = row.clockwise_twist_deg if "twisted" in row.outcome_kinds else 0.0
-    return _ObservedStone(table.create_stone_from_row(line, row), shift, twist)
+    return _ObservedStone(survey_table.create_stone_from_row(line_number, row), shift, twist)
 
 
 def _outcomes_of_cases_nearest_in_size_and_face(
-    cells: _CaseOutcomeArrays, chosen_indices: Mapping[str, NDArray[np.intp]], used_cases_mask: NDArray[np.bool_]
+    outcomes: _CaseOutcomeArrays, nearest_indices: Mapping[str, NDArray[np.intp]], used_cases_mask: NDArray[np.bool_]
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
     """Select the simulated cases that resemble a stone, and mark them in `used_cases_mask`.
 
     Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
-    direction, and displacements of those that stand, with weights whose sum is 1. `chosen_indices` are those of
-    `nearest_grid_indices_of_stone`.
+    direction, and displacements of those that stand, with weights whose sum is 1. `nearest_indices`, by dimension of
+    the grid, are those of `nearest_grid_indices_of_stone`.
     """
-    sizes = zip(cells.dimension_names, cells.overturned_flags.shape, strict=True)
-    at = np.ix_(*(chosen_indices.get(name, np.arange(size)) for name, size in sizes))
-    flags = cells.overturned_flags[at]
+    sizes = zip(outcomes.dimension_names, outcomes.overturned_flags.shape, strict=True)
+    at = np.ix_(*(nearest_indices.get(name, np.arange(size)) for name, size in sizes))
+    flags = outcomes.overturned_flags[at]
     used_cases_mask[at] |= np.isfinite(flags)
-    azimuths = np.asarray(cells.fall_azimuth_deg[at], np.float64)[flags == 1]
+    azimuths = np.asarray(outcomes.fall_azimuth_deg[at], np.float64)[flags == 1]
     azimuths = azimuths[np.isfinite(azimuths)]
     frictions = flags.shape[0]
     rows = (flags == 0).reshape(frictions, -1)
@@ -271,7 +271,7 @@ def _outcomes_of_cases_nearest_in_size_and_face(
         return flags, azimuths, None
     north, east, twist = (
         np.asarray(values[at], np.float64).reshape(rows.shape)[rows]
-        for values in (cells.residual_slip_north_m, cells.residual_slip_east_m, cells.residual_twist_deg)
+        for values in (outcomes.residual_slip_north_m, outcomes.residual_slip_east_m, outcomes.residual_twist_deg)
     )
     # Frictions have equal weight where both stand and fall; within a friction so have its standing cases.
     weight = np.where(rows, 1.0, 0.0) / np.maximum(rows.sum(axis=1, keepdims=True), 1) / rows.any(axis=1).sum()
@@ -284,15 +284,15 @@ def _outcomes_of_cases_nearest_in_size_and_face(
     )  # fmt: skip
 
 
-def _fall_share_by_friction(flags: NDArray[np.floating]) -> FloatArray:
+def _fall_share_by_friction(fall_flags_with_friction_first: NDArray[np.floating]) -> FloatArray:
     """Return the share of cases that fall, among those with known outcome, for each friction; NaN if none is known."""
-    rows = flags.reshape(flags.shape[0], -1)
+    rows = fall_flags_with_friction_first.reshape(fall_flags_with_friction_first.shape[0], -1)
     counts, falls = np.isfinite(rows).sum(axis=1), (rows == 1).sum(axis=1)
     return np.asarray(np.divide(falls, counts, out=np.full(counts.shape, np.nan), where=counts > 0))
 
 
 def _compare_fallen_shares(
-    observed: Sequence[_ObservedStone], fall_shares: Sequence[tuple[int, FloatArray]]
+    observed: Sequence[_ObservedStone], counts_and_shares_by_friction: Sequence[tuple[int, FloatArray]]
 ) -> ObservedAndComputedStatistic:
     """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
 
@@ -300,7 +300,8 @@ def _compare_fallen_shares(
     """
     of_share = stones_of_sites_with_standing_stones([one.stone for one in observed])
     sites = {stone.site for stone in of_share or [one.stone for one in observed]}
-    counted = [pair for one, pair in zip(observed, fall_shares, strict=True) if one.stone.site in sites]
+    pairs = zip(observed, counts_and_shares_by_friction, strict=True)
+    counted = [pair for one, pair in pairs if one.stone.site in sites]
     shares, counts = np.array([share for _, share in counted]), np.array([count for count, _ in counted])
     known = np.isfinite(shares)
     with np.errstate(invalid="ignore"):
@@ -309,24 +310,24 @@ def _compare_fallen_shares(
 
 
 def _observed_and_computed_share(
-    name: ComparedStatisticName, matching: int, stones: int, by_friction: FloatArray
+    name: ComparedStatisticName, matching_stone_count: int, stone_count: int, computed_share_by_friction: FloatArray
 ) -> ObservedAndComputedStatistic:
     """Return an observed share with its exact interval, and the computed share: mean and range over frictions."""
-    low, high = exact_share_interval(matching, stones) if stones else (math.nan, math.nan)
-    return ObservedAndComputedStatistic(
-        name, stones, matching / stones if stones else math.nan, low, high, *_mean_and_range_over_friction(by_friction)
-    )
+    share = matching_stone_count / stone_count if stone_count else math.nan
+    low, high = exact_share_interval(matching_stone_count, stone_count) if stone_count else (math.nan, math.nan)
+    computed = _mean_and_range_over_friction(computed_share_by_friction)
+    return ObservedAndComputedStatistic(name, stone_count, share, low, high, *computed)
 
 
-def _mean_and_range_over_friction(by_friction: FloatArray) -> tuple[float, float, float]:
+def _mean_and_range_over_friction(values_by_friction: FloatArray) -> tuple[float, float, float]:
     """Return mean, smallest and largest of the known values over friction; NaN if none is known.
 
     Smallest and largest are NaN for a single friction.
     """
-    known = by_friction[np.isfinite(by_friction)]
+    known = values_by_friction[np.isfinite(values_by_friction)]
     if not known.size:
         return math.nan, math.nan, math.nan
-    low, high = (known.min(), known.max()) if by_friction.size > 1 else (math.nan, math.nan)
+    low, high = (known.min(), known.max()) if values_by_friction.size > 1 else (math.nan, math.nan)
     return float(known.mean()), float(low), float(high)
 
 
@@ -346,29 +347,28 @@ def _compare_shifts_and_twists_of_standing_stones(
     cells_clockwise = cells.clockwise_twist_deg > 0
     cells_turned = np.abs(cells.clockwise_twist_deg) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
 
-    def statistic_by_friction(statistic: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
-        """Return a statistic of the simulated cases for each friction; `statistic` gets a mask of the cases."""
-        return np.array([statistic(cells.friction_index == one) for one in np.unique(cells.friction_index)])
+    def statistic_by_friction(statistic_of_cases: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
+        """Return a statistic of the simulated cases for each friction, computed by a function of a case mask."""
+        return np.array([statistic_of_cases(cells.friction_index == one) for one in np.unique(cells.friction_index)])
 
-    def weighted_share_of_cases(of: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
-        """Return the weighted share of the cases in the mask `of` among those in `among`; NaN if there are none."""
-        total = cells.weight[among].sum()
-        return float(cells.weight[among & of].sum() / total) if total > 0 else math.nan
+    def weighted_share_of_cases(counted_mask: NDArray[np.bool_], base_mask: NDArray[np.bool_]) -> float:
+        """Return the weighted share of cases in `counted_mask` among those in `base_mask`; NaN if there are none."""
+        total = cells.weight[base_mask].sum()
+        return float(cells.weight[base_mask & counted_mask].sum() / total) if total > 0 else math.nan
 
-    def weighted_median(values: FloatArray, among: NDArray[np.bool_]) -> float:
-        """Return the median of the values in the mask `among`, weighted as the simulated cases; NaN for none."""
-        order = values[among].argsort(kind="stable")
-        below = cells.weight[among][order].cumsum()
-        return float(values[among][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
+    def weighted_median(case_values: FloatArray, mask: NDArray[np.bool_]) -> float:
+        """Return the weighted median of `case_values` over the simulated cases in `mask`; NaN for none."""
+        order = case_values[mask].argsort(kind="stable")
+        below = cells.weight[mask][order].cumsum()
+        return float(case_values[mask][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
 
     def compare_medians(
-        name: ComparedStatisticName, values: FloatArray, computed_median: FloatArray
+        name: ComparedStatisticName, observed_values: FloatArray, median_by_friction: FloatArray
     ) -> ObservedAndComputedStatistic:
         """Return the observed median with its exact interval, and the computed median with its range over frictions."""
-        middle = float(np.median(values)) if values.size else math.nan
-        return ObservedAndComputedStatistic(
-            name, values.size, middle, *exact_median_interval(values), *_mean_and_range_over_friction(computed_median)
-        )
+        middle = float(np.median(observed_values)) if observed_values.size else math.nan
+        interval, computed = exact_median_interval(observed_values), _mean_and_range_over_friction(median_by_friction)
+        return ObservedAndComputedStatistic(name, observed_values.size, middle, *interval, *computed)
 
     return [
         _observed_and_computed_share(

@@ -39,27 +39,30 @@ def octant_weights_of_fallen_stone(stone: Stone) -> FloatArray:
     return _share_of_each_arc_in_each_octant(np.array([stone.fall_azimuth_deg]), stone.direction_recording_step_deg)[0]
 
 
-def _share_of_each_arc_in_each_octant(middle_deg: FloatArray, width_deg: float) -> FloatArray:
+def _share_of_each_arc_in_each_octant(arc_middle_azimuths_deg: FloatArray, arc_width_deg: float) -> FloatArray:
     """Return the share of each arc of a circle that lies in each compass octant, shape (arcs, 8)."""
     # Borders of three full circles: an arc that crosses north continues in the next circle.
     border = 45.0 * np.arange(-8, 17) - 22.5
-    below = np.clip((border - (middle_deg % 360.0)[:, None]) / width_deg + 0.5, 0.0, 1.0)
+    below = np.clip((border - (arc_middle_azimuths_deg % 360.0)[:, None]) / arc_width_deg + 0.5, 0.0, 1.0)
     return np.asarray(np.diff(below, axis=1).reshape(-1, 3, 8).sum(axis=1))
 
 
 def fall_direction_probabilities_of_arcs(
-    sectors: FallSectors, sector_probabilities: FloatArray, begin_deg: ArrayLike, end_deg: ArrayLike
+    sectors: FallSectors,
+    fall_direction_probability_by_sector: FloatArray,
+    arc_begin_azimuth_deg: ArrayLike,
+    arc_end_azimuth_deg: ArrayLike,
 ) -> FloatArray:
     """Return the probabilities that a stone falls between two azimuths, clockwise from the first to the second.
 
-    The density of fall directions is constant within each sector of the study; `sector_probabilities`, shape
-    (sectors,), sum to 1. An arc from an azimuth to itself has the probability 0. The azimuths, degrees, are arrays of
-    one shape, or numbers.
+    The density of fall directions is constant within each sector of the study; its probabilities
+    `fall_direction_probability_by_sector`, shape (sectors,), sum to 1. An arc from an azimuth to itself has the
+    probability 0. The azimuths, degrees, are arrays of one shape, or numbers.
     """
-    below = np.concatenate([[0.0], sector_probabilities, sector_probabilities]).cumsum()
+    below = np.concatenate([[0.0], fall_direction_probability_by_sector, fall_direction_probability_by_sector]).cumsum()
     start = sectors.borders[0]
     borders = np.append(sectors.borders[:-1], sectors.borders + 360.0) - start
-    first, last = np.asarray(begin_deg, np.float64), np.asarray(end_deg, np.float64)
+    first, last = np.asarray(arc_begin_azimuth_deg, np.float64), np.asarray(arc_end_azimuth_deg, np.float64)
     begin = (first - start) % 360.0
     return np.clip(
         np.interp(begin + (last - first) % 360.0, borders, below) - np.interp(begin, borders, below), 0.0, 1.0
@@ -95,28 +98,33 @@ def _expected_octant_weights_of_fallen_stone(
 def azimuth_goodness_of_fit(
     sectors: FallSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
-    origin_deg: float,
+    distribution_function_origin_azimuth_deg: float,
     random_survey_count: int,
-    seed: int,
+    random_survey_seed: int,
 ) -> StatisticalTestResult:
     """Test with Watson's U² whether azimuths in degrees follow the predicted probabilities of their stones.
 
-    The distribution function of a stone is counted clockwise from `origin_deg`. An azimuth recorded in steps has the
-    value in the middle of its arc (half of the arc's probability), and the p-value is then that of random surveys,
-    drawn from the prediction, whose directions are recorded in the same steps. Stones noted by octant or compass point
-    are left out.
+    The distribution function of a stone is counted clockwise from `distribution_function_origin_azimuth_deg`. An
+    azimuth recorded in steps has the value in the middle of its arc (half of the arc's probability), and the
+    p-value is then that of random surveys, drawn from the prediction, whose directions are recorded in the same
+    steps. Stones noted by octant or compass point are left out.
     """
     exact = [one for one in fallen_stones if one[0].direction_uncertainty_half_width_deg == 0.0]
-    drawn = np.random.Generator(np.random.PCG64(seed)).random((random_survey_count, len(exact)))
+    drawn = np.random.Generator(np.random.PCG64(random_survey_seed)).random((random_survey_count, len(exact)))
     observed = np.zeros(len(exact))
     for place, (stone, density, _) in enumerate(exact):
         step = stone.direction_recording_step_deg
         first = stone.fall_azimuth_deg - 0.5 * step
         half = 0.5 * fall_direction_probabilities_of_arcs(sectors, density, first, first + step)
-        observed[place] = (fall_direction_probabilities_of_arcs(sectors, density, origin_deg, first) + half) % 1.0
+        observed[place] = (
+            fall_direction_probabilities_of_arcs(sectors, density, distribution_function_origin_azimuth_deg, first)
+            + half
+        ) % 1.0
         if step:
             begin, _ = _distinguishable_direction_arcs_deg(stone)
-            borders = np.sort(fall_direction_probabilities_of_arcs(sectors, density, origin_deg, begin))
+            borders = np.sort(
+                fall_direction_probabilities_of_arcs(sectors, density, distribution_function_origin_azimuth_deg, begin)
+            )
             around = 0.5 * (borders[-1] + borders[0] + 1.0) % 1.0  # of the arc in which the origin lies
             middles = np.concatenate([[around], 0.5 * (borders[1:] + borders[:-1]), [around]])
             drawn[:, place] = middles[np.searchsorted(borders, drawn[:, place], side="right")]
@@ -152,7 +160,7 @@ def log_likelihood_ratio_and_p_value(
     sectors: FallSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     random_survey_count: int,
-    seed: int,
+    random_survey_seed: int,
 ) -> tuple[float, float]:
     """Return the log-likelihood ratio of predicted to uniform fall directions over fallen stones, and its p-value.
 
@@ -161,7 +169,7 @@ def log_likelihood_ratio_and_p_value(
     """
     if not fallen_stones:
         return math.nan, math.nan
-    generator = np.random.Generator(np.random.PCG64(seed))
+    generator = np.random.Generator(np.random.PCG64(random_survey_seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
         predicted, chance, place = _direction_probabilities_and_observed_class_index(sectors, fallen_stone)
@@ -177,7 +185,7 @@ def compare_observed_and_predicted_directions(
     sectors: FallSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     random_survey_count: int,
-    seed: int,
+    random_survey_seed: int,
 ) -> dict[str, Any]:
     """Compare observed with predicted fall directions; return mean directions, octants and likelihood ratio by name.
 
@@ -190,7 +198,7 @@ def compare_observed_and_predicted_directions(
     )
     density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))
     predicted_mean, predicted_length = mean_angle_deg_and_mean_resultant_length(sectors.azimuth, density)
-    ratio, p_value = log_likelihood_ratio_and_p_value(sectors, fallen_stones, random_survey_count, seed)
+    ratio, p_value = log_likelihood_ratio_and_p_value(sectors, fallen_stones, random_survey_count, random_survey_seed)
     return {
         "observed_mean_direction_deg": mean,
         "observed_resultant_length": length,

@@ -57,7 +57,7 @@ class TextTable:
         return _SEPARATORS[self.cell_separator]
 
 
-def read_text_table(path: Path, table_kind: str) -> TextTable:
+def read_text_table(path: Path, table_kind_in_messages: str) -> TextTable:
     """Read a text table with cells separated by commas, semicolons or tabs.
 
     UTF-8 with or without byte order mark, and UTF-16 with one, are read; line ends are those of any system. Lines that
@@ -68,7 +68,7 @@ def read_text_table(path: Path, table_kind: str) -> TextTable:
     ----------
     path : Path
         The file.
-    table_kind : str
+    table_kind_in_messages : str
         Name of this kind of file in messages, such as "survey".
 
     Raises
@@ -76,7 +76,9 @@ def read_text_table(path: Path, table_kind: str) -> TextTable:
     RecordError
         If the file cannot be read as text, or has no header; the message names the file, line and remedy.
     """
-    lines = re.split(r"\r\n|\r|\n", _read_table_text(path, table_kind))  # no other character ends a line of a CSV file
+    lines = re.split(
+        r"\r\n|\r|\n", _read_table_text(path, table_kind_in_messages)
+    )  # no other character ends a line of a CSV file
     remarks = tuple(_comment_text(line) for line in itertools.takewhile(_is_comment, lines))
     separator, rows = "", list[NumberedTableRow]()
     for number, line in enumerate(lines):
@@ -85,11 +87,11 @@ def read_text_table(path: Path, table_kind: str) -> TextTable:
         elif line.strip() and not _is_comment(line):
             separator = _separator_of_header(line)
             break
-    for start, cells in _rows_with_first_line_numbers(lines, separator or ",", path, table_kind):
+    for start, cells in _rows_with_first_line_numbers(lines, separator or ",", path, table_kind_in_messages):
         if any(cells) and not cells[0].startswith("#"):
             rows.append(NumberedTableRow(start, tuple(cells)))
     if not rows:
-        raise RecordError(f"{path}: the {table_kind} is empty; its first line names the columns")
+        raise RecordError(f"{path}: the {table_kind_in_messages} is empty; its first line names the columns")
     comments = tuple(
         number
         for number, line in enumerate(lines, 1)
@@ -98,20 +100,23 @@ def read_text_table(path: Path, table_kind: str) -> TextTable:
     return TextTable(rows[0], tuple(rows[1:]), separator, remarks, comments)
 
 
-def _read_table_text(path: Path, table_kind: str) -> str:
+def _read_table_text(path: Path, table_kind_in_messages: str) -> str:
     """Return the text of a table file; if it is not in UTF-8, the RecordError says how to save the file."""
     try:
         if path.stat().st_size > MAX_TABLE_BYTES:
             raise RecordError(
-                f"{path}: larger than {MAX_TABLE_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
+                f"{path}: larger than {MAX_TABLE_BYTES} bytes; no {table_kind_in_messages} is: check the path, or cut "
+                "the file"
             )
         content = path.read_bytes()
     except FileNotFoundError:
         raise RecordError(
-            f"{path}: cannot be read: no such {table_kind}; check the path in the config or the command"
+            f"{path}: cannot be read: no such {table_kind_in_messages}; check the path in the config or the command"
         ) from None
     except OSError as problem:
-        raise RecordError(f"{path}: cannot be read ({problem}); save the {table_kind} as text in UTF-8") from None
+        raise RecordError(
+            f"{path}: cannot be read ({problem}); save the {table_kind_in_messages} as text in UTF-8"
+        ) from None
     if content.startswith(b"PK\x03\x04"):
         raise RecordError(f"{path}: a spreadsheet (.xlsx or .ods), not text; save it as CSV UTF-8")
     encoding = _BYTE_ORDER_MARKS.get(content[:2], "utf-8-sig")
@@ -119,34 +124,40 @@ def _read_table_text(path: Path, table_kind: str) -> str:
         text = content.decode(encoding)
     except UnicodeDecodeError as problem:
         if encoding == "utf-16":
-            raise RecordError(f"{path}: damaged UTF-16 ({problem.reason}); save the {table_kind} as UTF-8") from None
+            raise RecordError(
+                f"{path}: damaged UTF-16 ({problem.reason}); save the {table_kind_in_messages} as UTF-8"
+            ) from None
         line = content[: problem.start].count(b"\n") + 1
         raise RecordError(
-            f"{path} line {line}: byte 0x{content[problem.start]:02X} is not UTF-8; the {table_kind} was saved in "
-            "another encoding, such as Latin-1, Windows-1252 or Shift-JIS: save it as CSV UTF-8"
+            f"{path} line {line}: byte 0x{content[problem.start]:02X} is not UTF-8; the {table_kind_in_messages} was "
+            "saved in another encoding, such as Latin-1, Windows-1252 or Shift-JIS: save it as CSV UTF-8"
         ) from None
     if "\0" in text:
-        raise RecordError(f"{path}: zero bytes, as in UTF-16 without a byte order mark; save the {table_kind} as UTF-8")
+        raise RecordError(
+            f"{path}: zero bytes, as in UTF-16 without a byte order mark; save the {table_kind_in_messages} as UTF-8"
+        )
     return text
 
 
-def _is_comment(line: str) -> bool:
+def _is_comment(text_line: str) -> bool:
     """True if a line of a table is a comment, which starts with # (also after a quotation mark)."""
-    return line.startswith(("#", '"#'))
+    return text_line.startswith(("#", '"#'))
 
 
-def _comment_resembles_table_row(line: str, separator: str, column_count: int) -> bool:
+def _comment_resembles_table_row(comment_line: str, cell_separator: str, header_column_count: int) -> bool:
     """True if a comment line resembles a table row: as many cells as the header, and text in two or more of them."""
-    cells = line.split(separator)
+    cells = comment_line.split(cell_separator)
     return (
-        _is_comment(line.lstrip()) and len(cells) == column_count and sum(bool(cell.strip(' "')) for cell in cells) > 1
+        _is_comment(comment_line.lstrip())
+        and len(cells) == header_column_count
+        and sum(bool(cell.strip(' "')) for cell in cells) > 1
     )
 
 
-def _comment_text(line: str) -> str:
+def _comment_text(comment_line: str) -> str:
     """Return the text of a comment line, without quotes and separators that a spreadsheet program added."""
-    from_spreadsheet = line.startswith('"') or re.search(r"[,;\t]{2,}$", line)
-    return line.strip('"# ,;\t' if from_spreadsheet else "# ")
+    from_spreadsheet = comment_line.startswith('"') or re.search(r"[,;\t]{2,}$", comment_line)
+    return comment_line.strip('"# ,;\t' if from_spreadsheet else "# ")
 
 
 def _separator_of_header(header_line: str) -> str:
@@ -156,7 +167,7 @@ def _separator_of_header(header_line: str) -> str:
 
 
 def _rows_with_first_line_numbers(
-    lines: list[str], separator: str, path: Path, table_kind: str
+    text_lines: list[str], cell_separator: str, path: Path, table_kind_in_messages: str
 ) -> Iterator[tuple[int, list[str]]]:
     """Yield for each row its first line number and its cells; comments and empty lines are skipped."""
     place = 0
@@ -164,22 +175,22 @@ def _rows_with_first_line_numbers(
     def remaining_lines() -> Iterator[str]:
         """Yield the lines from the current one on, and count them, so that a row may span several lines."""
         nonlocal place
-        while place < len(lines):
+        while place < len(text_lines):
             place += 1
-            yield lines[place - 1] + "\n"
+            yield text_lines[place - 1] + "\n"
 
-    while place < len(lines):
-        if not lines[place].strip() or lines[place].startswith("#"):
+    while place < len(text_lines):
+        if not text_lines[place].strip() or text_lines[place].startswith("#"):
             place += 1
             continue
         start = place + 1
         try:
-            cells = next(csv.reader(remaining_lines(), delimiter=separator, strict=True))
+            cells = next(csv.reader(remaining_lines(), delimiter=cell_separator, strict=True))
         except csv.Error as problem:  # a cell of more than 131,072 characters, or an open quote
             remedy = (
                 "close the quote"
                 if "unexpected end" in str(problem)
-                else f"no cell of a {table_kind} is that long: cut it"
+                else f"no cell of a {table_kind_in_messages} is that long: cut it"
                 if "limit" in str(problem)
                 else "double each quote inside a quoted cell"
             )

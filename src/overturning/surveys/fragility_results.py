@@ -26,34 +26,43 @@ class StoredFragilityCurves(BaseModel):
     curves: list[FittedFragilityCurve]
 
 
-def _digest_of_fit_input(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> str:
+def _digest_of_fit_input(population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset) -> str:
     """Return a hash of the data to which fragility curves are fitted, and of the program's source files."""
     digest = hashlib.sha256(package_source_hash("statistics", "surveys").encode())
     for name in ("free_fall_rate", "class_rate", "unknown", "class_unknown", "members", "stones", "event", "amplitude"):
-        digest.update(f"{name} {fall_rates[name].to_numpy().tolist()}\n".encode())
+        digest.update(f"{name} {population_outcome_rates[name].to_numpy().tolist()}\n".encode())
     for name in ("pga_rotd", "pgv_rotd", "psa_rotd"):
-        digest.update(f"{name} {intensity_table[name].to_numpy().tolist()}\n".encode())
-    digest.update(f"{sorted(fall_rates.attrs.items())}".encode())
+        digest.update(f"{name} {intensity_measures_by_record[name].to_numpy().tolist()}\n".encode())
+    digest.update(f"{sorted(population_outcome_rates.attrs.items())}".encode())
     return digest.hexdigest()
 
 
 def write_fragility_curves(
-    curves: list[FittedFragilityCurve], fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
+    fragility_curves: list[FittedFragilityCurve],
+    population_outcome_rates: xr.Dataset,
+    intensity_measures_by_record: xr.Dataset,
+    path: Path,
 ) -> None:
     """Write fitted fragility curves, with a hash of the data, so that they need not be fitted again."""
     write_result_as_json(
-        StoredFragilityCurves(input_sha256=_digest_of_fit_input(fall_rates, intensity_table), curves=curves), path
+        StoredFragilityCurves(
+            input_sha256=_digest_of_fit_input(population_outcome_rates, intensity_measures_by_record),
+            curves=fragility_curves,
+        ),
+        path,
     )
 
 
 def fit_or_read_fragility_curves(
-    fall_rates: xr.Dataset, intensity_table: xr.Dataset, path: Path
+    population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset, path: Path
 ) -> list[FittedFragilityCurve]:
     """Return stored fragility curves if they were fitted to the same data; otherwise fit the curves."""
     try:
         stored = read_json_result(StoredFragilityCurves, path, "fragility curves")
     except ResultError:
         stored = None
-    if stored is not None and stored.input_sha256 == _digest_of_fit_input(fall_rates, intensity_table):
+    if stored is not None and stored.input_sha256 == _digest_of_fit_input(
+        population_outcome_rates, intensity_measures_by_record
+    ):
         return stored.curves
-    return fit_population_fragility_curves(fall_rates, intensity_table)
+    return fit_population_fragility_curves(population_outcome_rates, intensity_measures_by_record)

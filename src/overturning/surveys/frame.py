@@ -66,13 +66,13 @@ def read_survey(path: "str | os.PathLike[str]", *, declination_deg: float | None
     return survey_data_frame(read_survey_table(convert_argument_to_path("path", path), declination))
 
 
-def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
+def survey_data_frame(survey_table: SurveyTable) -> "pd.DataFrame":
     """Convert a survey table to a pandas table with one row per stone or group of stones."""
     import pandas as pd
 
     rows = []
-    for line, row in table.rows:
-        stone = table.create_stone_from_row(line, row)
+    for line, row in survey_table.rows:
+        stone = survey_table.create_stone_from_row(line, row)
         directed = stone.fell_in_known_direction
         rows.append(
             {
@@ -94,5 +94,5 @@ def survey_data_frame(table: SurveyTable) -> "pd.DataFrame":
             }
         )
     found = pd.DataFrame(rows)
-    found.attrs = {"notes": list(table.notes), "warnings": list(table.warnings)}
+    found.attrs = {"notes": list(survey_table.notes), "warnings": list(survey_table.warnings)}
     return found

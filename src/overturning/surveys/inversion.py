@@ -55,11 +55,11 @@ class SurveyInversion:
     Parameters
     ----------
     stone_outcome_probabilities : StoneOutcomeProbabilities
-        Responses of all kinds of stones of the surveys.
+        Probabilities of the outcomes of all kinds of stones of the surveys, for each candidate motion.
     random_outcome_share : float
         Share of stones with a random outcome (pushed, badly founded).
     fixed_stone_share : float
-        Share of stones fixed to their base.
+        Share of stones fixed to their base, which always stand.
     """
 
     stone_outcome_probabilities: StoneOutcomeProbabilities
@@ -67,13 +67,13 @@ class SurveyInversion:
     fixed_stone_share: float = 0.0
 
     def outcome_probabilities(
-        self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOME_INDICES
+        self, stone: Stone, requested_outcome_indices: NDArray[np.intp] = ALL_OUTCOME_INDICES
     ) -> NDArray[np.float32]:
         """Return the probabilities of a stone's outcomes, shape (motions, velocity levels, rotations, outcomes).
 
-        An outcome is a direction bin of the fall, or `STANDING_OUTCOME_INDEX`.
-
-        Levels are peak velocities to which a motion is scaled.
+        An outcome is a direction bin of the fall, or `STANDING_OUTCOME_INDEX`; by default all are returned. The shares
+        of stones with a random outcome and of fixed stones are included. Levels are peak velocities to which a motion
+        is scaled.
         """
         table = self.stone_outcome_probabilities.table(StoneDimensions.from_stone(stone))
         turn, face = MOTION_ROTATION_STEP_DEG * np.arange(MOTION_ROTATION_COUNT), stone.slender_plane_azimuth_deg
@@ -90,17 +90,17 @@ class SurveyInversion:
             :,
             (place % table.shape[2])[:, None],
             np.where(
-                outcome_indices == STANDING_OUTCOME_INDEX,
+                requested_outcome_indices == STANDING_OUTCOME_INDEX,
                 STANDING_OUTCOME_INDEX,
-                (outcome_indices - back) % DIRECTION_BIN_COUNT,
+                (requested_outcome_indices - back) % DIRECTION_BIN_COUNT,
             ),
         ]
         free = (1 - self.random_outcome_share) * seen + self.random_outcome_share * uninformed_outcome_probabilities()[
-            outcome_indices
+            requested_outcome_indices
         ].astype(np.float32)
         return np.asarray(
             (1 - self.fixed_stone_share) * free
-            + np.float32(self.fixed_stone_share) * (outcome_indices == STANDING_OUTCOME_INDEX)
+            + np.float32(self.fixed_stone_share) * (requested_outcome_indices == STANDING_OUTCOME_INDEX)
         )
 
     def log_likelihoods_of_survey_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
@@ -123,9 +123,9 @@ class SurveyInversion:
 
     def compute_posterior(
         self,
-        log_likelihoods: FloatArray,
+        log_likelihoods_of_falls_and_directions: FloatArray,
         *,
-        prior: ArrayLike = 1.0,
+        prior_weights: ArrayLike = 1.0,
         direction_likelihood_exponent: float = DIRECTION_LIKELIHOOD_EXPONENT,
     ) -> MotionPosterior:
         """Compute the posterior probabilities of motion, peak-velocity level and rotation from log-likelihoods.
@@ -134,17 +134,25 @@ class SurveyInversion:
 
         Parameters
         ----------
-        log_likelihoods : ndarray, shape (2, s, l, r)
+        log_likelihoods_of_falls_and_directions : ndarray, shape (2, s, l, r)
             Result of `log_likelihoods_of_survey_by_motion`.
-        prior : array_like
+        prior_weights : array_like
             Prior weights that broadcast to (s, l, r); default: uniform.
         direction_likelihood_exponent : float
             Exponent of the likelihood of the directions, see `DIRECTION_LIKELIHOOD_EXPONENT`.
         """
-        log_likelihoods = log_likelihoods[0] + direction_likelihood_exponent * log_likelihoods[1]
-        weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), log_likelihoods.shape)
+        log_likelihoods_of_falls_and_directions = (
+            log_likelihoods_of_falls_and_directions[0]
+            + direction_likelihood_exponent * log_likelihoods_of_falls_and_directions[1]
+        )
+        weight = np.broadcast_to(
+            np.asarray(prior_weights, dtype=np.float64), log_likelihoods_of_falls_and_directions.shape
+        )
         probability, motions = (
-            weight * np.exp(log_likelihoods - log_likelihoods[weight > 0].max()),
+            weight
+            * np.exp(
+                log_likelihoods_of_falls_and_directions - log_likelihoods_of_falls_and_directions[weight > 0].max()
+            ),
             self.stone_outcome_probabilities.motions,
         )
         return MotionPosterior(
@@ -176,15 +184,17 @@ class SurveyInversion:
         return replace(together, site_results=tuple(sites))
 
     def _inversion_result_for_stones(
-        self, name: str, stones: Sequence[Stone], log_likelihoods: FloatArray
+        self, survey_or_site_name: str, stones: Sequence[Stone], log_likelihoods_of_falls_and_directions: FloatArray
     ) -> SurveyInversionResult:
         """Return the posterior of the motions, the p-value of fit, and the numbers of fallen and standing stones."""
-        posterior = self.compute_posterior(log_likelihoods)
+        posterior = self.compute_posterior(log_likelihoods_of_falls_and_directions)
         fell, stood = (sum(one.stone_count for one in stones if one.fell is kind) for kind in (True, False))
         fit = self.posterior_predictive_p_value(stones, posterior)
-        return SurveyInversionResult(name, fell, stood, self.fixed_stone_share, fit, posterior)
+        return SurveyInversionResult(survey_or_site_name, fell, stood, self.fixed_stone_share, fit, posterior)
 
-    def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: MotionPosterior, seed: int = 1) -> float:
+    def posterior_predictive_p_value(
+        self, stones: Sequence[Stone], posterior: MotionPosterior, random_survey_seed: int = 1
+    ) -> float:
         """Compute the p-value of fit: share of random surveys that fit no better than the observed survey.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
@@ -192,7 +202,7 @@ class SurveyInversion:
         probability that each stone falls or stands as observed, plus the log of the density of its direction divided by
         the largest density. Without this division the measure would depend on the resolution of directions.
         """
-        generator = np.random.Generator(np.random.PCG64(seed))
+        generator = np.random.Generator(np.random.PCG64(random_survey_seed))
         possible = np.flatnonzero(posterior.prior_probability.ravel() > 0)
         share = posterior.posterior_probability.ravel()[possible]
         drawn = generator.choice(possible.size, FIT_CHECK_RANDOM_SURVEY_COUNT, p=share / share.sum())

@@ -59,8 +59,8 @@ class CandidateMotion:
     peak_velocity_azimuth_deg: float
 
     @classmethod
-    def from_motion(cls, name: str, earthquake: str, motion: Motion) -> "CandidateMotion":
-        """Create a candidate motion, with its PGA, PGV and the axis of its largest velocity.
+    def from_motion(cls, record_or_pulse_name: str, earthquake_name: str, motion: Motion) -> "CandidateMotion":
+        """Create a candidate motion, with its PGA (m/s²) and PGV (m/s) over all azimuths, and the azimuth of the PGV.
 
         An ArgumentError is raised if the motion is zero.
         """
@@ -70,9 +70,11 @@ class CandidateMotion:
         cosines, acceleration = north_east_cosines_of_azimuths(azimuth), motion.horizontal_components
         along = largest_motion_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
-            raise ArgumentError(f"motion {name}: nothing moves; leave it out")
+            raise ArgumentError(f"motion {record_or_pulse_name}: nothing moves; leave it out")
         pga = float(largest_motion_along_azimuths(acceleration, cosines).max())
-        return cls(name, earthquake, motion, pga, float(along.max()), float(azimuth[along.argmax()]))
+        return cls(
+            record_or_pulse_name, earthquake_name, motion, pga, float(along.max()), float(azimuth[along.argmax()])
+        )
 
     @property
     def samples_sha256(self) -> str:
@@ -111,14 +113,14 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
     ]
 
 
-def read_records_and_make_ids_unique(paths: Sequence[Path]) -> list[Record]:
+def read_records_and_make_ids_unique(motion_file_paths: Sequence[Path]) -> list[Record]:
     """Read records from NetCDF motion files; records with the same id get their file paths as ids.
 
     Ids are equal, for example, if a station has one motion on rock and one on soil.
     """
-    records = [read_record_from_motion_file(path) for path in paths]
+    records = [read_record_from_motion_file(path) for path in motion_file_paths]
     ids = [one.record_id for one in records]
-    files = zip(records, paths, strict=True)
+    files = zip(records, motion_file_paths, strict=True)
     return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
 
 

@@ -94,12 +94,12 @@ def parse_direction(text: object) -> StatedDirection:
     return StatedDirection(degrees)
 
 
-def largest_common_azimuth_step_deg(azimuth_deg: Iterable[float]) -> float:
+def largest_common_azimuth_step_deg(azimuths_deg: Iterable[float]) -> float:
     """Return the step in which azimuths were recorded: the largest of 45, 30, 15, 10, 5 and 1° that divides all.
 
     It is 0 if none of the steps divides all azimuths. NaN stands for an azimuth that is not known.
     """
-    known = [one for one in azimuth_deg if math.isfinite(one)]
+    known = [one for one in azimuths_deg if math.isfinite(one)]
     steps = (45.0, 30.0, 15.0, 10.0, 5.0, 1.0) if known else ()
     return next((step for step in steps if not any(azimuth % step for azimuth in known)), 0.0)
 
@@ -170,16 +170,22 @@ class StatedOutcome(NamedTuple):
     clockwise_twist_deg: float = math.nan
     twist_sense_clockwise_positive: int = 0
 
-    def merged_with(self, other: "StatedOutcome") -> "StatedOutcome":
+    def merged_with(self, other_outcome_in_cell: "StatedOutcome") -> "StatedOutcome":
         """Combine the outcomes that two statements of one table cell state, such as "fell SE" and "broken"."""
-        direction = other.fall_direction if math.isfinite(other.fall_direction.azimuth_deg) else self.fall_direction
+        direction = (
+            other_outcome_in_cell.fall_direction
+            if math.isfinite(other_outcome_in_cell.fall_direction.azimuth_deg)
+            else self.fall_direction
+        )
         return StatedOutcome(
-            (*self.kinds, *other.kinds),
+            (*self.kinds, *other_outcome_in_cell.kinds),
             direction,
             self.states_unknown_fall_direction,
-            other.shift_m if math.isfinite(other.shift_m) else self.shift_m,
-            other.clockwise_twist_deg if math.isfinite(other.clockwise_twist_deg) else self.clockwise_twist_deg,
-            other.twist_sense_clockwise_positive or self.twist_sense_clockwise_positive,
+            other_outcome_in_cell.shift_m if math.isfinite(other_outcome_in_cell.shift_m) else self.shift_m,
+            other_outcome_in_cell.clockwise_twist_deg
+            if math.isfinite(other_outcome_in_cell.clockwise_twist_deg)
+            else self.clockwise_twist_deg,
+            other_outcome_in_cell.twist_sense_clockwise_positive or self.twist_sense_clockwise_positive,
         )
 
 
@@ -209,9 +215,9 @@ def parse_outcome(text: object) -> StatedOutcome:
     return found
 
 
-def _parse_single_outcome(part: str) -> StatedOutcome:
+def _parse_single_outcome(outcome_statement: str) -> StatedOutcome:
     """Convert one statement of a table cell, such as "fell SE" or "twisted 10", to a `StatedOutcome`."""
-    words = " ".join(part.lower().replace("_", " ").split())
+    words = " ".join(outcome_statement.lower().replace("_", " ").split())
     if words in _OUTCOME_KIND_BY_WORD:
         return StatedOutcome((_OUTCOME_KIND_BY_WORD[words],))
     if fell := _FALL_REGEX.fullmatch(words):
@@ -243,7 +249,7 @@ def _parse_single_outcome(part: str) -> StatedOutcome:
     raise ValueError((f"did you mean {near[0]}? " if near else "") + OUTCOME_FORMAT_HINT)
 
 
-def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: str) -> str:
+def azimuth_unit_warning(column_name: str, azimuths_deg: Iterable[float], survey_file_name: str) -> str:
     """Return a warning if azimuths in a column may be in radians or gon (400 = circle), not in degrees; else "".
 
     Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
@@ -255,13 +261,13 @@ def azimuth_unit_warning(column: str, azimuths_deg: Iterable[float], file_name: 
         return ""
     if largest <= 2 * math.pi and any(one % 1 for one in values):
         return (
-            f"{file_name}: column {column}: {len(values)} values, none beyond {largest:g}°: radians? Multiply by "
-            "57.29578"
+            f"{survey_file_name}: column {column_name}: {len(values)} values, none beyond {largest:g}°: radians? "
+            "Multiply by 57.29578"
         )
     if all(one % 50 == 0 for one in values) and any(one % 90 for one in values):
         return (
-            f"{file_name}: column {column}: {len(values)} values, all multiples of 50°: gon (400 to a turn)? "
-            "Multiply by 0.9"
+            f"{survey_file_name}: column {column_name}: {len(values)} values, all multiples of 50°: gon (400 to a "
+            "turn)? Multiply by 0.9"
         )
     return ""
 

@@ -73,20 +73,24 @@ class SurveySummary:
     distinct_magnetic_declinations_deg: tuple[float, ...] = field(default=())
 
 
-def summarise_survey(table: SurveyTable) -> SurveySummary:
+def summarise_survey(survey_table: SurveyTable) -> SurveySummary:
     """Summarise outcomes and fall directions of a survey's stones, for all together and by site."""
-    sites = table.site_names
-    sector_count = rose_sector_count(table.counted_stones)
+    sites = survey_table.site_names
+    sector_count = rose_sector_count(survey_table.counted_stones)
     declinations = {
-        row.magnetic_declination_deg for _, row in table.rows if _row_has_fall_direction_or_face_azimuth(table, row)
+        row.magnetic_declination_deg
+        for _, row in survey_table.rows
+        if _row_has_fall_direction_or_face_azimuth(survey_table, row)
     }
     return SurveySummary(
-        table.survey_file_name,
-        _summarise_observed_falls(table, "", sector_count),
+        survey_table.survey_file_name,
+        _summarise_observed_falls(survey_table, "", sector_count),
         tuple(
-            _summarise_observed_falls(table.select_site(site), site, sector_count) for site in sites if len(sites) > 1
+            _summarise_observed_falls(survey_table.select_site(site), site, sector_count)
+            for site in sites
+            if len(sites) > 1
         ),
-        table.warnings,
+        survey_table.warnings,
         tuple(sorted(declinations)),
     )
 
@@ -96,32 +100,34 @@ def rose_sector_count(stones: Sequence[Stone]) -> int:
     return 8 if any(stone.has_octant_direction for stone in stones if stone.fell_in_known_direction) else 16
 
 
-def falls_by_sector(stones: Sequence[Stone], sector_count: int) -> FloatArray:
-    """Return the number of falls towards each sector of a rose, shape (`sector_count`,).
+def falls_by_sector(stones: Sequence[Stone], number_of_rose_sectors: int) -> FloatArray:
+    """Return the number of falls towards each sector of a rose, shape (`number_of_rose_sectors`,).
 
     A direction that is known to an interval (one of 16 compass points) is shared between the sectors that it overlaps.
     """
-    counts = np.zeros(sector_count)
+    counts = np.zeros(number_of_rose_sectors)
     fine = np.linspace(-1, 1, 401)[1::2]  # midpoints of equal parts of an interval
     for stone in stones:
         if stone.fell_in_known_direction:
             half = stone.direction_uncertainty_half_width_deg if stone.has_16_point_direction else 0.0
-            towards = sector_index(stone.fall_azimuth_deg + half * fine, sector_count)
-            counts += stone.stone_count * np.bincount(towards, minlength=sector_count) / fine.size
+            towards = sector_index(stone.fall_azimuth_deg + half * fine, number_of_rose_sectors)
+            counts += stone.stone_count * np.bincount(towards, minlength=number_of_rose_sectors) / fine.size
     return counts
 
 
-def _row_has_fall_direction_or_face_azimuth(table: SurveyTable, row: SurveyRow) -> bool:
+def _row_has_fall_direction_or_face_azimuth(survey_table: SurveyTable, row: SurveyRow) -> bool:
     """True if a survey row has a fall direction or a face azimuth."""
-    stone = table.create_stone_from_row(0, row)
+    stone = survey_table.create_stone_from_row(0, row)
     return math.isfinite(stone.fall_azimuth_deg) or math.isfinite(stone.face_azimuth_deg)
 
 
-def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) -> ObservedOutcomesAndFallDirections:
-    """Summarise outcomes and fall directions of the stones in a survey table of one site, or of all sites."""
-    stones = table.counted_stones
+def _summarise_observed_falls(
+    survey_table: SurveyTable, site_name: str, number_of_rose_sectors: int
+) -> ObservedOutcomesAndFallDirections:
+    """Summarise outcomes and fall directions of the stones in a table of one site, or of all (`site_name` "")."""
+    stones = survey_table.counted_stones
     reasons = Counter[str]()
-    for _, row in table.rows:
+    for _, row in survey_table.rows:
         if row.counted_as == "not counted":
             reasons[next(kind for kind in UNCOUNTED_OUTCOME_KINDS if kind in row.outcome_kinds)] += row.count
     share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing_stones(stones))
@@ -131,10 +137,10 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
         for value in (lambda stone: stone.fall_azimuth_deg, lambda stone: stone.direction_recording_step_deg)
     )
     return ObservedOutcomesAndFallDirections(
-        site=site,
+        site=site_name,
         fell=sum(stone.stone_count for stone in stones if stone.fell),
         stands=sum(stone.stone_count for stone in stones if not stone.fell),
-        standing_shifted_or_twisted=table.count_stones(
+        standing_shifted_or_twisted=survey_table.count_stones(
             lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
         ),
         uncounted_stones_by_reason=dict(reasons),
@@ -145,5 +151,5 @@ def _summarise_observed_falls(table: SurveyTable, site: str, sector_count: int) 
         stone_count_at_sites_with_standing_stones=share_stones,
         mean_fall_direction=mean_direction_with_interval(angles, steps),
         mean_fall_axis=mean_direction_with_interval(angles, steps, axial=True),
-        falls_by_sector=falls_by_sector(stones, sector_count),
+        falls_by_sector=falls_by_sector(stones, number_of_rose_sectors),
     )

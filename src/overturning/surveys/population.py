@@ -86,9 +86,9 @@ def sample_stones(population: StonePopulation) -> SampledStones:
     generator = np.random.Generator(np.random.PCG64(population.seed))
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
-    def scale_to_range(value_range: UniformRange, unit_values: FloatArray) -> FloatArray:
+    def scale_to_range(target_range: UniformRange, numbers_from_0_to_1: FloatArray) -> FloatArray:
         """Map numbers between 0 and 1 linearly to a range of values."""
-        return value_range.low + (value_range.high - value_range.low) * unit_values
+        return target_range.low + (target_range.high - target_range.low) * numbers_from_0_to_1
 
     width, height = scale_to_range(population.width, unit[0]), scale_to_range(population.height, unit[1])
     about = population.face_spread * (2 * unit[3] - 1)
@@ -97,17 +97,20 @@ def sample_stones(population: StonePopulation) -> SampledStones:
 
 
 def choose_neighbouring_grid_indices_at_random(
-    grid_values: FloatArray, stone_values: FloatArray, uniform_numbers: FloatArray
+    grid_values_of_dimension: FloatArray,
+    value_of_each_stone: FloatArray,
+    random_number_0_to_1_of_each_stone: FloatArray,
 ) -> NDArray[np.intp]:
     """Choose for each stone's value, at random, one of the two neighbouring grid values; return its index.
 
-    `grid_values` are ascending, shape (grid,); `stone_values` have shape (stones,). Probabilities are linear in the
-    distance, so that means are interpolated linearly. `uniform_numbers` are random numbers between 0 and 1. A stone
-    outside the grid takes the value at the end of the grid.
+    `grid_values_of_dimension` are ascending, shape (grid,); `value_of_each_stone` and
+    `random_number_0_to_1_of_each_stone`, which decides the choice, have shape (stones,). Probabilities are linear
+    in the distance, so that means are interpolated linearly. A stone outside the grid takes the value at the end of
+    the grid.
     """
-    where = np.interp(stone_values, grid_values, np.arange(grid_values.size))
+    where = np.interp(value_of_each_stone, grid_values_of_dimension, np.arange(grid_values_of_dimension.size))
     below = np.floor(where)
-    return (below + (uniform_numbers < where - below)).astype(np.intp)
+    return (below + (random_number_0_to_1_of_each_stone < where - below)).astype(np.intp)
 
 
 def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> float:
@@ -121,26 +124,31 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
     return float(beyond.mean())
 
 
-def outcomes_of_sampled_stones(record_cube: xr.Dataset, stones: SampledStones) -> StoneOutcomesByAmplitudeFactor:
+def outcomes_of_sampled_stones(cube_of_one_record: xr.Dataset, stones: SampledStones) -> StoneOutcomesByAmplitudeFactor:
     """Return the outcomes of random stones under one record, each taken from a neighbouring simulated case.
 
-    `record_cube` is the cube of this record, with or without amplitudes.
+    `cube_of_one_record` is the cube of this record, with or without amplitudes.
 
     A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
     side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
-        name: choose_neighbouring_grid_indices_at_random(record_cube[name].to_numpy(), getattr(stones, name), numbers)
+        name: choose_neighbouring_grid_indices_at_random(
+            cube_of_one_record[name].to_numpy(), getattr(stones, name), numbers
+        )
         for name, numbers in zip(_SAMPLED_GRID_DIMENSIONS, stones.grid_choice_random_numbers, strict=True)
     }
-    grid, ratio = record_cube["friction"].to_numpy(), record_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
+    grid, ratio = (
+        cube_of_one_record["friction"].to_numpy(),
+        cube_of_one_record["b_over_h"].to_numpy()[cells["b_over_h"]],
+    )
     rocks = stones.friction > stones.b_over_h
     below = np.clip(np.searchsorted(grid, stones.friction, side="right") - 1, 0, grid.size - 1)
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return default_model_for_results_cube(record_cube).look_up_square_stone_outcomes(
-        record_cube, stones.face_azimuth_deg, cells
+    return default_model_for_results_cube(cube_of_one_record).look_up_square_stone_outcomes(
+        cube_of_one_record, stones.face_azimuth_deg, cells
     )
 
 
@@ -283,55 +291,71 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     return here, there
 
 
-def intensities_by_measure(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> dict[str, FloatArray]:
-    """Return PGA, PGV, PGV/PGA and SA(T) of each record and amplitude factor, shape (records, amplitudes).
+def intensities_by_measure(
+    population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
+) -> dict[str, FloatArray]:
+    """Return PGA (g), PGV (cm/s), PGV/PGA (s) and SA(T) (g) of each motion, by name, shape (records, amplitudes).
 
-    A motion is a record of `fall_rates` times an amplitude factor.
+    A motion is a record of `population_outcome_rates` times an amplitude factor.
 
-    PGA, PGV and the pseudo-acceleration SA, g, at the periods T of the population (damping ratio 0.05) are RotD50, the
+    PGA, PGV and the pseudo-acceleration SA at the periods T of the population (damping ratio 0.05) are RotD50, the
     median over azimuths.
     """
-    amplitude = fall_rates["amplitude"].to_numpy()
+    amplitude = population_outcome_rates["amplitude"].to_numpy()
     pga, pgv = (
-        intensity_table[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv")
+        intensity_measures_by_record[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude
+        for name in ("pga", "pgv")
     )
     spectra = {
-        f"SA({period})": intensity_table["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None] * amplitude
-        for period in fall_rates.attrs.get("period", ())
+        f"SA({period})": intensity_measures_by_record["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None]
+        * amplitude
+        for period in population_outcome_rates.attrs.get("period", ())
     }
     found_levels = {"PGA": pga / STANDARD_GRAVITY, "PGV": pgv / CM, "PGV/PGA": pgv / pga}
     return found_levels | {name: values / STANDARD_GRAVITY for name, values in spectra.items()}
 
 
-def jma_intensities_of_scaled_motions(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> FloatArray:
+def jma_intensities_of_scaled_motions(
+    population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
+) -> FloatArray:
     """Return the JMA instrumental intensity of each record and amplitude factor, shape (records, amplitudes).
 
-    A motion is a record of `fall_rates` times an amplitude factor.
+    A motion is a record of `population_outcome_rates` times an amplitude factor.
 
     The intensity increases by 2 log₁₀ of the amplitude factor.
 
     Without a vertical component it is that of the horizontal components; NaN if unknown.
     """
-    whole, horizontal = (intensity_table[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
+    whole, horizontal = (
+        intensity_measures_by_record[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal")
+    )
     measured = np.where(np.isfinite(whole), whole, horizontal)[:, None]
-    return np.asarray(measured + 2 * np.log10(fall_rates["amplitude"].to_numpy()))
+    return np.asarray(measured + 2 * np.log10(population_outcome_rates["amplitude"].to_numpy()))
 
 
-def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.Dataset) -> list[FittedFragilityCurve]:
+def fit_population_fragility_curves(
+    population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
+) -> list[FittedFragilityCurve]:
     """Fit fragility curves for all stones and for each class of stones, one for each intensity measure.
 
-    `fall_rates` is a result of `population_outcome_rates_by_record`. Measures are `INTENSITY_MEASURES_AND_UNITS` and
-    SA(T). Curves are of the stones that are not fixed to their base, since a lognormal curve ends at 1.
+    `population_outcome_rates` is a result of `population_outcome_rates_by_record`. Measures are
+    `INTENSITY_MEASURES_AND_UNITS` and SA(T). Curves are of the stones that are not fixed to their base, since a
+    lognormal curve ends at 1.
     """
-    known = int(fall_rates.attrs["members"]) * (1.0 - fall_rates["unknown"].to_numpy())
-    shares = {"all stones": (fall_rates["free_fall_rate"].to_numpy(), np.rint(known))}
-    for name, members in zip(fall_rates["stones"].to_numpy(), fall_rates["members"].to_numpy(), strict=True):
-        own = fall_rates.sel(stones=name)
+    known = int(population_outcome_rates.attrs["members"]) * (1.0 - population_outcome_rates["unknown"].to_numpy())
+    shares = {"all stones": (population_outcome_rates["free_fall_rate"].to_numpy(), np.rint(known))}
+    for name, members in zip(
+        population_outcome_rates["stones"].to_numpy(), population_outcome_rates["members"].to_numpy(), strict=True
+    ):
+        own = population_outcome_rates.sel(stones=name)
         known = int(members) * (1.0 - own["class_unknown"].to_numpy())
         shares[str(name)] = own["class_rate"].to_numpy(), np.rint(known)
     events, record = (
-        np.repeat(one, fall_rates.sizes["amplitude"])
-        for one in (fall_rates["event"].to_numpy().astype(str), np.arange(fall_rates.sizes["record"]))
+        np.repeat(one, population_outcome_rates.sizes["amplitude"])
+        for one in (
+            population_outcome_rates["event"].to_numpy().astype(str),
+            np.arange(population_outcome_rates.sizes["record"]),
+        )
     )
     units = dict(INTENSITY_MEASURES_AND_UNITS)
     return [
@@ -344,6 +368,6 @@ def fit_population_fragility_curves(fall_rates: xr.Dataset, intensity_table: xr.
             record=record,
             stone_count=stones.ravel(),
         )
-        for measure, level in intensities_by_measure(fall_rates, intensity_table).items()
+        for measure, level in intensities_by_measure(population_outcome_rates, intensity_measures_by_record).items()
         for name, (share, stones) in shares.items()
     ]

@@ -81,7 +81,7 @@ class MotionPosterior:
         return float(weight[0]), float(weight[-1])
 
     def credible_interval(
-        self, values_by_motion_and_level: ArrayLike, *, use_prior: bool = False
+        self, intensity_by_motion_and_velocity_level: ArrayLike, *, uses_prior_instead_of_posterior: bool = False
     ) -> tuple[float, float]:
         """Return the credible interval (`CREDIBLE_INTERVAL_PROBABILITY`) of a strength of the motion such as PGV.
 
@@ -89,9 +89,9 @@ class MotionPosterior:
 
         Parameters
         ----------
-        values_by_motion_and_level : array_like, shape (s, l)
+        intensity_by_motion_and_velocity_level : array_like, shape (s, l)
             The quantity for each motion and level, positive.
-        use_prior : bool
+        uses_prior_instead_of_posterior : bool
             Use the prior.
 
         Returns
@@ -101,8 +101,12 @@ class MotionPosterior:
             level has more probability than one tail, the library does not cover the posterior, and that end is 0
             (infinite).
         """
-        weight = (self.prior_probability if use_prior else self.posterior_probability).sum(axis=2).ravel()
-        logs = np.log(np.asarray(values_by_motion_and_level, dtype=np.float64)).ravel()
+        weight = (
+            (self.prior_probability if uses_prior_instead_of_posterior else self.posterior_probability)
+            .sum(axis=2)
+            .ravel()
+        )
+        logs = np.log(np.asarray(intensity_by_motion_and_velocity_level, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
         # Each value represents the cell that reaches half way to its neighbours.
@@ -110,7 +114,9 @@ class MotionPosterior:
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
         below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2
         low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
-        weakest, strongest = (0.0, 0.0) if use_prior else self.probabilities_of_lowest_and_highest_pgv()
+        weakest, strongest = (
+            (0.0, 0.0) if uses_prior_instead_of_posterior else self.probabilities_of_lowest_and_highest_pgv()
+        )
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def posterior_probability_of_each_motion(self) -> FloatArray:
@@ -136,14 +142,14 @@ class MotionPosterior:
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
         return np.asarray(shares[0] + shares[1])
 
-    def credible_axis_arc_middle_and_width_deg(self, *, everything_fell: bool = False) -> tuple[float, float]:
+    def credible_axis_arc_middle_and_width_deg(self, *, all_stones_of_survey_fell: bool = False) -> tuple[float, float]:
         """Return middle (0 to 180°) and width, degrees, of the credible arc for the axis of largest velocity.
 
         The credible arc is the shortest arc with probability `CREDIBLE_INTERVAL_PROBABILITY`, widened to
-        `CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG` if every stone of the survey fell (`everything_fell`).
+        `CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG` if every stone of the survey fell (`all_stones_of_survey_fell`).
         """
         middle, width = self._shortest_axis_arc_middle_and_width_deg()
-        return middle, max(width, CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG) if everything_fell else width
+        return middle, max(width, CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG) if all_stones_of_survey_fell else width
 
     def _shortest_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
         """Return middle and width, degrees, of the arc of the velocity axis (`CREDIBLE_INTERVAL_PROBABILITY`)."""
@@ -196,7 +202,7 @@ class SurveyInversionResult:
 
         See `MotionPosterior.credible_axis_arc_middle_and_width_deg`.
         """
-        return self.posterior.credible_axis_arc_middle_and_width_deg(everything_fell=self.everything_fell)
+        return self.posterior.credible_axis_arc_middle_and_width_deg(all_stones_of_survey_fell=self.everything_fell)
 
     @property
     def pgv_and_pga_by_motion_and_level(self) -> dict[str, FloatArray]:
@@ -257,18 +263,27 @@ def read_inversion_result(path: Path) -> SurveyInversionResult:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None
 
 
-def _read_site_results(table: xr.Dataset, posterior: MotionPosterior) -> tuple[SurveyInversionResult, ...]:
+def _read_site_results(
+    stored_inversion_result: xr.Dataset, whole_survey_posterior: MotionPosterior
+) -> tuple[SurveyInversionResult, ...]:
     """Return the inversion results of the single sites of a survey from a stored file; empty for one site."""
-    if "site" not in table:
+    if "site" not in stored_inversion_result:
         return ()
-    fixed = float(table.attrs["fixed"])
+    fixed = float(stored_inversion_result.attrs["fixed"])
     columns = [
-        table["site"].to_numpy().tolist(),
-        *(table[f"site_{name}"].to_numpy() for name in _STORED_NAME_BY_SITE_ATTRIBUTE.values()),
+        stored_inversion_result["site"].to_numpy().tolist(),
+        *(stored_inversion_result[f"site_{name}"].to_numpy() for name in _STORED_NAME_BY_SITE_ATTRIBUTE.values()),
     ]
     return tuple(
         SurveyInversionResult(
-            str(name), int(fell), int(stood), fixed, float(fit), replace(posterior, posterior_probability=probability)
+            str(name),
+            int(fell),
+            int(stood),
+            fixed,
+            float(fit),
+            replace(whole_survey_posterior, posterior_probability=probability),
         )
-        for name, fell, stood, fit, probability in zip(*columns, table["site_probability"].to_numpy(), strict=True)
+        for name, fell, stood, fit, probability in zip(
+            *columns, stored_inversion_result["site_probability"].to_numpy(), strict=True
+        )
     )

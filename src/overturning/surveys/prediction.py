@@ -25,9 +25,9 @@ class SiteFallPrediction(FallSectors):
 
     Parameters
     ----------
-    cube : Dataset
+    cube_of_one_record : Dataset
         Cube of one record; heights and frictions (and B/H for stones without one) have equal weight.
-    background : float
+    random_outcome_share : float
         See `RANDOM_OUTCOME_SHARE`.
 
     Raises
@@ -36,20 +36,21 @@ class SiteFallPrediction(FallSectors):
         If the cube has several records or is from the 3-D model, or the background is not between 0 and 1.
     """
 
-    def __init__(self, cube: xr.Dataset, *, background: float = RANDOM_OUTCOME_SHARE) -> None:
-        if cube.sizes.get("record", 1) != 1:
+    def __init__(self, cube_of_one_record: xr.Dataset, *, random_outcome_share: float = RANDOM_OUTCOME_SHARE) -> None:
+        if cube_of_one_record.sizes.get("record", 1) != 1:
             raise ArgumentError(
-                f"cube: {cube.sizes['record']} records; a survey belongs to one site, so name its record (--record)"
+                f"cube: {cube_of_one_record.sizes['record']} records; a survey belongs to one site, so name its record "
+                "(--record)"
             )
-        if not 0 <= background < 1:
-            raise ArgumentError(f"background: {background}; a share from 0 to below 1")
-        if "azimuth" not in cube.dims:
+        if not 0 <= random_outcome_share < 1:
+            raise ArgumentError(f"background: {random_outcome_share}; a share from 0 to below 1")
+        if "azimuth" not in cube_of_one_record.dims:
             raise ArgumentError(
                 "cube: of 3-D bodies, next to one of a 2-D study; give --cube and each --site-cube of one kind"
             )
-        site = cube.isel(record=0) if "record" in cube.dims else cube
+        site = cube_of_one_record.isel(record=0) if "record" in cube_of_one_record.dims else cube_of_one_record
         dims = ("azimuth", "b_over_h", "height", "friction")
-        self.background = background
+        self.random_outcome_share = random_outcome_share
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
         super().__init__(fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64))
@@ -75,25 +76,26 @@ class SiteFallPrediction(FallSectors):
         self.times: FloatArray = blocks[2].astype(np.float64)
 
     def _interpolate_fall_probabilities_and_times(
-        self, azimuth_deg: FloatArray, b_over_h: float
+        self, fall_azimuths_deg: FloatArray, stone_b_over_h: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Interpolate probabilities of falls towards n azimuths and their opposites; return them and the fall times.
+        """Interpolate probabilities of falls towards n azimuths and their opposites; return them and the fall times, s.
 
-        Shapes are (2, blocks, n) and (blocks, n). A time is taken from the nearest azimuth and B/H. Far outside the
+        Shapes are (2, blocks, n) and (blocks, n); a block is a height and friction of the cube. A time is taken from
+        the nearest azimuth and B/H. Far outside the
         simulated range of B/H the probabilities are NaN, unless the stone is stouter than a block that never falls.
         """
-        place = float(np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size)))
+        place = float(np.interp(stone_b_over_h, self.b_over_h, np.arange(self.b_over_h.size)))
         # A B/H of the grid has its own outcomes, also next to a B/H without outcomes.
         low, high = math.floor(round(place, 9)), math.ceil(round(place, 9))
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         lines = by_azimuth.reshape(self.plane.size, -1).T[:, self._plane_order]
-        p = np.array([np.interp(azimuth_deg % 360.0, self._plane_ends, line) for line in lines])
+        p = np.array([np.interp(fall_azimuths_deg % 360.0, self._plane_ends, line) for line in lines])
         p = p.reshape(*by_azimuth.shape[1:], -1)
-        if b_over_h > LARGEST_FACTOR_BEYOND_GRID * self.b_over_h[-1]:
+        if stone_b_over_h > LARGEST_FACTOR_BEYOND_GRID * self.b_over_h[-1]:
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
-        elif LARGEST_FACTOR_BEYOND_GRID * b_over_h < self.b_over_h[0]:
+        elif LARGEST_FACTOR_BEYOND_GRID * stone_b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
-        cell = nearest_simulated_directions(self.plane, azimuth_deg, FULL_TURN_DEG).simulated_direction_index
+        cell = nearest_simulated_directions(self.plane, fall_azimuths_deg, FULL_TURN_DEG).simulated_direction_index
         return p, self.times[cell, round(place)].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
@@ -108,19 +110,26 @@ class SiteFallPrediction(FallSectors):
         )
 
     def fall_sector_probabilities_for_unknown_face(
-        self, b_over_h: float = math.nan, b_over_h_side: float = math.nan
+        self, b_over_h_in_plane_of_face_normal: float = math.nan, b_over_h_in_perpendicular_plane: float = math.nan
     ) -> FloatArray:
         """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
 
         The shape is (sectors,), and the sum is 1. The probabilities are means of `standing_and_side_probabilities` over
-        all face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight, and without ``b_over_h_side`` the
-        footprint is square.
+        all face azimuths. Without ``b_over_h_in_plane_of_face_normal`` all B/H of the cube have equal weight, and
+        without ``b_over_h_in_perpendicular_plane`` the footprint is square.
         """
-        of = _b_over_h_cache_key(b_over_h, b_over_h_side)
+        of = _b_over_h_cache_key(b_over_h_in_plane_of_face_normal, b_over_h_in_perpendicular_plane)
         if of in self._densities:
             return self._densities[of]
-        shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
-        if math.isnan(b_over_h):
+        shapes = [
+            (
+                b_over_h_in_plane_of_face_normal,
+                b_over_h_in_plane_of_face_normal
+                if math.isnan(b_over_h_in_perpendicular_plane)
+                else b_over_h_in_perpendicular_plane,
+            )
+        ]
+        if math.isnan(b_over_h_in_plane_of_face_normal):
             shapes = [(one, one) for one in self.b_over_h.tolist()]
         # A fall towards an azimuth is a fall forwards, to the right, backwards or to the left, by face azimuth.
         falls = [
@@ -143,7 +152,7 @@ class SiteFallPrediction(FallSectors):
         if directed.any() and not total > 0:
             self._never.add(of)
         model = mass / total if total > 0 else self.share
-        found = np.asarray((1 - self.background) * model + self.background * self.share)
+        found = np.asarray((1 - self.random_outcome_share) * model + self.random_outcome_share * self.share)
         self._densities[of] = found
         return found
 
@@ -169,11 +178,12 @@ class SiteFallPrediction(FallSectors):
 
         The five probabilities sum to 1.
 
-        A rectangular stone falls over one of its edges: the falls in the two planes through its faces' normals are
-        computed separately, each with the B/H in its plane, for each height and friction of the cube. The falls in the
-        two planes are taken as independent within the ensemble's neighbourhood; where the stone would fall in both,
-        `fall_probability_over_each_edge` divides the probability between the two edges. Rolling on a corner is left
-        out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863).
+        A rectangular stone falls over one of its edges: the falls in the two planes through its faces' normals
+        are computed separately, each with the B/H in its plane, for each height and friction of the cube. The
+        falls in the two planes are taken as independent among the slightly changed runs of an ensemble; where
+        the stone would fall in both, `fall_probability_over_each_edge` divides the probability between the two
+        edges. Rolling on a corner is left out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi
+        10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         model = self._simulated_standing_and_side_probabilities(
@@ -181,43 +191,45 @@ class SiteFallPrediction(FallSectors):
         )[:, 0]
         if not np.isfinite(model).all():
             return blind
-        return np.asarray((1 - self.background) * model + self.background * blind)
+        return np.asarray((1 - self.random_outcome_share) * model + self.random_outcome_share * blind)
 
     def _simulated_standing_and_side_probabilities(
-        self, face_azimuth_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
+        self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
-        """Return probabilities of standing and of a fall to each side, without random falls, shape (5, n faces).
+        """Return probabilities of standing and of a fall to each side, shape (5, face azimuths).
 
-        The probabilities are means over blocks, without the random falls of `background`; NaN if unknown.
+        The probabilities are means over heights and frictions of the cube, without the random outcomes of the share
+        `random_outcome_share`; NaN if unknown.
         """
         return _mean_of_known_values(
-            self._standing_and_side_probabilities_by_block(face_azimuth_deg, b_over_h_in_both_planes), axis=1
+            self._standing_and_side_probabilities_by_block(face_azimuths_deg, b_over_h_in_both_planes), averaged_axes=1
         )
 
     def _standing_and_side_probabilities_by_block(
-        self, face_azimuth_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
+        self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
 
-        A block is a height and friction of the cube. A probability is NaN if unknown. The result is stored, since
-        several numbers of a comparison need it for the same stone.
+        The n faces have the azimuths `face_azimuths_deg`. A block is a height and friction of the cube. A
+        probability is NaN if unknown. The result is stored, since several numbers of a comparison need it for
+        the same stone.
         """
-        key = (face_azimuth_deg.tobytes(), b_over_h_in_both_planes)
+        key = (face_azimuths_deg.tobytes(), b_over_h_in_both_planes)
         if key not in self._side_probabilities:
             self._side_probabilities[key] = self._compute_standing_and_side_probabilities_by_block(
-                face_azimuth_deg, b_over_h_in_both_planes
+                face_azimuths_deg, b_over_h_in_both_planes
             )
         return self._side_probabilities[key]
 
     def _compute_standing_and_side_probabilities_by_block(
-        self, face_azimuth_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
+        self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
-        """Compute the probabilities that a stone stands, and that it falls to each of its four sides.
+        """Compute the probabilities that a stone stands, and that it falls to each of its four sides; NaN if unknown.
 
-        Shape (5, blocks, n): blocks are all combinations of height and friction, n is the number of azimuths.
+        Shape (5, blocks, n): blocks are all combinations of height and friction, n is the number of face azimuths.
         """
         planes = [
-            self._interpolate_fall_probabilities_and_times(face_azimuth_deg + 90.0 * i, shape)
+            self._interpolate_fall_probabilities_and_times(face_azimuths_deg + 90.0 * i, shape)
             for i, shape in enumerate(b_over_h_in_both_planes)
         ]
         p = np.array([probability for probability, _ in planes])
@@ -234,7 +246,7 @@ class SiteFallPrediction(FallSectors):
     def fall_probability_by_height_and_friction(self, stone: Stone) -> FloatArray:
         """Return the probability that a stone falls, for each simulated height and friction.
 
-        Random falls, the share `background`, are not included.
+        Random outcomes, of the share `random_outcome_share`, are not included.
 
         For a stone of known height, the probability is interpolated between the heights with an outcome; outside this
         range it is that of the nearest height. A stone without face azimuth has the mean over all face
@@ -255,7 +267,7 @@ class SiteFallPrediction(FallSectors):
             falls = 1.0 - np.stack(
                 [self._standing_and_side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1
             )
-            found = _mean_of_known_values(falls, axis=(1, 2), weight=weight)
+            found = _mean_of_known_values(falls, averaged_axes=(1, 2), weights_along_last_axis=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)
         found = self._fall_probabilities[key]
         if math.isnan(stone.height_m):
@@ -281,10 +293,10 @@ class SurveyFallPrediction:
     Parameters
     ----------
     cube : Dataset
-        Cube of one record, for the stones of all sites that are not in `site_cubes`.
-    site_cubes : mapping of str to Dataset, optional
+        Cube of one record, for the stones of all sites that are not in `results_cube_by_site`.
+    results_cube_by_site : mapping of str to Dataset, optional
         Cubes for the stones of single sites, by name of the site: those of the motions at their surfaces.
-    background : float
+    random_outcome_share : float
         See `RANDOM_OUTCOME_SHARE`.
 
     Raises
@@ -296,13 +308,14 @@ class SurveyFallPrediction:
     def __init__(
         self,
         cube: xr.Dataset,
-        site_cubes: Mapping[str, xr.Dataset] | None = None,
+        results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
         *,
-        background: float = RANDOM_OUTCOME_SHARE,
+        random_outcome_share: float = RANDOM_OUTCOME_SHARE,
     ) -> None:
-        self.default = SiteFallPrediction(cube, background=background)
+        self.default = SiteFallPrediction(cube, random_outcome_share=random_outcome_share)
         self._by_site = {
-            site: SiteFallPrediction(one, background=background) for site, one in (site_cubes or {}).items()
+            site: SiteFallPrediction(one, random_outcome_share=random_outcome_share)
+            for site, one in (results_cube_by_site or {}).items()
         }
         for site, one in self._by_site.items():
             for name in ("azimuth", "b_over_h", "height"):
@@ -317,29 +330,31 @@ class SurveyFallPrediction:
         return self._by_site.get(stone.site, self.default)
 
 
-def _b_over_h_cache_key(b_over_h: float, b_over_h_side: float) -> str:
+def _b_over_h_cache_key(b_over_h_in_plane_of_face_normal: float, b_over_h_in_perpendicular_plane: float) -> str:
     """Return a dictionary key for two values of B/H, which may be NaN.
 
     NaN does not equal itself, so numbers would not do.
     """
-    return f"{b_over_h} {b_over_h_side}"
+    return f"{b_over_h_in_plane_of_face_normal} {b_over_h_in_perpendicular_plane}"
 
 
 def _mean_of_known_values(
-    values: FloatArray, axis: int | tuple[int, ...], weight: FloatArray | None = None
+    values_or_nan: FloatArray, averaged_axes: int | tuple[int, ...], weights_along_last_axis: FloatArray | None = None
 ) -> FloatArray:
-    """Return the weighted mean over `axis`, ignoring NaN; `weight` has the length of the last axis."""
-    known = np.isfinite(values)
-    weights = known if weight is None else known * weight
+    """Return the mean over `averaged_axes`, ignoring NaN, with weights along the last axis (None: equal weights)."""
+    known = np.isfinite(values_or_nan)
+    weights = known if weights_along_last_axis is None else known * weights_along_last_axis
     with np.errstate(invalid="ignore"):
-        return np.asarray((np.where(known, values, 0.0) * weights).sum(axis=axis) / weights.sum(axis=axis))
+        return np.asarray(
+            (np.where(known, values_or_nan, 0.0) * weights).sum(axis=averaged_axes) / weights.sum(axis=averaged_axes)
+        )
 
 
 def note_on_b_over_h_far_outside_study(
-    stones: Sequence[Stone], study_b_over_h: Sequence[float], survey_name: str
+    stones: Sequence[Stone], b_over_h_values_of_study: Sequence[float], survey_name: str
 ) -> tuple[str, ...]:
     """Return a note if stones of a survey have a B/H far outside those of a 2-D study; () if none has."""
-    least, most = min(study_b_over_h), max(study_b_over_h)
+    least, most = min(b_over_h_values_of_study), max(b_over_h_values_of_study)
     low, high = least / LARGEST_FACTOR_BEYOND_GRID, LARGEST_FACTOR_BEYOND_GRID * most
     far = [
         (stone.stone_count, values)

@@ -93,16 +93,18 @@ class StoneDimensions:
         """Face azimuths to simulate, degrees from the motion's north, without those equal by symmetry."""
         return face_azimuths_to_simulate_for_d_over_b(self.d_over_b)
 
-    def size_grid_weights(self, size_population: StonePopulation) -> FloatArray:
+    def size_grid_weights(self, population_for_unknown_sizes: StonePopulation) -> FloatArray:
         """Return the weights of `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H` for stones of this kind; sum 1.
 
-        The shape is (heights, shapes). Unknown sizes are distributed as in `size_population`.
+        The shape is (heights, shapes). Unknown sizes are distributed as in `population_for_unknown_sizes`.
         """
-        generator = np.random.Generator(np.random.PCG64(size_population.seed))
+        generator = np.random.Generator(np.random.PCG64(population_for_unknown_sizes.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(RANDOM_SIZE_COUNT).T
         height, width = (
             one.low + (one.high - one.low) * u
-            for one, u in zip((size_population.height, size_population.width), unit, strict=True)
+            for one, u in zip(
+                (population_for_unknown_sizes.height, population_for_unknown_sizes.width), unit, strict=True
+            )
         )
         height = height if self.height_m is None else np.full(RANDOM_SIZE_COUNT, self.height_m)
         shape = width / height if self.smaller_b_over_h is None else np.full(RANDOM_SIZE_COUNT, self.smaller_b_over_h)
@@ -116,7 +118,7 @@ class StoneDimensions:
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / RANDOM_SIZE_COUNT)
 
 
-def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list[StoneDimensions]:
+def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) -> list[StoneDimensions]:
     """Return height and shape of each stone of a survey as a `StoneDimensions`.
 
     An ArgumentError lists all stones outside the simulated range.
@@ -126,7 +128,7 @@ def dimensions_of_survey_stones(stones: Sequence[Stone], file_name: str) -> list
         try:
             kinds.append(StoneDimensions.from_stone(stone))
         except ArgumentError as error:
-            faults.append(f"{file_name} {error}")
+            faults.append(f"{survey_file_name} {error}")
     if faults:
         raise ArgumentError(REASON_SEPARATOR.join(faults))
     return kinds
@@ -154,44 +156,46 @@ class StoneOutcomeProbabilities:
 
     Parameters
     ----------
-    motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
+    candidate_motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
         Motions and kinds of stones; raise an `ArgumentError` if there is none of either.
-    population : StonePopulation, optional
+    population_for_unknown_sizes : StonePopulation, optional
         Distribution of unknown heights and B/H.
-    folder : Path, optional
+    outcome_cache_folder : Path, optional
         Cache folder; default: in the cache of the user.
-    threads : int
+    thread_count : int
         Number of threads.
-    progress : callable, optional
+    report_count_of_finished_and_all_motions : callable, optional
         Called with the number of finished motions and of all motions.
     """
 
     def __init__(
         self,
-        motions: Sequence[CandidateMotion],
+        candidate_motions: Sequence[CandidateMotion],
         stone_kinds: Sequence[StoneDimensions],
-        population: StonePopulation | None = None,
+        population_for_unknown_sizes: StonePopulation | None = None,
         *,
-        folder: Path | None = None,
-        threads: int = 1,
-        progress: Callable[[int, int], None] | None = None,
+        outcome_cache_folder: Path | None = None,
+        thread_count: int = 1,
+        report_count_of_finished_and_all_motions: Callable[[int, int], None] | None = None,
     ) -> None:
-        if not motions or not stone_kinds:
+        if not candidate_motions or not stone_kinds:
             raise ArgumentError(
-                f"{len(motions)} motions, {len(stone_kinds)} kinds of stones; at least one of each is needed"
+                f"{len(candidate_motions)} motions, {len(stone_kinds)} kinds of stones; at least one of each is needed"
             )
-        self.motions = tuple(motions)
-        folder = folder or stone_outcome_cache_folder()
-        self._weights = size_grid_weights_by_dimensions(stone_kinds, population)
+        self.motions = tuple(candidate_motions)
+        outcome_cache_folder = outcome_cache_folder or stone_outcome_cache_folder()
+        self._weights = size_grid_weights_by_dimensions(stone_kinds, population_for_unknown_sizes)
         needed = masks_of_needed_sizes_by_d_over_b(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
-        for done, one in enumerate(motions):
-            if progress:
-                progress(done, len(motions))
+        for done, one in enumerate(candidate_motions):
+            if report_count_of_finished_and_all_motions:
+                report_count_of_finished_and_all_motions(done, len(candidate_motions))
             for aspect, nodes in needed.items():
-                self._ways[aspect].append(outcomes_of_needed_sizes(one, aspect, nodes, folder, threads))
-        if progress:
-            progress(len(motions), len(motions))
+                self._ways[aspect].append(
+                    outcomes_of_needed_sizes(one, aspect, nodes, outcome_cache_folder, thread_count)
+                )
+        if report_count_of_finished_and_all_motions:
+            report_count_of_finished_and_all_motions(len(candidate_motions), len(candidate_motions))
         self.table = lru_cache(64)(self._outcome_probability_table)
 
     def _outcome_probability_table(self, stone_kind: StoneDimensions) -> NDArray[np.float32]:
@@ -205,44 +209,47 @@ class StoneOutcomeProbabilities:
 
 
 def size_grid_weights_by_dimensions(
-    stone_kinds: Sequence[StoneDimensions], size_population: StonePopulation | None = None
+    stone_kinds: Sequence[StoneDimensions], population_for_unknown_sizes: StonePopulation | None = None
 ) -> dict[StoneDimensions, FloatArray]:
     """Return, for each kind of stone, the share of stones that each simulated height and B/H represents.
 
     The arrays of shares have the shape (heights, shapes); see `StoneDimensions.size_grid_weights`.
     """
-    return {kind: kind.size_grid_weights(size_population or StonePopulation()) for kind in dict.fromkeys(stone_kinds)}
+    return {
+        kind: kind.size_grid_weights(population_for_unknown_sizes or StonePopulation())
+        for kind in dict.fromkeys(stone_kinds)
+    }
 
 
 def masks_of_needed_sizes_by_d_over_b(
-    weights_by_kind: dict[StoneDimensions, FloatArray],
+    size_grid_weights_by_stone_kind: dict[StoneDimensions, FloatArray],
 ) -> dict[float, NDArray[np.bool_]]:
     """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
 
     A pair is needed if its weight for some kind of stone with this D/B is positive.
     """
     needed: dict[float, NDArray[np.bool_]] = {}
-    for kind, weight in weights_by_kind.items():
+    for kind, weight in size_grid_weights_by_stone_kind.items():
         needed[kind.d_over_b] = needed.get(kind.d_over_b, np.zeros(weight.shape, np.bool_)) | (weight > 0)
     return needed
 
 
 def case_count_and_processor_time_s(
-    motions: Sequence[CandidateMotion],
+    candidate_motions: Sequence[CandidateMotion],
     stone_kinds: Sequence[StoneDimensions],
-    folder: Path | None = None,
+    outcome_cache_folder: Path | None = None,
     *,
-    include_stored_outcomes: bool = False,
+    counts_cases_with_stored_outcomes: bool = False,
 ) -> tuple[int, float]:
     """Return the number of cases that `StoneOutcomeProbabilities` has to simulate, and the estimated time, s.
 
     Parameters
     ----------
-    motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
+    candidate_motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
         Motions, and heights and shapes of the stones.
-    folder : Path, optional
+    outcome_cache_folder : Path, optional
         Cache folder; default: in the cache of the user.
-    include_stored_outcomes : bool
+    counts_cases_with_stored_outcomes : bool
         Count also the cases whose outcomes are shipped with the package or in the cache folder.
 
     Returns
@@ -260,11 +267,11 @@ def case_count_and_processor_time_s(
             * SIMULATED_PGV_M_S.size
             * StoneDimensions(d_over_b=aspect).orientations_to_simulate_deg.size
         )
-        for one in motions:
+        for one in candidate_motions:
             known = (
                 set()
-                if include_stored_outcomes
-                else size_keys_with_stored_outcomes(one, aspect, folder or stone_outcome_cache_folder())
+                if counts_cases_with_stored_outcomes
+                else size_keys_with_stored_outcomes(one, aspect, outcome_cache_folder or stone_outcome_cache_folder())
             )
             count = each * len(names - known)
             cases += count
@@ -275,17 +282,17 @@ def case_count_and_processor_time_s(
 
 
 def _outcome_probabilities(
-    outcomes_by_size: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
+    outcome_arrays_by_size_key: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
 
     The shape is (levels, orientations, bins + 1): peak velocities to which the motion is scaled, orientations of the
-    stone, and direction bins and standing. `outcomes_by_size` has the outcomes of each simulated size (see
+    stone, and direction bins and standing. `outcome_arrays_by_size_key` has the outcomes of each simulated size (see
     `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of `StoneDimensions.size_grid_weights`, and
     over neighbouring levels, since the peak velocity differs within a site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()
-    outcome = np.stack([outcomes_by_size[f"{h}-{b}"] for h, b in nodes])
+    outcome = np.stack([outcome_arrays_by_size_key[f"{h}-{b}"] for h, b in nodes])
     _, frictions, levels, orientations = outcome.shape
     place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN_OUTCOME_INDEX + 1) + outcome
     mass = np.broadcast_to(size_grid_weights[size_grid_weights > 0][:, None, None, None] / frictions, outcome.shape)

@@ -82,9 +82,18 @@ _DIRECTION_SCHEMA: dict[str, Any] = {
 }
 
 
-def _json_schema_of_number_cell(low: float, high: float, kind: str = "number") -> WithJsonSchema:
-    """Return the JSON schema of a survey cell that contains a number from `low` to `high`, possibly as text."""
-    return WithJsonSchema({"anyOf": [{"type": kind, "minimum": low, "maximum": high}, _NUMBER_TEXT_SCHEMA]})
+def _json_schema_of_number_cell(
+    smallest_number: float, largest_number: float, json_type_name: str = "number"
+) -> WithJsonSchema:
+    """Return the JSON schema of a survey cell that contains a number between two limits, possibly as text."""
+    return WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": json_type_name, "minimum": smallest_number, "maximum": largest_number},
+                _NUMBER_TEXT_SCHEMA,
+            ]
+        }
+    )
 
 
 _YES_OR_NO_SCHEMA = WithJsonSchema({"enum": [*_YES, *_NO, True, False]})
@@ -296,30 +305,30 @@ class SurveyRow(BaseModel):
     @classmethod
     def validate_cells(
         cls,
-        cells: dict[str, str],
-        error_messages: Callable[[ValidationError, type[BaseModel], dict[str, str]], list[str]],
+        cell_text_by_column: dict[str, str],
+        format_error_messages: Callable[[ValidationError, type[BaseModel], dict[str, str]], list[str]],
         *,
-        require_outcome: bool = True,
+        requires_outcome: bool = True,
     ) -> tuple["SurveyRow | None", list[str]]:
         """Validate the cells of a survey row; return the row (None if invalid) and all error messages.
 
         Rules between columns are also checked if a cell is wrong, as far as they do not involve this cell. With
-        ``require_outcome`` False, a row without any outcome is no fault.
+        ``requires_outcome`` False, a row without any outcome is no fault.
         """
-        context: dict[str, Any] = {"no_outcome": not require_outcome}
+        context: dict[str, Any] = {"no_outcome": not requires_outcome}
         adapter = TypeAdapter(cls)
         try:
-            return adapter.validate_python(cells, context=context), []
+            return adapter.validate_python(cell_text_by_column, context=context), []
         except ValidationError as problem:
-            messages = error_messages(problem, cls, cells)
+            messages = format_error_messages(problem, cls, cell_text_by_column)
             faulty = {str(one["loc"][0]) for one in problem.errors() if one["loc"]}
         if faulty:
             context["faulty"] = faulty
-            sound = {column: cell for column, cell in cells.items() if column not in faulty}
+            sound = {column: cell for column, cell in cell_text_by_column.items() if column not in faulty}
             try:
                 adapter.validate_python(sound, context=context)
             except ValidationError as problem:
-                messages += error_messages(problem, cls, sound)
+                messages += format_error_messages(problem, cls, sound)
         return None, messages
 
 

@@ -20,12 +20,12 @@ class FallSectors:
 
     Parameters
     ----------
-    azimuth : ndarray, shape (sectors,)
+    sector_azimuths_deg : ndarray, shape (sectors,)
         Azimuths of the sectors, degrees clockwise from north, ascending.
 
     Attributes
     ----------
-    azimuth : ndarray, shape (sectors,)
+    sector_azimuths_deg : ndarray, shape (sectors,)
         As given.
     share : ndarray, shape (sectors,)
         Share of the circle that each sector covers; the sum is 1.
@@ -33,12 +33,12 @@ class FallSectors:
         Borders of the sectors, degrees, ascending; the last one is the first one + 360°.
     """
 
-    def __init__(self, azimuth: FloatArray) -> None:
-        self.azimuth: FloatArray = azimuth
+    def __init__(self, sector_azimuths_deg: FloatArray) -> None:
+        self.azimuth: FloatArray = sector_azimuths_deg
         self.share: FloatArray = plane_weights_by_azimuth_spacing(
-            azimuth, FULL_TURN_DEG, divide_gaps_between_neighbours=True
+            sector_azimuths_deg, FULL_TURN_DEG, divide_gaps_between_neighbours=True
         )
-        start = (azimuth[0] + azimuth[-1] - 360) / 2
+        start = (sector_azimuths_deg[0] + sector_azimuths_deg[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
     def nearest_sector_index(self, azimuth_deg: float) -> int:
@@ -47,12 +47,12 @@ class FallSectors:
             nearest_simulated_directions(self.azimuth, [azimuth_deg], FULL_TURN_DEG).simulated_direction_index[0]
         )
 
-    def octant_probabilities_from_sectors(self, sector_probabilities: FloatArray) -> FloatArray:
+    def octant_probabilities_from_sectors(self, fall_direction_probability_by_sector: FloatArray) -> FloatArray:
         """Convert probabilities of azimuth sectors to probabilities of the 8 compass octants.
 
         The shape is (8,).
         """
-        mass = np.repeat(sector_probabilities / _PARTS_PER_SECTOR, _PARTS_PER_SECTOR)
+        mass = np.repeat(fall_direction_probability_by_sector / _PARTS_PER_SECTOR, _PARTS_PER_SECTOR)
         fine = np.bincount(self._octant_index_of_each_sector_part, mass, 8)
         return np.asarray(fine / fine.sum())
 

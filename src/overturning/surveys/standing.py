@@ -84,14 +84,14 @@ class HazardCurve:
     intensity_levels: FloatArray
     annual_exceedance_rates: FloatArray
 
-    def annual_exceedance_rate(self, level: ArrayLike) -> FloatArray:
+    def annual_exceedance_rate(self, levels: ArrayLike) -> FloatArray:
         """Return the annual rates, 1/year, at which shaking exceeds given intensity levels, by interpolation."""
         return np.asarray(
-            np.exp(np.interp(np.log(level), np.log(self.intensity_levels), np.log(self.annual_exceedance_rates)))
+            np.exp(np.interp(np.log(levels), np.log(self.intensity_levels), np.log(self.annual_exceedance_rates)))
         )
 
     def annual_fall_rate(
-        self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
+        self, medians: ArrayLike, log_spread: float, lowest_level: float = 0.0, highest_level: float = math.inf
     ) -> FloatArray:
         """Compute annual rates of falls, 1/year, due to shaking between two levels, for several fragility medians.
 
@@ -101,33 +101,26 @@ class HazardCurve:
 
         Parameters
         ----------
-        median : array_like, shape (m,)
+        medians : array_like, shape (m,)
             Medians of lognormal fragility curves, in the unit of the levels.
         log_spread : float
-            Standard deviation of the logarithm.
-        min_level, max_level : float
-            Levels, in the same unit.
+            Standard deviation of the natural logarithm of the level at which a stone falls.
+        lowest_level, highest_level : float
+            Ends of the range of levels, in the same unit.
 
         Returns
         -------
         ndarray, shape (m,)
             Rate, 1/year; 0 if the levels do not overlap.
         """
-        min_level, max_level = (
-            max(min_level, float(self.intensity_levels[0])),
-            min(max_level, float(self.intensity_levels[-1])),
-        )
-        if min_level >= max_level:
-            return np.zeros(np.size(median))
-        level = np.concatenate(
-            [
-                [min_level],
-                self.intensity_levels[(self.intensity_levels > min_level) & (self.intensity_levels < max_level)],
-                [max_level],
-            ]
-        )
+        first_level = max(lowest_level, float(self.intensity_levels[0]))
+        last_level = min(highest_level, float(self.intensity_levels[-1]))
+        if first_level >= last_level:
+            return np.zeros(np.size(medians))
+        between = (self.intensity_levels > first_level) & (self.intensity_levels < last_level)
+        level = np.concatenate([[first_level], self.intensity_levels[between], [last_level]])
         x, rate = np.log(level), np.log(self.annual_exceedance_rate(level))
-        m, log_spread = np.log(np.atleast_1d(median))[:, None], max(log_spread, MIN_LOG_SPREAD)
+        m, log_spread = (np.log(np.atleast_1d(medians))[:, None], max(log_spread, MIN_LOG_SPREAD))
         k = -np.diff(rate) / np.diff(x)
         below, above = ((x[part] - m) / log_spread + k * log_spread for part in (slice(None, -1), slice(1, None)))
         below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
@@ -172,22 +165,25 @@ class StandingProbabilityEstimate:
 
 
 def estimate_standing_probability(
-    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float
+    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, exposure_years: float
 ) -> StandingProbabilityEstimate:
-    """Compute the probability that stones still stand after `years`, from their fragility and a hazard curve.
+    """Compute the probability that stones still stand after `exposure_years`, from their fragility and a hazard curve.
 
     The fragility curve must have a fitted median.
     """
     last, seldom = float(hazard_curve.intensity_levels[-1]), float(hazard_curve.annual_exceedance_rates[-1])
 
-    def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
-        """Return the probability of a fall at one intensity level, for each median of the fragility curve."""
-        return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_LOG_SPREAD)))
+    def fall_probability(intensity_level: float, medians: ArrayLike, log_spread: float) -> FloatArray:
+        """Return the probability of a fall at one intensity level, for each of several fragility medians."""
+        return np.asarray(ndtr(np.log(intensity_level / np.atleast_1d(medians)) / max(log_spread, MIN_LOG_SPREAD)))
 
-    def annual_fall_rates(median: ArrayLike, spread: float) -> FloatArray:
-        """Return the annual rate of falls, 1/year, for each median of the fragility curve."""
+    def annual_fall_rates(medians: ArrayLike, log_spread: float) -> FloatArray:
+        """Return the annual rate of falls, 1/year, for each of several fragility medians.
+
+        Shaking above the last level of the hazard curve counts with the fall probability of that level.
+        """
         return np.asarray(
-            hazard_curve.annual_fall_rate(median, spread) + seldom * fall_probability(last, median, spread)
+            hazard_curve.annual_fall_rate(medians, log_spread) + seldom * fall_probability(last, medians, log_spread)
         )
 
     spread = fragility_curve.log_spread
@@ -211,9 +207,9 @@ def estimate_standing_probability(
             fragility_curve.record_spread,
         )
         weight = np.exp(-0.5 * CAPACITY_POINTS_IN_STANDARD_DEVIATIONS**2)
-        share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
+        share = float(np.sum(weight * np.exp(-each * exposure_years)) / weight.sum())
     first = float(fall_probability(float(hazard_curve.intensity_levels[0]), fragility_curve.median, spread)[0])
-    stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
+    stands, low, high = (math.exp(-one * exposure_years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
     return StandingProbabilityEstimate(
         fragility_curve.stones, fragility_curve.measure, rate, stands, low, high, share, beyond, first
@@ -248,7 +244,7 @@ class SurvivalByStoneClass:
 def survival_probability_by_stone_class(
     fragility_curves: Sequence[FragilityCurveRow],
     hazard_curves: dict[str, HazardCurve],
-    years: float,
+    exposure_years: float,
     fragility_and_hazard_file_names: tuple[str, str],
 ) -> SurvivalByStoneClass:
     """Compute the survival probability of each class of stones whose intensity measure has a hazard curve.
@@ -271,11 +267,15 @@ def survival_probability_by_stone_class(
         )
     known = [one for one in shared if math.isfinite(one.log_spread)]
     estimates = (
-        (one, hazard_curves[one.measure], estimate_standing_probability(one, hazard_curves[one.measure], years))
+        (
+            one,
+            hazard_curves[one.measure],
+            estimate_standing_probability(one, hazard_curves[one.measure], exposure_years),
+        )
         for one in known
     )
     return SurvivalByStoneClass(
-        years, hazard, hazard_curves, tuple(estimates), tuple(one for one in shared if one not in known)
+        exposure_years, hazard, hazard_curves, tuple(estimates), tuple(one for one in shared if one not in known)
     )
 
 
@@ -313,30 +313,33 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
 
 
 def upper_bound_of_factor_on_hazard_curve(
-    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, years: float, fall_rate_bound: float
+    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, exposure_years: float, max_fall_rate_per_year: float
 ) -> float:
     """Return the largest factor on the hazard that standing stones allow: with it, only 5 % of stones would stand.
 
     The bound follows from stones that still stand: a larger factor would have overturned more of them.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
-    larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
-    spread are unknown. NaN without a bound.
+    larger than ``max_fall_rate_per_year`` divided by the mean rate of the class. It equals this ratio if the components
+    of the spread are unknown. NaN without a bound.
     """
-    rate = estimate_standing_probability(fragility_curve, hazard_curve, years).annual_fall_rate_per_stone
-    if math.isnan(fall_rate_bound) or not rate > 0:
+    rate = estimate_standing_probability(fragility_curve, hazard_curve, exposure_years).annual_fall_rate_per_stone
+    if math.isnan(max_fall_rate_per_year) or not rate > 0:
         return math.nan
 
-    def standing_share_minus_five_percent(log_hazard_factor: float) -> float:
-        """Return the share of stones that stand if the hazard is multiplied by exp(`log_hazard_factor`), minus 5 %."""
+    def standing_share_minus_five_percent(ln_hazard_factor: float) -> float:
+        """Return the share of stones that stand if the hazard is multiplied by exp(`ln_hazard_factor`), minus 5 %."""
         return estimate_standing_probability(
-            fragility_curve, hazard_curve, years * math.exp(log_hazard_factor)
+            fragility_curve, hazard_curve, exposure_years * math.exp(ln_hazard_factor)
         ).standing_share_with_constant_stone_deviations - (1 - FALL_RATE_BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
-    first, last = math.log(fall_rate_bound / rate), math.log(MAX_HAZARD_FACTOR * max(1.0, fall_rate_bound / rate))
+    first, last = (
+        math.log(max_fall_rate_per_year / rate),
+        math.log(MAX_HAZARD_FACTOR * max(1.0, max_fall_rate_per_year / rate)),
+    )
     if math.isnan(standing_share_minus_five_percent(first)) or standing_share_minus_five_percent(first) <= 0:
-        return fall_rate_bound / rate
+        return max_fall_rate_per_year / rate
     return (
         math.exp(brentq(standing_share_minus_five_percent, first, last))
         if standing_share_minus_five_percent(last) < 0

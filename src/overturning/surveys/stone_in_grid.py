@@ -11,7 +11,9 @@ from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
 
 
-def stone_dimensions_from_side_nearest_to_grid(grid: Mapping[str, FloatArray], stone: Stone) -> dict[str, float]:
+def stone_dimensions_from_side_nearest_to_grid(
+    grid_values_by_dimension: Mapping[str, FloatArray], stone: Stone
+) -> dict[str, float]:
     """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
 
     A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. The description
@@ -20,17 +22,22 @@ def stone_dimensions_from_side_nearest_to_grid(grid: Mapping[str, FloatArray], s
     """
     front, side = stone.b_over_h_in_both_planes
 
-    def stone_dimensions_seen_from_side(b_over_h: float, d_over_h: float, face_azimuth_deg: float) -> dict[str, float]:
-        """Return height, B/H, D/B and face azimuth of the stone, seen from the side whose B/H is `b_over_h`."""
-        aspect = d_over_h / b_over_h if b_over_h else math.nan
+    def stone_dimensions_seen_from_side(
+        b_over_h_of_described_side: float, b_over_h_of_other_side: float, azimuth_of_described_side_deg: float
+    ) -> dict[str, float]:
+        """Return height, B/H, D/B and face azimuth of the stone, with the described side as its face."""
+        aspect = b_over_h_of_other_side / b_over_h_of_described_side if b_over_h_of_described_side else math.nan
         return {
-            "height": stone.height_m, "b_over_h": b_over_h, "aspect": aspect, "face_azimuth_deg": face_azimuth_deg,
+            "height": stone.height_m, "b_over_h": b_over_h_of_described_side, "aspect": aspect,
+            "face_azimuth_deg": azimuth_of_described_side_deg,
         }  # fmt: skip
 
-    def distance_from_grid(description: dict[str, float]) -> float:
-        """Return the sum of the distances of B/H and D/B from the grid, as logarithms of ratios, rounded."""
+    def distance_from_grid(stone_value_by_dimension: dict[str, float]) -> float:
+        """Return the sum of |ln(nearest grid value/value)| for B/H and D/B of a described stone, rounded."""
         apart = (
-            np.abs(np.log(grid[name] / description[name])).min() for name in ("b_over_h", "aspect") if name in grid
+            np.abs(np.log(grid_values_by_dimension[name] / stone_value_by_dimension[name])).min()
+            for name in ("b_over_h", "aspect")
+            if name in grid_values_by_dimension
         )
         return round(float(sum(apart)), 9)
 
@@ -38,36 +45,38 @@ def stone_dimensions_from_side_nearest_to_grid(grid: Mapping[str, FloatArray], s
         stone_dimensions_seen_from_side(front, side, stone.face_azimuth_deg),
         stone_dimensions_seen_from_side(side, front, stone.face_azimuth_deg + 90.0),
     ]
-    known = "aspect" in grid and math.isfinite(front) and front > 0.0 and side > 0.0
+    known = "aspect" in grid_values_by_dimension and math.isfinite(front) and front > 0.0 and side > 0.0
     return min(views, key=distance_from_grid) if known else views[0]
 
 
-def has_shape_far_outside_grid(grid: Mapping[str, FloatArray], stone_values: Mapping[str, float]) -> bool:
+def has_shape_far_outside_grid(
+    grid_values_by_dimension: Mapping[str, FloatArray], stone_value_by_dimension: Mapping[str, float]
+) -> bool:
     """True if B/H or D/B of a stone is known and lies far outside the values in the grid of a results cube."""
     return any(
-        stone_values[name] * LARGEST_FACTOR_BEYOND_GRID < grid[name].min()
-        or stone_values[name] > LARGEST_FACTOR_BEYOND_GRID * grid[name].max()
+        stone_value_by_dimension[name] * LARGEST_FACTOR_BEYOND_GRID < grid_values_by_dimension[name].min()
+        or stone_value_by_dimension[name] > LARGEST_FACTOR_BEYOND_GRID * grid_values_by_dimension[name].max()
         for name in ("b_over_h", "aspect")
-        if name in grid
+        if name in grid_values_by_dimension
     )
 
 
 def nearest_grid_indices_of_stone(
-    grid: Mapping[str, FloatArray], stone_values: Mapping[str, float]
+    grid_values_by_dimension: Mapping[str, FloatArray], stone_value_by_dimension: Mapping[str, float]
 ) -> dict[str, NDArray[np.intp]]:
     """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
-    A dimension is left out if the value of the stone is unknown. `stone_values` are those that
+    A dimension is left out if the value of the stone is unknown. `stone_value_by_dimension` are those that
     `stone_dimensions_from_side_nearest_to_grid` returns.
     """
     found = {
-        name: np.array([int(np.abs(np.log(grid[name] / stone_values[name])).argmin())])
+        name: np.array([int(np.abs(np.log(grid_values_by_dimension[name] / stone_value_by_dimension[name])).argmin())])
         for name in ("height", "b_over_h", "aspect")
-        if name in grid and math.isfinite(stone_values[name])
+        if name in grid_values_by_dimension and math.isfinite(stone_value_by_dimension[name])
     }
-    if "orientation" in grid and math.isfinite(stone_values["face_azimuth_deg"]):
-        orientation = grid["orientation"].astype(np.float64)
+    if "orientation" in grid_values_by_dimension and math.isfinite(stone_value_by_dimension["face_azimuth_deg"]):
+        orientation = grid_values_by_dimension["orientation"].astype(np.float64)
         period = orientation.size * (orientation[1] - orientation[0]) if orientation.size > 1 else FULL_TURN_DEG
-        apart = (orientation - stone_values["face_azimuth_deg"] + period / 2) % period - period / 2
+        apart = (orientation - stone_value_by_dimension["face_azimuth_deg"] + period / 2) % period - period / 2
         found["orientation"] = np.array([int(np.abs(apart).argmin())])
     return found

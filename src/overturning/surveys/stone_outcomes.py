@@ -106,10 +106,10 @@ def identifying_numbers_of_motion(candidate_motion: CandidateMotion) -> FloatArr
 
 
 @cache
-def _shipped_outcome_array(name: str) -> NDArray[np.generic]:
+def _shipped_outcome_array(array_name_in_shipped_file: str) -> NDArray[np.generic]:
     """Return an array of `SHIPPED_OUTCOMES_FILE`, the file with simulated outcomes of stones in the package."""
     with np.load(SHIPPED_OUTCOMES_FILE) as stored:
-        return np.asarray(stored[name])
+        return np.asarray(stored[array_name_in_shipped_file])
 
 
 @cache
@@ -142,7 +142,7 @@ def stone_outcome_cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
-def _stone_outcome_cache_path(candidate_motion: CandidateMotion, d_over_b: float, folder: Path) -> Path:
+def _stone_outcome_cache_path(candidate_motion: CandidateMotion, d_over_b: float, outcome_cache_folder: Path) -> Path:
     """Return the path of the cache file for stones with one D/B under one motion.
 
     The file name is a hash of all inputs.
@@ -151,35 +151,47 @@ def _stone_outcome_cache_path(candidate_motion: CandidateMotion, d_over_b: float
         f"{_source_hash_of_stone_outcomes()} {candidate_motion.samples_sha256} {candidate_motion.pgv_m_s} {d_over_b}"
     )
     key = hashlib.sha256(f"{inputs} {simulated_grid_as_text()}".encode()).hexdigest()[:24]
-    return folder / f"{key}.npz"
+    return outcome_cache_folder / f"{key}.npz"
 
 
 def outcomes_of_needed_sizes(
-    candidate_motion: CandidateMotion, d_over_b: float, needed_sizes_mask: NDArray[np.bool_], folder: Path, threads: int
+    candidate_motion: CandidateMotion,
+    d_over_b: float,
+    mask_of_needed_heights_and_b_over_h: NDArray[np.bool_],
+    outcome_cache_folder: Path,
+    thread_count: int,
 ) -> dict[str, NDArray[np.int8]]:
     """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
 
-    The sizes are those that are True in `needed_sizes_mask`, of shape (heights, B/H). Each key is ``height-B/H``, two
-    indices; each value has the direction bin of the fall, `STANDING_OUTCOME_INDEX` or `UNKNOWN_OUTCOME_INDEX` for each
-    friction, peak velocity to which the motion is scaled, and orientation of the stone.
+    The sizes are those that are True in `mask_of_needed_heights_and_b_over_h`, of shape (heights, B/H). Each key is
+    ``height-B/H``, two indices; each value has the direction bin of the fall, `STANDING_OUTCOME_INDEX` or
+    `UNKNOWN_OUTCOME_INDEX` for each friction, peak velocity to which the motion is scaled, and orientation of the
+    stone.
     """
     shipped = shipped_stone_outcomes_of_motion(candidate_motion, d_over_b)
-    needed = [(h, b) for h, b in np.argwhere(needed_sizes_mask).tolist() if f"{h}-{b}" not in shipped]
-    return shipped | (load_or_simulate_outcomes(candidate_motion, d_over_b, needed, folder, threads) if needed else {})
+    needed = [(h, b) for h, b in np.argwhere(mask_of_needed_heights_and_b_over_h).tolist() if f"{h}-{b}" not in shipped]
+    return shipped | (
+        load_or_simulate_outcomes(candidate_motion, d_over_b, needed, outcome_cache_folder, thread_count)
+        if needed
+        else {}
+    )
 
 
 def load_or_simulate_outcomes(
     candidate_motion: CandidateMotion,
     d_over_b: float,
-    size_grid_indices: Sequence[tuple[int, int]],
-    folder: Path,
-    threads: int,
+    height_and_b_over_h_index_pairs: Sequence[tuple[int, int]],
+    outcome_cache_folder: Path,
+    thread_count: int,
 ) -> dict[str, NDArray[np.int8]]:
     """Load the outcomes of stones with one D/B under a motion from the cache folder, or simulate missing ones.
 
     Simulated outcomes are stored in the cache folder. Keys and shapes are those of `outcomes_of_needed_sizes`.
     """
-    path, known = _stone_outcome_cache_path(candidate_motion, d_over_b, folder), dict[str, NDArray[np.int8]]()
+    path, known = (
+        _stone_outcome_cache_path(candidate_motion, d_over_b, outcome_cache_folder),
+        dict[str, NDArray[np.int8]](),
+    )
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}
@@ -187,9 +199,9 @@ def load_or_simulate_outcomes(
         pass
     except Exception:  # a damaged archive raises various exceptions; its content is simulated again
         path.unlink(missing_ok=True)
-    missing = [(h, b) for h, b in size_grid_indices if f"{h}-{b}" not in known]
+    missing = [(h, b) for h, b in height_and_b_over_h_index_pairs if f"{h}-{b}" not in known]
     if missing:
-        found = simulate_outcomes_of_sizes(candidate_motion, d_over_b, missing, threads)
+        found = simulate_outcomes_of_sizes(candidate_motion, d_over_b, missing, thread_count)
         known |= {f"{h}-{b}": one for (h, b), one in zip(missing, found, strict=True)}
         # A cache that cannot be written costs time only.
         with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
@@ -197,11 +209,16 @@ def load_or_simulate_outcomes(
     return known
 
 
-def size_keys_with_stored_outcomes(candidate_motion: CandidateMotion, d_over_b: float, folder: Path) -> set[str]:
+def size_keys_with_stored_outcomes(
+    candidate_motion: CandidateMotion, d_over_b: float, outcome_cache_folder: Path
+) -> set[str]:
     """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.
-    with suppress(Exception), np.load(_stone_outcome_cache_path(candidate_motion, d_over_b, folder)) as stored:
+    with (
+        suppress(Exception),
+        np.load(_stone_outcome_cache_path(candidate_motion, d_over_b, outcome_cache_folder)) as stored,
+    ):
         stored_names = stored.files
     return {*stored_names, *shipped_stone_outcomes_of_motion(candidate_motion, d_over_b)}
 
@@ -213,29 +230,33 @@ def _source_hash_of_stone_outcomes() -> str:
 
 
 def simulate_outcomes_of_sizes(
-    candidate_motion: CandidateMotion, d_over_b: float, size_grid_indices: Sequence[tuple[int, int]], threads: int
+    candidate_motion: CandidateMotion,
+    d_over_b: float,
+    height_and_b_over_h_index_pairs: Sequence[tuple[int, int]],
+    thread_count: int,
 ) -> NDArray[np.int8]:
     """Simulate stones with one D/B at given pairs of height and B/H; return their outcomes.
 
-    `size_grid_indices` are pairs of indices into `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`. Outcomes have shape
-    (nodes, frictions, levels, orientations).
+    `height_and_b_over_h_index_pairs` are pairs of indices into `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`. Outcomes
+    have shape (pairs, frictions, levels of the peak velocity, orientations of the stone).
 
     An outcome is the direction bin of the fall, `STANDING_OUTCOME_INDEX` or `UNKNOWN_OUTCOME_INDEX`.
     """
     axes = (
-        np.arange(len(size_grid_indices)),
+        np.arange(len(height_and_b_over_h_index_pairs)),
         np.array(SIMULATED_FRICTIONS),
         SIMULATED_PGV_M_S / candidate_motion.pgv_m_s,
         face_azimuths_to_simulate_for_d_over_b(d_over_b),
     )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = (
-        grid[np.array(size_grid_indices)[:, at]] for at, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
+        grid[np.array(height_and_b_over_h_index_pairs)[:, at]]
+        for at, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
     )
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(d_over_b, 1.0))
     found = simulate_cases(
-        "rectangle" if d_over_b else "circle", candidate_motion.motion, cases, NumericalOptions(threads=threads)
+        "rectangle" if d_over_b else "circle", candidate_motion.motion, cases, NumericalOptions(threads=thread_count)
     )
     way = np.round(np.nan_to_num(found.fall_azimuth) / DIRECTION_BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BIN_COUNT
     outcome = np.where(

@@ -166,10 +166,10 @@ class SurveyTable:
         """Names of the survey's sites, in order of first appearance; "" for stones without a site."""
         return list(dict.fromkeys(row.site for _, row in self.rows))
 
-    def select_site(self, site: str) -> "SurveyTable":
+    def select_site(self, site_name: str) -> "SurveyTable":
         """Return a table with the rows of one site only."""
         return SurveyTable(
-            self.survey_file_name, tuple((line, row) for line, row in self.rows if row.site == site),
+            self.survey_file_name, tuple((line, row) for line, row in self.rows if row.site == site_name),
             compass_points_are_octants=self.compass_points_are_octants,
             azimuth_recording_step_deg=self.azimuth_recording_step_deg,
         )  # fmt: skip
@@ -178,8 +178,8 @@ class SurveyTable:
         """Return the number of stones in the rows for which `condition` is True."""
         return sum(row.count for _, row in self.rows if condition(row))
 
-    def create_stone_from_row(self, line: int, row: SurveyRow) -> Stone:
-        """Convert a row of the survey to a stone, with directions relative to true north; `line` is its line number.
+    def create_stone_from_row(self, line_number: int, row: SurveyRow) -> Stone:
+        """Convert the row in line `line_number` of the survey to a stone, with directions relative to true north.
 
         Azimuths are turned from magnetic to true north. A stone that stands has no fall direction.
         """
@@ -189,7 +189,7 @@ class SurveyTable:
         return Stone(
             fell=fell, fall_azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
             has_octant_direction=by_octant and fell, has_16_point_direction=wind is not None and not by_octant and fell,
-            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line_number=line,
+            face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line_number=line_number,
             height_m=row.height_m, site=row.site, name=row.stone,
             azimuth_recording_step_deg=self.azimuth_recording_step_deg, stone_count=row.count, b_over_h=row.b_over_h,
             b_over_h_side=row.b_over_h_side, has_round_plan=row.round,
@@ -234,9 +234,9 @@ def read_counted_stones_with_notes(path: Path) -> tuple[list[Stone], list[str], 
     return table.counted_stones, list(table.notes), list(table.warnings)
 
 
-def check_survey_has_counted_stone(table: SurveyTable, path: Path) -> None:
+def check_survey_has_counted_stone(survey_table: SurveyTable, path: Path) -> None:
     """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is the file of the survey."""
-    if not table.counted_stones:
+    if not survey_table.counted_stones:
         raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
 
 
@@ -284,7 +284,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         faults += [(header_line, message) for message in _errors_on_true_north_columns(table, plan.standard_names)]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
-        row, messages = _validate_row(line, plan.standard_names, table, declination_deg, outcome_is_missing=missing)
+        row, messages = _validate_row(line, plan.standard_names, table, declination_deg, lacks_outcome_column=missing)
         faults += [(line.first_line_number, message) for message in messages]
         rows += [(line.first_line_number, row)] if row is not None else []
     winds = {row.fall_direction.compass_point_index for _, row in rows} - {None}
@@ -306,22 +306,22 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     )  # fmt: skip
 
 
-def _missing_outcome_column_message(table: TextTable) -> str:
+def _missing_outcome_column_message(text_table: TextTable) -> str:
     """Return the error message for a survey header in which no column states the outcomes of the stones."""
-    filled = [cell for cell in table.header.cells if cell]
+    filled = [cell for cell in text_table.header.cells if cell]
     spaces = "; columns are separated by spaces: use commas, semicolons or tabs" if "  " in filled[0] else ""
     title = f"; a line above the names of the columns must begin with #: {filled[0]!r}" if len(filled) == 1 else ""
     listed = "" if title or spaces else f"; it has {', '.join(filled[:12])}"
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}{listed}"
 
 
-def _errors_on_true_north_columns(table: TextTable, column_names: list[str]) -> Iterator[str]:
+def _errors_on_true_north_columns(text_table: TextTable, standard_name_of_each_column: list[str]) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
-    at = [place for place, meaning in enumerate(column_names) if meaning == "magnetic_declination_deg"]
-    cells = [row.cells[place] for row in table.rows for place in at if place < len(row.cells)]
+    at = [place for place, meaning in enumerate(standard_name_of_each_column) if meaning == "magnetic_declination_deg"]
+    cells = [row.cells[place] for row in text_table.rows for place in at if place < len(row.cells)]
     if at and all(not cell.strip("+-0.,°º˚") or cell.lower() in UNKNOWN_VALUE_TEXTS for cell in cells):
         return
-    for name, meaning in zip(table.header.cells, column_names, strict=True):
+    for name, meaning in zip(text_table.header.cells, standard_name_of_each_column, strict=True):
         if meaning in AZIMUTH_COLUMNS and column_name_states_true_north(name):
             yield (
                 f"column {name!r} names true north, but a declination is given, which is added to all azimuths; leave "
@@ -330,15 +330,15 @@ def _errors_on_true_north_columns(table: TextTable, column_names: list[str]) -> 
 
 
 def _validate_row(
-    line: NumberedTableRow,
+    numbered_row: NumberedTableRow,
     column_names: list[str],
     table: TextTable,
     declination_deg: float | None,
     *,
-    outcome_is_missing: bool,
+    lacks_outcome_column: bool,
 ) -> tuple[SurveyRow | None, list[str]]:
     """Validate one row of a survey table; return the row (None if invalid) and error messages."""
-    cells = line.cells
+    cells = numbered_row.cells
     # In a table of commas, an empty cell too many may come from a decimal comma: 120,5 reads as 120 and 5.
     while len(cells) > len(column_names) and not cells[-1] and table.cell_separator != ",":
         cells = cells[:-1]
@@ -363,19 +363,19 @@ def _validate_row(
     }
     if declination_deg is not None:
         values["magnetic_declination_deg"] = str(declination_deg)
-    return SurveyRow.validate_cells(values, cell_error_messages, require_outcome=not outcome_is_missing)
+    return SurveyRow.validate_cells(values, cell_error_messages, requires_outcome=not lacks_outcome_column)
 
 
-def _is_label_of_totals_row(standard_column_name: str, cell: str) -> bool:
+def _is_label_of_totals_row(standard_column_name: str, cell_text: str) -> bool:
     """True if a cell in the column of sites or stones marks a row of totals or means, not a stone."""
-    return standard_column_name in ("site", "stone") and cell.strip(" :").lower() in _TOTALS_ROW_LABELS
+    return standard_column_name in ("site", "stone") and cell_text.strip(" :").lower() in _TOTALS_ROW_LABELS
 
 
 def _octant_declination_errors(
-    rows: list[tuple[int, SurveyRow]], *, compass_points_are_octants: bool
+    line_numbers_and_survey_rows: list[tuple[int, SurveyRow]], *, compass_points_are_octants: bool
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""
-    for line, row in rows:
+    for line, row in line_numbers_and_survey_rows:
         by_compass_point = row.fall_direction.compass_point_index is not None
         by_octant = row.octant is not None or (by_compass_point and compass_points_are_octants)
         if by_octant and abs(row.magnetic_declination_deg) > _MAX_DECLINATION_FOR_OCTANTS_DEG:
@@ -387,10 +387,10 @@ def _octant_declination_errors(
             )
 
 
-def _format_row_errors(path: Path, errors_by_line: list[tuple[int, str]]) -> str:
+def _format_row_errors(path: Path, line_numbers_and_error_messages: list[tuple[int, str]]) -> str:
     """Return one message for all errors in the rows of a survey table; lines with equal errors are listed together."""
     lines_of: dict[str, list[int]] = {}
-    for line, message in sorted(errors_by_line, key=lambda one: one[0]):
+    for line, message in sorted(line_numbers_and_error_messages, key=lambda one: one[0]):
         lines_of.setdefault(message, []).append(line)
     if len(lines_of) == 1:
         message, lines = next(iter(lines_of.items()))

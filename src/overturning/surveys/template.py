@@ -41,7 +41,7 @@ def empty_survey_table_text() -> str:
     return f"{comments}{','.join(TEMPLATE_COLUMNS)}\n"
 
 
-def remarks_without_template_text(remarks: Sequence[str]) -> tuple[str, ...]:
+def remarks_without_template_text(survey_comment_lines: Sequence[str]) -> tuple[str, ...]:
     """Return the comment lines that the user wrote into a survey, without those of the template."""
     own = {line.strip("# ,") for line in empty_survey_table_text().splitlines()}
-    return tuple(line for line in remarks if line and line.strip(" ,") not in own)
+    return tuple(line for line in survey_comment_lines if line and line.strip(" ,") not in own)

@@ -27,13 +27,13 @@ COUNTS_OF_CHANGED_CASES = {
 
 def test_interval_of_a_share_is_that_of_wilson() -> None:
     """Wilson (1927), written out: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
-    found, n, z = share_of_changed_cases(5, 50, is_random_sample=True), 50, 1.959964
+    found, n, z = share_of_changed_cases(5, 50, compared_cases_are_random_sample=True), 50, 1.959964
     middle, half = 0.1 + z * z / (2 * n), z * np.sqrt(0.1 * 0.9 / n + z * z / (4 * n * n))
     assert found.low == pytest.approx((middle - half) / (1 + z * z / n), rel=1e-5)
     assert found.high == pytest.approx((middle + half) / (1 + z * z / n), rel=1e-5)
-    every = share_of_changed_cases(5, 50, is_random_sample=False)
+    every = share_of_changed_cases(5, 50, compared_cases_are_random_sample=False)
     assert (every.value, every.low, every.high) == (0.1, None, None), "a count of all cases has no interval"
-    assert share_of_changed_cases(0, 0, is_random_sample=True).value is None
+    assert share_of_changed_cases(0, 0, compared_cases_are_random_sample=True).value is None
 
 
 def test_finer_stiffer_and_rigid_computations_give_shares_of_changed_cases() -> None:

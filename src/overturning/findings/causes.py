@@ -196,7 +196,7 @@ def _fall_probability_if_quantity_doubles(
 
 
 def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | None:
-    """Compute the skill with which published overturning criteria predict the outcomes of the study.
+    """Compute the skill (hit rate minus false-alarm rate) of published overturning criteria for a study's outcomes.
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
@@ -237,17 +237,21 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 
 
 def _insignificant_skill_differences(
-    criterion: str, leads: Mapping[str, Estimate], listed_names: Sequence[str]
+    criterion_with_largest_skill: str,
+    skill_lead_by_other_criterion: Mapping[str, Estimate],
+    criterion_names_in_listed_order: Sequence[str],
 ) -> list[SkillDifference]:
-    """Return those differences in skill between a criterion and all others whose confidence interval includes 0."""
+    """Return the differences in skill between the best criterion and others whose confidence interval includes 0."""
     differences = []
-    for other, lead in leads.items():
+    for other, lead in skill_lead_by_other_criterion.items():
         if lead.excludes_zero:
             continue
-        if listed_names.index(criterion) < listed_names.index(other):
-            first, second, difference = criterion, other, lead
+        if criterion_names_in_listed_order.index(criterion_with_largest_skill) < criterion_names_in_listed_order.index(
+            other
+        ):
+            first, second, difference = criterion_with_largest_skill, other, lead
         else:
-            first, second, difference = other, criterion, negate_estimate(lead)
+            first, second, difference = other, criterion_with_largest_skill, negate_estimate(lead)
         differences.append(
             SkillDifference(first_criterion=first, second_criterion=second, first_minus_second=difference)
         )
@@ -278,13 +282,13 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutc
 
 
 def computed_outcomes_of_published_cases(
-    results: StudyResults, variant: str
+    results: StudyResults, variant_name: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
     """Return, by (height, friction), the computed outcomes of the cases whose outcome is published.
 
     An outcome is True if the block overturns, False if it stands, None if it is unknown.
     """
-    cube, ids = results.cube_of_default_element(variant), [name.id for name in results.record_names]
+    cube, ids = results.cube_of_default_element(variant_name), [name.id for name in results.record_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [
         cube["overturned"]

@@ -45,15 +45,22 @@ class ComparisonWithSecondComputation(FindingBaseClass):
     """Share of `fall_side_changes` among the cases whose ensemble falls to one side only."""
 
 
-def share_of_changed_cases(changed_count: int, compared_count: int, is_random_sample: bool) -> ChangedCases:
-    """Return the share of cases whose outcome changed in a second computation, with an interval for a random sample."""
+def share_of_changed_cases(
+    changed_case_count: int, compared_case_count: int, compared_cases_are_random_sample: bool
+) -> ChangedCases:
+    """Return the share of compared cases whose outcome changed in a second computation.
+
+    It has Wilson's 95 % interval if the compared cases are a random sample.
+    """
     low, high = (
-        map(float, wilson_95_percent_interval(changed_count, compared_count))
-        if is_random_sample and compared_count
+        map(float, wilson_95_percent_interval(changed_case_count, compared_case_count))
+        if compared_cases_are_random_sample and compared_case_count
         else (math.nan, math.nan)
     )
-    share = changed_count / compared_count if compared_count else math.nan
-    return ChangedCases(changed_count=changed_count, compared_count=compared_count, value=share, low=low, high=high)
+    share = changed_case_count / compared_case_count if compared_case_count else math.nan
+    return ChangedCases(
+        changed_count=changed_case_count, compared_count=compared_case_count, value=share, low=low, high=high
+    )
 
 
 def comparisons_with_second_computations(convergence: ConvergenceCheckResult) -> list[ComparisonWithSecondComputation]:
@@ -93,24 +100,31 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
 
 
 def _comparison_of_element_with_second_computation(
-    computation: str, factor: float, element_changes: OutcomeChangesOfElement, is_random_sample: bool
+    second_computation_kind: str,
+    step_count_or_stiffness_factor: float,
+    element_changes: OutcomeChangesOfElement,
+    compared_cases_are_random_sample: bool,
 ) -> ComparisonWithSecondComputation:
     """Return how many outcomes of one scene element change in a second computation, such as with shorter steps."""
     return ComparisonWithSecondComputation(
-        second_computation_kind=computation,
-        step_count_or_stiffness_factor=factor,
+        second_computation_kind=second_computation_kind,
+        step_count_or_stiffness_factor=step_count_or_stiffness_factor,
         element=element_changes.element,
         refusal_reason="",
-        fall_or_stand_changes=share_of_changed_cases(element_changes.flags, element_changes.cases, is_random_sample),
+        fall_or_stand_changes=share_of_changed_cases(
+            element_changes.flags, element_changes.cases, compared_cases_are_random_sample
+        ),
         fall_or_stand_changes_if_ensemble_agrees=share_of_changed_cases(
             element_changes.falls_in_one_only_if_members_agree,
             element_changes.cases_with_agreeing_members,
-            is_random_sample,
+            compared_cases_are_random_sample,
         ),
-        fall_side_changes=share_of_changed_cases(element_changes.sides, element_changes.fallen, is_random_sample),
+        fall_side_changes=share_of_changed_cases(
+            element_changes.sides, element_changes.fallen, compared_cases_are_random_sample
+        ),
         fall_side_changes_if_ensemble_agrees=share_of_changed_cases(
             element_changes.different_sides_if_members_fall_to_one_side,
             element_changes.falls_in_both_if_members_fall_to_one_side,
-            is_random_sample,
+            compared_cases_are_random_sample,
         ),
     )

@@ -177,13 +177,13 @@ def compare_study_with_variants(results: StudyResults) -> list[VariantContrast]:
 
 
 def _compare_study_with_variant(
-    results: StudyResults, variant: str, record_indices: NDArray[np.intp]
+    results: StudyResults, variant_name: str, record_indices: NDArray[np.intp]
 ) -> VariantContrast:
     """Compare the outcomes of the study and of one variant under the records with the given indices."""
-    elements = compared_element_names_of_study_and_variant(results.study, variant)
+    elements = compared_element_names_of_study_and_variant(results.study, variant_name)
     cubes = [
         select_outcomes_of_element(results.cubes_by_variant[name], element).isel(record=record_indices)
-        for name, element in zip((NOMINAL_VARIANT, variant), elements, strict=True)
+        for name, element in zip((NOMINAL_VARIANT, variant_name), elements, strict=True)
     ]
     events = results.record_events[record_indices]
     counts = count_falls_of_two_stones(*cubes)
@@ -197,18 +197,18 @@ def _compare_study_with_variant(
     mean_rates = [estimate_from_mean(mean, FALL_RATE_DESCRIPTION) for mean in means]
     with_rate = results.study.primary.statistic == "fall_rate"
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
-    scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant)]
-    site = variant_settings(results.study, variant).site
+    scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant_name)]
+    site = variant_settings(results.study, variant_name).site
     same_direction = found.same_direction_share_if_both_fall
     b_over_h = results.default_element_cube["b_over_h"].to_numpy()
     return VariantContrast(
-        variant=variant,
-        is_primary_comparison=variant == results.study.primary.against,
+        variant=variant_name,
+        is_primary_comparison=variant_name == results.study.primary.against,
         scene_of_study=scenes[0].name,
         scene_of_variant=scenes[1].name,
         element_of_study=elements[0],
         element_of_variant=elements[1],
-        differing_settings=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant),
+        differing_settings=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant_name),
         soil_thickness_of_variant_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         compared_record_count=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
@@ -248,25 +248,25 @@ def _compare_study_with_variant(
 
 
 def _estimates_of_overturned_shares(
-    events: NDArray[np.str_], study_shares: FloatArray, variant_shares: FloatArray
+    record_events: NDArray[np.str_], study_shares: FloatArray, variant_shares: FloatArray
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Return the mean overturned shares in study and variant, and their mean difference, from shares of each record."""
-    difference = mean_over_earthquakes(study_shares - variant_shares, events)
+    difference = mean_over_earthquakes(study_shares - variant_shares, record_events)
     return (
-        estimate_from_mean(mean_share_over_earthquakes(study_shares, events), SHARE_OVERTURNED_DESCRIPTION),
-        estimate_from_mean(mean_share_over_earthquakes(variant_shares, events), SHARE_OVERTURNED_DESCRIPTION),
+        estimate_from_mean(mean_share_over_earthquakes(study_shares, record_events), SHARE_OVERTURNED_DESCRIPTION),
+        estimate_from_mean(mean_share_over_earthquakes(variant_shares, record_events), SHARE_OVERTURNED_DESCRIPTION),
         estimate_from_mean(difference, f"difference of the {SHARE_OVERTURNED_DESCRIPTION}"),
     )
 
 
 def _overturned_shares_at_each_b_over_h(
-    b_over_h: FloatArray, paired_cubes: tuple[xr.Dataset, xr.Dataset], events: NDArray[np.str_]
+    b_over_h: FloatArray, both_cubes: tuple[xr.Dataset, xr.Dataset], record_events: NDArray[np.str_]
 ) -> list[OverturnedSharesAtBOverH]:
     """Return the overturned shares in study and variant at each B/H, from cubes with the same known outcomes."""
-    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in paired_cubes]
+    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in both_cubes]
     found = []
     for ratio, one, other in zip(b_over_h, *shapes, strict=True):
-        here, there, difference = _estimates_of_overturned_shares(events, one, other)
+        here, there, difference = _estimates_of_overturned_shares(record_events, one, other)
         found.append(OverturnedSharesAtBOverH(
             b_over_h=round(float(ratio), 9), share_overturned_study=here, share_overturned_variant=there,
             study_minus_variant_share=difference,
@@ -304,7 +304,7 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
 
 
 def _fall_outcomes_of_element(
-    variant: str, scene: Scene, fall_counts: ElementFallCounts, scene_has_several_elements: bool
+    variant_name: str, scene: Scene, fall_counts: ElementFallCounts, scene_has_several_elements: bool
 ) -> ElementFallOutcomes:
     """Return number, share and median time of the falls of one scene element in the study or one of its variants.
 
@@ -312,7 +312,7 @@ def _fall_outcomes_of_element(
     """
     falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_before_other_elements
     return ElementFallOutcomes(
-        variant=variant, scene=scene.name,
+        variant=variant_name, scene=scene.name,
         element=fall_counts.element_name if scene_has_several_elements else scene.free_element_names[0],
         cases_with_outcome=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,
         first_fall_count=first_falls,
@@ -362,14 +362,14 @@ MIN_FALL_RATE_FOR_FALL_AXIS = 0.05
 """Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
-def angles_between_fall_axes_deg(soil_rates: xr.Dataset, rock_rates: xr.Dataset) -> FloatArray:
+def angles_between_fall_axes_deg(outcome_rates_on_soil: xr.Dataset, outcome_rates_on_rock: xr.Dataset) -> FloatArray:
     """Return the angles, degrees, between the mean fall axes on soil and on rock, for records with both axes.
 
     Both arguments are results of `population_outcome_rates_by_record` at one amplitude.
     """
-    soil_axis, rock_axis = (one["fall_axis"].to_numpy() for one in (soil_rates, rock_rates))
+    soil_axis, rock_axis = (one["fall_axis"].to_numpy() for one in (outcome_rates_on_soil, outcome_rates_on_rock))
     apart = np.abs(wrap_axis_difference_to_90_deg(soil_axis - rock_axis))
-    for found in (soil_rates, rock_rates):
+    for found in (outcome_rates_on_soil, outcome_rates_on_rock):
         clear = (found["fall_rate"] >= MIN_FALL_RATE_FOR_FALL_AXIS) & (
             found["fall_resultant"] >= MIN_RESULTANT_WITH_MEAN_DIRECTION
         )
@@ -387,7 +387,7 @@ def soil_analyses_with_strain_beyond_curves(results: StudyResults) -> list[str]:
     return _soil_analyses_with_note(results, STRAIN_BEYOND_CURVE_PHRASE)
 
 
-def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
+def _soil_analyses_with_note(results: StudyResults, note_text: str) -> list[str]:
     """Return variant, record and components of each soil-response analysis whose processing steps contain a note."""
     found = []
     for variant in results.study.variants:
@@ -395,6 +395,6 @@ def _soil_analyses_with_note(results: StudyResults, note: str) -> list[str]:
             continue
         for record, account in record_sources_and_processing_by_id(results.cubes_by_variant[variant]).items():
             text = (account["steps"] or [{}])[-1].get("chosen", "")
-            parts = [part for part in text.split("; ") if note in part]
+            parts = [part for part in text.split("; ") if note_text in part]
             found += [f"{variant}, {record}: {'; '.join(parts)}"] if parts else []
     return found

@@ -171,15 +171,15 @@ class PlanarModelAgreement(FindingBaseClass):
 
 
 def _alignment_finding_of_block_selection(
-    rule_alignment: FaultNormalAlignmentOfSelectedBlocks, direction_noun: str, is_study_rule: bool
+    rule_alignment: FaultNormalAlignmentOfSelectedBlocks, simulated_direction_noun: str, study_uses_rule: bool
 ) -> BlockSelectionAlignment:
-    """Return the mean alignment of falls with the reference direction, over the blocks that one rule selects.
+    """Return the mean cos 2Δ of the falls, Δ from the fault normal, over the blocks that one rule selects.
 
-    `direction_noun`, such as "plane", completes the name of the rule.
+    `simulated_direction_noun`, such as "plane", completes the name of the rule.
     """
     return BlockSelectionAlignment(
-        rule=rule_alignment.rule.description_template.format(direction_noun),
-        is_study_rule=is_study_rule,
+        rule=rule_alignment.rule.description_template.format(simulated_direction_noun),
+        is_study_rule=study_uses_rule,
         records_with_counted_falls=rule_alignment.records_with_falls_and_fault_normal,
         mean_cos_2_angle_to_fault_normal=estimate_from_mean(
             rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION
@@ -225,7 +225,7 @@ def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfP
 
 
 def fall_direction_findings(results: StudyResults) -> FallDirection:
-    """Compute the axis of falls relative to the fault normal, and their alignment, by group of records."""
+    """Compute the axis of falls relative to the fault normal, and their mean cos 2Δ from it, by group of records."""
     cube, groups = results.default_element_cube, []
     lengths, own = (
         results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
@@ -298,9 +298,11 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
 
 
 def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupReferenceAlignment]:
-    """Compute the alignment of falls with reference directions, for each group of records.
+    """Compute the alignment of falls with reference directions of the motion, for each group of records.
 
-    Empty for planar models, and without falls.
+    A reference is the fault normal or an azimuth such as that of the peak velocity. The alignment is the mean of
+    cos Δ (direction) or cos 2Δ (axis), Δ the angle from the reference to a fall, over earthquakes. Empty for planar
+    models, and without falls.
     """
     if results.model.is_planar or not results.share_overturned > 0:
         return []

@@ -33,7 +33,7 @@ class ElementDisplacementFindings(FindingBaseClass):
 
 
 def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDisplacementFindings]:
-    """Summarise final slip and rotation of each element that stands, for the study and each variant.
+    """Summarise final slip and absolute twist of each element over the cases in which it stands, by variant.
 
     Empty for planar models and for studies of a single body, whose rotation is in the finding `final_twist`.
     """

@@ -57,7 +57,10 @@ class EnsembleFindings(FindingBaseClass):
     """Estimated share of the repeated cells in which most runs of the first batch fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
     base_relief: BaseReliefFindings | None = None
-    """Part of the relief under the base of a scanned stone; None unless the relief varies."""
+    """Share of the variance of outcomes that the relief of a scanned base explains; None unless the relief varies.
+
+    The relief is the height above the lowest point of the base up to which its points bear load.
+    """
 
 
 class FinerStepChangesUnderRecord(FindingBaseClass):
@@ -130,13 +133,16 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
 
 
 def _records_with_unusually_many_outcome_changes(
-    by_record: list[FinerStepChangesOfRecord],
+    step_changes_of_each_record: list[FinerStepChangesOfRecord],
 ) -> list[FinerStepChangesUnderRecord]:
     """Return the records under which significantly more outcomes change with finer steps than over all records."""
-    changed, cases = sum(one.changed_cases for one in by_record), sum(one.cases for one in by_record)
+    changed, cases = (
+        sum(one.changed_cases for one in step_changes_of_each_record),
+        sum(one.cases for one in step_changes_of_each_record),
+    )
     found = []
-    for one in by_record:
-        changes = share_of_changed_cases(one.changed_cases, one.cases, is_random_sample=True)
+    for one in step_changes_of_each_record:
+        changes = share_of_changed_cases(one.changed_cases, one.cases, compared_cases_are_random_sample=True)
         if one.cases >= MIN_COMPARED_CASES_PER_RECORD and (changes.low or 0.0) * cases > changed:
             found.append(FinerStepChangesUnderRecord(record=one.record, changes=changes))
     return sorted(found, key=lambda one: -(one.changes.value or 0.0))
@@ -172,9 +178,13 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     )
     sums = found.drop_vars(("fewest", "most")).sum()
 
-    def ratio_of_sums_over_records(part_name: str, whole_name: str) -> float:
+    def ratio_of_sums_over_records(numerator_count_name: str, denominator_count_name: str) -> float:
         """Return the ratio of two counts, each summed over all records."""
-        return float(sums[part_name]) / float(sums[whole_name]) if float(sums[whole_name]) else float("nan")
+        return (
+            float(sums[numerator_count_name]) / float(sums[denominator_count_name])
+            if float(sums[denominator_count_name])
+            else float("nan")
+        )
 
     return EnsembleFindings(
         share_of_cells_repeated=ratio_of_sums_over_records("run", "cells"),

@@ -22,15 +22,16 @@ _JSON_ONLY_FIELDS: Final = frozenset(
 """Fields that are written to JSON but not printed as lines."""
 
 
-def finding_text_lines(finding: BaseModel, field_path: str = "") -> Iterator[str]:
+def finding_text_lines(finding: BaseModel, text_before_field: str = "") -> Iterator[str]:
     """Yield a line "field, subfield: value" for each value in a (nested) part of the report's numbers.
 
-    `field_path` is the text before the first field.
+    `text_before_field` is the text before the first field.
     """
     for name in type(finding).model_fields:
         if name not in _JSON_ONLY_FIELDS:
             yield from _text_lines_of_field_value(
-                getattr(finding, name), f"{field_path}, {_field_label(name)}" if field_path else _field_label(name)
+                getattr(finding, name),
+                f"{text_before_field}, {_field_label(name)}" if text_before_field else _field_label(name),
             )
 
 
@@ -39,34 +40,34 @@ def _field_label(field_name: str) -> str:
     return field_name.replace("_", " ")
 
 
-def _text_lines_of_field_value(field_value: Any, field_path: str) -> Iterator[str]:
-    """Yield a line for each number in the value of a field; each line begins with `field_path`.
+def _text_lines_of_field_value(field_value: Any, field_label_with_parents: str) -> Iterator[str]:
+    """Yield a line for each number in the value of a field; each line begins with `field_label_with_parents`.
 
     The value may be a model, dict or list.
     """
     if isinstance(field_value, Estimate):
-        yield f"{field_path}: {_format_estimate(field_value)}"
+        yield f"{field_label_with_parents}: {_format_estimate(field_value)}"
     elif isinstance(field_value, BaseModel):
-        yield from finding_text_lines(field_value, field_path)
+        yield from finding_text_lines(field_value, field_label_with_parents)
     elif isinstance(field_value, dict):
         for key, one in field_value.items():
-            yield from _text_lines_of_field_value(one, f"{field_path}, {key}")
+            yield from _text_lines_of_field_value(one, f"{field_label_with_parents}, {key}")
     elif isinstance(field_value, list | tuple) and field_value and isinstance(field_value[0], BaseModel):
         for label, one in zip(_distinct_entry_labels(field_value), field_value, strict=True):
-            yield from _text_lines_of_field_value(one, f"{field_path}, {label}")
+            yield from _text_lines_of_field_value(one, f"{field_label_with_parents}, {label}")
     elif field_value is not None and field_value not in ("", [], ()):
-        yield f"{field_path}: {_format_value(field_value)}"
+        yield f"{field_label_with_parents}: {_format_value(field_value)}"
 
 
-def _distinct_entry_labels(entries: Sequence[BaseModel]) -> list[str]:
+def _distinct_entry_labels(list_entries: Sequence[BaseModel]) -> list[str]:
     """Return a label for each list entry: its first name field that differs between all entries, or all fields.
 
     Entries with the same names in all name fields are numbered.
     """
-    columns = [[getattr(one, name, None) for one in entries] for name in _ENTRY_LABEL_FIELDS]
+    columns = [[getattr(one, name, None) for one in list_entries] for name in _ENTRY_LABEL_FIELDS]
     texts = [["" if value is None else _format_value(value) for value in column] for column in columns]
     known = [column for column in texts if any(column)]
-    together = [", ".join(filter(None, row)) for row in zip(*known, strict=True)] or [""] * len(entries)
+    together = [", ".join(filter(None, row)) for row in zip(*known, strict=True)] or [""] * len(list_entries)
     numbered = [f"{text} {place}".strip() for place, text in enumerate(together, 1)]
     distinct = (column for column in [*known, together] if all(column) and len(set(column)) == len(column))
     return next(distinct, numbered)

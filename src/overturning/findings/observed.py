@@ -96,61 +96,65 @@ class ObservedSurveyFindings(FindingBaseClass):
     """Sites that list fallen stones only, while other sites list standing ones."""
 
 
-def observed_survey_findings(summary: SurveySummary) -> ObservedSurveyFindings:
+def observed_survey_findings(survey_summary: SurveySummary) -> ObservedSurveyFindings:
     """Return the report's numbers on a survey by itself: outcomes and fall directions, together and by site."""
-    declinations = summary.distinct_magnetic_declinations_deg or (None,)
+    declinations = survey_summary.distinct_magnetic_declinations_deg or (None,)
     return ObservedSurveyFindings(
-        survey_file_name=summary.survey_file_name,
-        doubts=list(summary.warnings),
+        survey_file_name=survey_summary.survey_file_name,
+        doubts=list(survey_summary.warnings),
         smallest_magnetic_declination_deg=declinations[0],
         largest_magnetic_declination_deg=declinations[-1],
-        all_sites=_observed_falls_finding(summary.falls_at_all_sites),
-        sites=[_observed_falls_finding(site) for site in summary.falls_by_site],
+        all_sites=_observed_falls_finding(survey_summary.falls_at_all_sites),
+        sites=[_observed_falls_finding(site) for site in survey_summary.falls_by_site],
         sites_with_fallen_stones_only=[
             one.site
-            for one in summary.falls_by_site
-            if one.fell and not one.stands and summary.falls_at_all_sites.stands
+            for one in survey_summary.falls_by_site
+            if one.fell and not one.stands and survey_summary.falls_at_all_sites.stands
         ],
     )
 
 
-def observed_share(matching_count: int, stone_count: int) -> ObservedStoneShare:
-    """Return the share `matching_count`/`stone_count` of stones with its exact binomial interval; None for 0/0."""
-    low, high = exact_share_interval(matching_count, stone_count)
-    return ObservedStoneShare(value=matching_count / stone_count if stone_count else None, low=low, high=high)
+def observed_share(matching_stone_count: int, stone_count: int) -> ObservedStoneShare:
+    """Return `matching_stone_count`/`stone_count`, a share of stones, with its exact 95 % interval; None for 0/0."""
+    low, high = exact_share_interval(matching_stone_count, stone_count)
+    return ObservedStoneShare(value=matching_stone_count / stone_count if stone_count else None, low=low, high=high)
 
 
-def _observed_falls_finding(observed: ObservedOutcomesAndFallDirections) -> ObservedFallsFinding:
+def _observed_falls_finding(observed_falls: ObservedOutcomesAndFallDirections) -> ObservedFallsFinding:
     """Return the report's numbers on one survey site: stones by outcome, and directions of the falls."""
-    counted, not_counted = observed.fell + observed.stands, sum(observed.uncounted_stones_by_reason.values())
+    counted, not_counted = (
+        observed_falls.fell + observed_falls.stands,
+        sum(observed_falls.uncounted_stones_by_reason.values()),
+    )
 
     return ObservedFallsFinding(
-        site=observed.site,
+        site=observed_falls.site,
         stones=counted + not_counted,
-        fell=observed.fell,
-        stands=observed.stands,
-        standing_shifted_or_twisted=observed.standing_shifted_or_twisted,
+        fell=observed_falls.fell,
+        stands=observed_falls.stands,
+        standing_shifted_or_twisted=observed_falls.standing_shifted_or_twisted,
         not_counted=not_counted,
-        not_counted_by_reason=observed.uncounted_stones_by_reason,
-        fell_in_unknown_direction=observed.fell_in_unknown_direction,
+        not_counted_by_reason=observed_falls.uncounted_stones_by_reason,
+        fell_in_unknown_direction=observed_falls.fell_in_unknown_direction,
         fell_share_of_counted=observed_share(
-            observed.fallen_count_at_sites_with_standing_stones, observed.stone_count_at_sites_with_standing_stones
+            observed_falls.fallen_count_at_sites_with_standing_stones,
+            observed_falls.stone_count_at_sites_with_standing_stones,
         )
-        if observed.stone_count_at_sites_with_standing_stones
+        if observed_falls.stone_count_at_sites_with_standing_stones
         else None,
         stands_share_of_counted=(
             observed_share(
-                observed.stone_count_at_sites_with_standing_stones
-                - observed.fallen_count_at_sites_with_standing_stones,
-                observed.stone_count_at_sites_with_standing_stones,
+                observed_falls.stone_count_at_sites_with_standing_stones
+                - observed_falls.fallen_count_at_sites_with_standing_stones,
+                observed_falls.stone_count_at_sites_with_standing_stones,
             )
-            if observed.stone_count_at_sites_with_standing_stones
+            if observed_falls.stone_count_at_sites_with_standing_stones
             else None
         ),
         not_counted_share=observed_share(not_counted, counted + not_counted),
-        direction=_finding_from_mean_fall_direction(observed.mean_fall_direction),
-        axis=_finding_from_mean_fall_direction(observed.mean_fall_axis),
-        falls_by_sector=observed.falls_by_sector.tolist(),
+        direction=_finding_from_mean_fall_direction(observed_falls.mean_fall_direction),
+        axis=_finding_from_mean_fall_direction(observed_falls.mean_fall_axis),
+        falls_by_sector=observed_falls.falls_by_sector.tolist(),
     )
 
 

@@ -75,31 +75,38 @@ class RecordNotes(FindingBaseClass):
     """Records with each kind of doubt about the data; kinds without a record are left out."""
 
 
-def processing_finding_of_record(provenance: Mapping[str, Any]) -> RecordProcessing:
+def processing_finding_of_record(record_source_and_processing: Mapping[str, Any]) -> RecordProcessing:
     """Return the report's entry on the source and processing of one record.
 
     Parameters
     ----------
-    provenance : mapping
+    record_source_and_processing : mapping
         Return value of `overturning.records.record.source_and_processing_of_record`.
     """
-    data, _, agency = str(provenance["data"]).partition(" by ")
-    peaks = {name: dict(zip(("before", "after"), pair, strict=True)) for name, pair in provenance["peaks"].items()}
-    notes, trusted, drift = list(provenance.get("notes", ())), list(provenance["trusted"]), provenance["drift"]
+    data, _, agency = str(record_source_and_processing["data"]).partition(" by ")
+    peaks = {
+        name: dict(zip(("before", "after"), pair, strict=True))
+        for name, pair in record_source_and_processing["peaks"].items()
+    }
+    notes, trusted, drift = (
+        list(record_source_and_processing.get("notes", ())),
+        list(record_source_and_processing["trusted"]),
+        record_source_and_processing["drift"],
+    )
     return RecordProcessing(
         data_processing_state=data,
         processing_agency=agency,
-        agency_processing=provenance["agency"],
-        steps=[processing_entry_text(step) for step in provenance["steps"]],
-        first_sample_time=provenance["start"],
-        duration_s=provenance["duration_s"],
+        agency_processing=record_source_and_processing["agency"],
+        steps=[processing_entry_text(step) for step in record_source_and_processing["steps"]],
+        first_sample_time=record_source_and_processing["start"],
+        duration_s=record_source_and_processing["duration_s"],
         pga_before_m_s2=peaks["pga"]["before"],
         pga_after_m_s2=peaks["pga"]["after"],
         pgv_before_m_s=peaks["pgv"]["before"],
         pgv_after_m_s=peaks["pgv"]["after"],
         pgd_before_m=peaks["pgd"]["before"],
         pgd_after_m=peaks["pgd"]["after"],
-        user_declared_properties=list(provenance["declared"]),
+        user_declared_properties=list(record_source_and_processing["declared"]),
         contradictions_trusted_by_user=trusted,
         notes=notes,
         drift_evidence=drift,
@@ -119,9 +126,9 @@ def processing_by_record(results: StudyResults) -> dict[str, RecordProcessing]:
     }
 
 
-def summarise_record_notes_and_doubts(processing_by_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
+def summarise_record_notes_and_doubts(processing_by_record_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
     """Count the records with notes on their data, and list the records with each kind of doubt."""
-    known = {name: one for name, one in processing_by_id.items() if one is not None}
+    known = {name: one for name, one in processing_by_record_id.items() if one is not None}
     named = {
         kind: [name for name, one in known.items() if kind in one.doubts]
         for kind in (*NOTE_PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)

@@ -1,4 +1,7 @@
-"""Share of the variance within ensembles that the relief (unevenness) under the base of a scanned stone explains."""
+"""Share of the variance within ensembles that the relief of the base of a scanned stone explains.
+
+The relief is the height above the lowest point of the base up to which its points bear load.
+"""
 
 import numpy as np
 import xarray as xr
@@ -13,7 +16,10 @@ _LOW, _HIGH = (variable.name for variable in RELIEF_ENSEMBLE_VARIABLES)
 
 
 class BaseReliefFindings(FindingBaseClass):
-    """Falls of a scanned stone in ensemble runs with a low and with a high relief (unevenness) under its base."""
+    """Falls of a scanned stone in ensemble runs with a low and with a high relief of its base.
+
+    The relief is the height above the lowest point of the base up to which its points bear load.
+    """
 
     midrange_base_relief_mm: OptionalNumber
     """Relief that divides the runs of a case into two halves, mm."""
@@ -22,13 +28,14 @@ class BaseReliefFindings(FindingBaseClass):
     share_of_high_relief_runs_falling: OptionalNumber
     """Share of the runs with a higher relief that fall, over the cases that were run again."""
     variance_share_explained_by_base_relief: OptionalNumber
-    """Share of the variance of the outcome (fall or stand) within ensembles between both halves of the reliefs."""
+    """Share of the variance of the outcome (1 fall, 0 stand) within ensembles that lies between both halves of runs."""
 
 
 def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFindings | None:
-    """Compute the share of an ensemble's variance of falls that is due to the relief under a stone's base.
+    """Compute the share of the variance of falls within ensembles that is due to the relief of a scanned stone's base.
 
-    The relief is the unevenness of the base; None unless it varies between the runs.
+    The relief is the height above the lowest point of the base up to which its points bear load. None unless it varies
+    between the runs of an ensemble.
     """
     relief = results.study.ensemble.relief
     if relief is None or _LOW not in results.default_element_cube:
@@ -48,7 +55,11 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFinding
 
 
 def _fall_share_and_variance_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
-    """Return, by record, sums over cases with ensemble runs: fall shares and variances for low and high relief."""
+    """Return, by record, sums over cases with ensemble runs: number, fall shares and variances of the outcome.
+
+    The fall shares ``low`` and ``high`` are of the runs with the lower and with the higher half of the reliefs; the
+    variances are ``between`` these halves and ``total``.
+    """
     low, high, members = (cube[name].astype("float64") for name in (_LOW, _HIGH, "members"))
     over = [name for name in low.dims if name != "record"]
     between, total = estimate_variance_between_run_halves_and_total(low.to_numpy(), high.to_numpy(), members.to_numpy())
@@ -64,7 +75,9 @@ def _fall_share_and_variance_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
 
 
 def estimate_variance_between_run_halves_and_total(
-    low_share: FloatArray, high_share: FloatArray, member_count: FloatArray
+    low_relief_half_fall_share_by_case: FloatArray,
+    high_relief_half_fall_share_by_case: FloatArray,
+    run_count_of_both_halves_by_case: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Estimate the variance of an outcome (0 or 1) between two equally large halves of the runs, and in total.
 
@@ -73,13 +86,14 @@ def estimate_variance_between_run_halves_and_total(
 
     Parameters
     ----------
-    low_share, high_share : ndarray
-        Share of falls in each half; NaN where a cell has no runs.
-    member_count : ndarray
-        Runs of both halves.
+    low_relief_half_fall_share_by_case, high_relief_half_fall_share_by_case : ndarray
+        Share of the runs that fall in each half; NaN where a case has no runs.
+    run_count_of_both_halves_by_case : ndarray
+        Number of runs of both halves together.
     """
-    half = np.maximum(0.5 * member_count, 2.0)
-    noise = (low_share * (1.0 - low_share) + high_share * (1.0 - high_share)) / (half - 1.0)
-    between = 0.25 * ((high_share - low_share) ** 2 - noise)
-    within = 0.5 * half / (half - 1.0) * (low_share * (1.0 - low_share) + high_share * (1.0 - high_share))
+    half = np.maximum(0.5 * run_count_of_both_halves_by_case, 2.0)
+    low, high = low_relief_half_fall_share_by_case, high_relief_half_fall_share_by_case
+    noise = (low * (1.0 - low) + high * (1.0 - high)) / (half - 1.0)
+    between = 0.25 * ((high - low) ** 2 - noise)
+    within = 0.5 * half / (half - 1.0) * (low * (1.0 - low) + high * (1.0 - high))
     return between, between + within

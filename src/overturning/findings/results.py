@@ -184,8 +184,8 @@ class StudyResults:
     def mean_fall_directions_by_record(self) -> xr.Dataset:
         """Mean direction and mean axis of the falls under each record, with their mean resultant lengths.
 
-        Only informative blocks count. All are missing if the planes of the study impose the axis, or the unknown
-        outcomes of the record (``is_imposed``).
+        Only blocks of `mask_of_blocks_for_direction_statistics` count. All are missing if the simulated planes of the
+        study allow one axis only, or if the axis may reflect only where outcomes are unknown (``is_imposed``).
         """
         return earthquakes.mean_fall_directions_by_record(self.default_element_cube)
 
@@ -280,9 +280,9 @@ class StudyResults:
             and not self.every_2d_case_overturns
         )
 
-    def cube_of_default_element(self, variant: str) -> xr.Dataset:
+    def cube_of_default_element(self, variant_name: str) -> xr.Dataset:
         """Return a variant's results cube for the scene element whose outcomes are shown by default."""
-        return _select_default_element(self.study, variant, self.cubes_by_variant[variant])
+        return _select_default_element(self.study, variant_name, self.cubes_by_variant[variant_name])
 
 
 STUDY_KEYS_NOT_AFFECTING_CUBE = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
@@ -307,12 +307,12 @@ def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
     return f"{path} {why}: the findings are without {', '.join(lacking)}; run the study again"
 
 
-def _select_default_element(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
+def _select_default_element(study: Study, variant_name: str, cube: xr.Dataset) -> xr.Dataset:
     """Select from a variant's results cube the scene element whose outcomes are shown by default."""
-    return select_outcomes_of_element(cube, variant_scene(study, variant).name_of_element_shown_by_default)
+    return select_outcomes_of_element(cube, variant_scene(study, variant_name).name_of_element_shown_by_default)
 
 
-def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_path: Path) -> None:
+def _check_cube_is_whole_study(cube: xr.Dataset, intensity_measures_by_record: xr.Dataset, cube_path: Path) -> None:
     """Raise a ResultError if a cube is of a variant, or only a part of the cube of its study.
 
     All records of the intensity measures must be in the cube, since both are combined by position.
@@ -322,28 +322,30 @@ def _check_cube_is_whole_study(cube: xr.Dataset, intensity: xr.Dataset, cube_pat
             f"{cube_path}: results of the variant {variant!r}; name the cube of the study, cube.nc, whose findings "
             "compare the study with its variants"
         )
-    records = [one["record_id"].to_numpy().astype(str).tolist() for one in (cube, intensity)]
+    records = [one["record_id"].to_numpy().astype(str).tolist() for one in (cube, intensity_measures_by_record)]
     if records[0] != records[1] or not cube_covers_study_grid(cube, study_of_cube(cube)):
         raise ResultError(f"{cube_path}: a part of its study's cube; name the cube that the run made")
 
 
 @contextmanager
-def open_study_results(results_path: Path, study_override: Study | None = None) -> Iterator[StudyResults]:
+def open_study_results(
+    folder_or_cube_path: Path, study_with_question_and_surveys: Study | None = None
+) -> Iterator[StudyResults]:
     """Open the results cubes, intensity measures, surveys and convergence check in the folder of a study.
 
-    `results_path` is the folder, or the cube of the study in it. A `ResultError` is raised if a file is missing, or if
-    the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its attribute
-    ``content_sha256`` is the hash of the outcomes as they are.
+    `folder_or_cube_path` is the folder, or the cube of the study in it. A `ResultError` is raised if a file is missing,
+    or if the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its
+    attribute ``content_sha256`` is the hash of the outcomes as they are.
 
-    The keys `STUDY_KEYS_NOT_AFFECTING_CUBE` and the surveys are those of `study_override`; if it is None, those of
-    the `find_study_for_figure_settings` of the cube.
+    The keys `STUDY_KEYS_NOT_AFFECTING_CUBE` and the surveys are those of `study_with_question_and_surveys`; if it is
+    None, those of the `find_study_for_figure_settings` of the cube.
     """
-    cube_path = results_path / "cube.nc" if os.path.isdir(results_path) else results_path
+    cube_path = folder_or_cube_path / "cube.nc" if os.path.isdir(folder_or_cube_path) else folder_or_cube_path
     folder, changed = cube_path.parent, list[str]()
 
-    def open_variant_cube(name: str) -> xr.Dataset:
+    def open_variant_cube(variant_name: str) -> xr.Dataset:
         """Open the results cube of the study or of a variant; note if its outcomes were changed after the run."""
-        path = cube_path if name == NOMINAL_VARIANT else folder / f"cube.{name}.nc"
+        path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
         outcome_hash = hash_of_outcomes_in_cube(path)
         cube = open_cube_for_reading_by_record(path, element=None, amplitude=None)
         stack.callback(cube.close)
@@ -364,7 +366,7 @@ def open_study_results(results_path: Path, study_override: Study | None = None) 
         intensity = stack.enter_context(xr.open_dataset(measures))
         _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        presented = find_study_for_figure_settings(nominal, study_override) or study
+        presented = find_study_for_figure_settings(nominal, study_with_question_and_surveys) or study
         named = (
             one.model_copy(update={"stones": file_name_if_absolute_else_path(one.stones)}) for one in presented.surveys
         )

@@ -139,9 +139,11 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
     return list(doubts.values())
 
 
-def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_rate_bound: float) -> StoneClassSurvival:
+def _survival_of_class(
+    survival: SurvivalByStoneClass, stone_class_index: int, max_fall_rate_per_year: float
+) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
-    curve, hazard, one = survival.curves_with_standing_probabilities[class_index]
+    curve, hazard, one = survival.curves_with_standing_probabilities[stone_class_index]
     weaker = annual_fall_rate_below_lowest_hazard_level(curve, hazard)
     counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate_per_stone
     return StoneClassSurvival(
@@ -154,7 +156,7 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
         surviving_share_with_constant_deviations=one.standing_share_with_constant_stone_deviations,
         share_of_falls_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
         hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(
-            curve, hazard, survival.exposure_time_years, fall_rate_bound
+            curve, hazard, survival.exposure_time_years, max_fall_rate_per_year
         ),
         share_of_stones_falling_at_lowest_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
         lowest_hazard_level=float(hazard.intensity_levels[0]),
@@ -164,17 +166,19 @@ def _survival_of_class(survival: SurvivalByStoneClass, class_index: int, fall_ra
 
 
 def _survey_standing_counts_and_rate_bound(
-    standing_count: int, fallen_count: int, fall_rate_bound: float
+    standing_stone_count: int, fallen_stone_count: int, max_fall_rate_per_year: float
 ) -> SurveyStandingCountsAndRateBound:
     """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
-    low, high = exact_share_interval(standing_count, standing_count + fallen_count)
+    low, high = exact_share_interval(standing_stone_count, standing_stone_count + fallen_stone_count)
     return SurveyStandingCountsAndRateBound(
-        stood=standing_count,
-        fell=fallen_count,
-        total=standing_count + fallen_count,
-        fall_rate_upper_bound_per_year=fall_rate_bound,
+        stood=standing_stone_count,
+        fell=fallen_stone_count,
+        total=standing_stone_count + fallen_stone_count,
+        fall_rate_upper_bound_per_year=max_fall_rate_per_year,
         confidence_of_fall_rate_bound=FALL_RATE_BOUND_PROBABILITY,
-        standing_share=standing_count / (standing_count + fallen_count) if standing_count + fallen_count else math.nan,
+        standing_share=standing_stone_count / (standing_stone_count + fallen_stone_count)
+        if standing_stone_count + fallen_stone_count
+        else math.nan,
         standing_share_low=low,
         standing_share_high=high,
     )

@@ -19,7 +19,7 @@ from overturning.units import CM, STANDARD_GRAVITY
 
 
 class ScannedStoneFacts(FindingBaseClass):
-    """Volume, pose and relief of a stone that a study simulates from a scan."""
+    """Volume, tilt and height of the load-bearing base points of a stone that a study simulates from a scan."""
 
     volume_m3: float
     """Volume of the stone, m³."""
@@ -184,7 +184,10 @@ def study_facts(results: StudyResults) -> StudyFacts:
 
 
 def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
-    """Return volume, tilt and relief (unevenness of the base) of a study's scanned stone; None if it has none."""
+    """Return volume, tilt and relief of a study's scanned stone; None if it has none.
+
+    The relief is the height above the lowest point of the base up to which its points bear load.
+    """
     body = study.body
     if body is None or body.scan is None or body.relief is None:
         return None
@@ -196,7 +199,11 @@ def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
 
 
 def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
-    """Count the cases of a study, and those without an outcome; compute the shares that overturn."""
+    """Count the cases of a study, and those without an outcome; compute the shares that overturn.
+
+    The shares are of all cases with a known outcome, and (2-D) of those at azimuths within and beyond 45° of the fault
+    normal.
+    """
     within, beyond = overturned_shares_near_and_off_fault_normal(results.default_element_cube)
     scaled = None if results.other_amplitudes_cube is None else results.other_amplitudes_cube["overturned"]
     return CaseCounts(
@@ -270,7 +277,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
 
 
 def numerical_quality(results: StudyResults) -> NumericalQuality:
-    """Return the energy error and contact penetration of the cases, content hash and software versions."""
+    """Return energy error (share of the input) and penetration (m) of the cases, cube hash and software versions."""
     cube = results.default_element_cube
     simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))

@@ -140,21 +140,21 @@ def all_survey_displacement_findings(results: StudyResults) -> list[SurveyDispla
     return [survey_displacement_findings(one) for one in results.survey_displacement_comparisons]
 
 
-def survey_displacement_findings(stored: StoredDisplacementComparison) -> SurveyDisplacementFindings:
+def survey_displacement_findings(stored_comparison: StoredDisplacementComparison) -> SurveyDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones of a survey."""
     return SurveyDisplacementFindings(
-        survey_file_name=stored.survey_file_name,
-        sha256=stored.sha256,
-        record=stored.record,
-        survey_file_warnings=list(stored.survey_warnings),
-        survey_file_comments=list(stored.survey_file_comments),
-        all_sites=_site_displacement_findings("", stored.all_sites_comparison),
-        sites=[_site_displacement_findings(site, one) for site, one in stored.comparisons_by_site],
-        cemetery_soil_findings=cemetery_ground_findings(stored.soil_by_site),
+        survey_file_name=stored_comparison.survey_file_name,
+        sha256=stored_comparison.sha256,
+        record=stored_comparison.record,
+        survey_file_warnings=list(stored_comparison.survey_warnings),
+        survey_file_comments=list(stored_comparison.survey_file_comments),
+        all_sites=_site_displacement_findings("", stored_comparison.all_sites_comparison),
+        sites=[_site_displacement_findings(site, one) for site, one in stored_comparison.comparisons_by_site],
+        cemetery_soil_findings=cemetery_ground_findings(stored_comparison.soil_by_site),
     )
 
 
-def _site_displacement_findings(site: str, comparison: DisplacementComparison) -> SiteDisplacementFindings:
+def _site_displacement_findings(site_name: str, comparison: DisplacementComparison) -> SiteDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones at one site."""
     measures = []
     for one in comparison.compared_statistics:
@@ -175,7 +175,7 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
             )
         )
     return SiteDisplacementFindings(
-        site=site,
+        site=site_name,
         fell=comparison.fell,
         stood=comparison.stood,
         matching_computed_cases=comparison.similar_computed_case_count,
@@ -190,29 +190,29 @@ def _site_displacement_findings(site: str, comparison: DisplacementComparison) -
 
 
 def _fall_direction_findings_in_3d(
-    comparison: DisplacementComparison, directions: FallDirectionComparisonIn3D
+    comparison: DisplacementComparison, fall_direction_comparison: FallDirectionComparisonIn3D
 ) -> FallDirectionFindingsIn3D:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
-    has_mean = directions.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+    has_mean = fall_direction_comparison.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     observed, predicted = (
-        directions.observed_count_by_octant.round(2).tolist(),
-        directions.predicted_count_by_octant.tolist(),
+        fall_direction_comparison.observed_count_by_octant.round(2).tolist(),
+        fall_direction_comparison.predicted_count_by_octant.tolist(),
     )
     return FallDirectionFindingsIn3D(
-        falls_in_known_direction=directions.fallen_in_known_direction,
-        observed_mean_direction_deg=directions.observed_mean_direction_deg,
-        observed_fall_direction_resultant=directions.observed_resultant_length,
-        predicted_mean_direction_deg=directions.predicted_mean_direction_deg if has_mean else math.nan,
-        predicted_fall_direction_resultant=directions.predicted_resultant_length,
+        falls_in_known_direction=fall_direction_comparison.fallen_in_known_direction,
+        observed_mean_direction_deg=fall_direction_comparison.observed_mean_direction_deg,
+        observed_fall_direction_resultant=fall_direction_comparison.observed_resultant_length,
+        predicted_mean_direction_deg=fall_direction_comparison.predicted_mean_direction_deg if has_mean else math.nan,
+        predicted_fall_direction_resultant=fall_direction_comparison.predicted_resultant_length,
         observed_falls_by_octant=dict(zip(OCTANTS, observed, strict=True)),
         predicted_falls_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
-        log_likelihood_ratio=directions.log_likelihood_ratio,
-        log_likelihood_ratio_p_value=directions.likelihood_ratio_p,
-        falls_without_any_computed_fall=directions.falls_without_any_computed_fall,
-        falls_without_prediction=directions.falls_without_computed_outcome,
-        falls_with_predicted_direction=directions.fallen_in_known_direction
-        - directions.falls_without_any_computed_fall
-        - directions.falls_without_computed_outcome,
+        log_likelihood_ratio=fall_direction_comparison.log_likelihood_ratio,
+        log_likelihood_ratio_p_value=fall_direction_comparison.likelihood_ratio_p,
+        falls_without_any_computed_fall=fall_direction_comparison.falls_without_any_computed_fall,
+        falls_without_prediction=fall_direction_comparison.falls_without_computed_outcome,
+        falls_with_predicted_direction=fall_direction_comparison.fallen_in_known_direction
+        - fall_direction_comparison.falls_without_any_computed_fall
+        - fall_direction_comparison.falls_without_computed_outcome,
         has_no_stone_with_prediction=comparison.stones_far_outside_shape_grid == comparison.fell + comparison.stood,
-        assumed_random_direction_share=directions.assumed_random_fall_direction_share,
+        assumed_random_direction_share=fall_direction_comparison.assumed_random_fall_direction_share,
     )

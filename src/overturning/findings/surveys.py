@@ -194,25 +194,25 @@ def all_survey_prediction_findings(results: StudyResults) -> list[SurveyFindings
     return [survey_prediction_findings(one) for one in results.survey_comparisons]
 
 
-def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyFindings:
+def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison) -> SurveyFindings:
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
-    found, confusion = survey_result.comparison, survey_result.comparison.confusion_matrix
+    found, confusion = stored_survey_comparison.comparison, stored_survey_comparison.comparison.confusion_matrix
 
-    def counts_by_octant(octant_counts: list[float]) -> dict[str, OptionalNumber]:
+    def counts_by_octant(stone_counts_in_octant_order: list[float]) -> dict[str, OptionalNumber]:
         """Return numbers of stones by name of the compass octant, given in the order of `OCTANTS`."""
-        return dict(zip(OCTANTS, octant_counts, strict=True))
+        return dict(zip(OCTANTS, stone_counts_in_octant_order, strict=True))
 
-    def statistical_test_finding(test_attribute: str) -> StatisticalTestFinding:
+    def statistical_test_finding(test_attribute_of_comparison: str) -> StatisticalTestFinding:
         """Return statistic and p-value of the test in an attribute of the comparison of survey and study."""
-        one = getattr(found, test_attribute)
+        one = getattr(found, test_attribute_of_comparison)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
-        survey_file_name=survey_result.survey_file_name,
-        sha256=survey_result.sha256,
-        record=survey_result.record,
-        survey_file_warnings=list(survey_result.survey_warnings),
-        survey_file_comments=list(survey_result.survey_file_comments),
+        survey_file_name=stored_survey_comparison.survey_file_name,
+        sha256=stored_survey_comparison.sha256,
+        record=stored_survey_comparison.record,
+        survey_file_warnings=list(stored_survey_comparison.survey_warnings),
+        survey_file_comments=list(stored_survey_comparison.survey_file_comments),
         fell=found.fallen,
         stood=found.stood,
         fell_in_unknown_direction=found.falls_without_direction,
@@ -268,15 +268,19 @@ def survey_prediction_findings(survey_result: StoredSurveyComparison) -> SurveyF
         has_no_stone_with_prediction=found.stones_far_outside_b_over_h_grid == found.fallen + found.stood,
         stones_with_height_outside_grid=found.stones_outside_height_grid,
         assumed_random_direction_share=found.assumed_random_fall_direction_share,
-        sites=[_site_prediction_findings(site, one) for site, one in survey_result.comparisons_by_site],
+        sites=[_site_prediction_findings(site, one) for site, one in stored_survey_comparison.comparisons_by_site],
         sites_with_fallen_stones_only=[
-            site for site, one in survey_result.comparisons_by_site if one.fallen and not one.stood and found.stood
+            site
+            for site, one in stored_survey_comparison.comparisons_by_site
+            if one.fallen and not one.stood and found.stood
         ],
-        cemetery_soil_findings=cemetery_ground_findings(survey_result.soil_by_site),
+        cemetery_soil_findings=cemetery_ground_findings(stored_survey_comparison.soil_by_site),
     )
 
 
-def cemetery_ground_findings(grounds: Sequence[tuple[str, SoilBelowSurveySite]]) -> list[CemeteryGroundFinding]:
+def cemetery_ground_findings(
+    site_names_and_soils: Sequence[tuple[str, SoilBelowSurveySite]],
+) -> list[CemeteryGroundFinding]:
     """Return the report's numbers on the soil layers below the sites of a survey."""
     return [
         CemeteryGroundFinding(
@@ -289,14 +293,14 @@ def cemetery_ground_findings(grounds: Sequence[tuple[str, SoilBelowSurveySite]])
             rock_pga_g=ground.rock_pga / STANDARD_GRAVITY,
             surface_pga_g=ground.surface_pga / STANDARD_GRAVITY,
         )
-        for site, ground in grounds
+        for site, ground in site_names_and_soils
     ]
 
 
-def _site_prediction_findings(site: str, comparison: SurveyPredictionComparison) -> SurveySiteFindings:
+def _site_prediction_findings(site_name: str, comparison: SurveyPredictionComparison) -> SurveySiteFindings:
     """Return the report's numbers on one site of a survey: its observed and predicted falls."""
     return SurveySiteFindings(
-        site=site,
+        site=site_name,
         fell=comparison.fallen,
         stood=comparison.stood,
         falls_in_known_direction=comparison.fallen_count_in_known_direction,

@@ -8,16 +8,16 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 
 
-def _convert_to_python_number_or_none(value: Any) -> Any:
+def _convert_to_python_number_or_none(field_value: Any) -> Any:
     """Convert NaN to None, the texts "inf" and "-inf" to numbers, and a NumPy scalar to a Python number."""
-    value = value.item() if hasattr(value, "item") else value
-    value = float(value) if value in ("inf", "-inf") else value
-    return None if isinstance(value, float) and math.isnan(value) else value
+    field_value = field_value.item() if hasattr(field_value, "item") else field_value
+    field_value = float(field_value) if field_value in ("inf", "-inf") else field_value
+    return None if isinstance(field_value, float) and math.isnan(field_value) else field_value
 
 
-def _infinity_to_text(value: float | None) -> float | str | None:
+def _infinity_to_text(number_or_none: float | None) -> float | str | None:
     """Convert an infinite number to "inf" or "-inf", since JSON has no infinity."""
-    return f"{value}" if value is not None and math.isinf(value) else value
+    return f"{number_or_none}" if number_or_none is not None and math.isinf(number_or_none) else number_or_none
 
 
 OptionalNumber = Annotated[
@@ -64,13 +64,13 @@ def negate_estimate(estimate: Estimate) -> Estimate:
     return estimate.model_copy(update={"value": value, "low": high, "high": low})
 
 
-def estimate_from_mean(mean: MeanOverEarthquakes, statistic: str, unit: str = "1") -> Estimate:
-    """Convert a mean over earthquakes to an `Estimate`, named by the quantity in `statistic`."""
+def estimate_from_mean(mean: MeanOverEarthquakes, statistic_description: str, statistic_unit: str = "1") -> Estimate:
+    """Convert a mean over earthquakes to an `Estimate`, named by the quantity in `statistic_description`."""
     return Estimate(
-        statistic=statistic,
+        statistic=statistic_description,
         value=mean.mean,
         low=mean.interval_low,
         high=mean.interval_high,
         earthquake_count=mean.earthquake_count,
-        unit=unit,
+        unit=statistic_unit,
     )

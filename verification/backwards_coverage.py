@@ -284,7 +284,7 @@ def estimate_ruin_motion_as_markdown(threads: int) -> str:
     fit = f"The check whether any motion of the library fits the survey has the p-value {p_value:.2g}."
     tree = parse_markdown(
         render_template_as_markdown(
-            SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), name="motions"
+            SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), template_name="motions"
         )
     )
     return "\n".join(wrap_text(text, "- ") for text in (*plain_paragraphs(tree), fit))

@@ -126,7 +126,9 @@ def test_report_chapter_of_a_record_links_to_the_record_in_the_explorer() -> Non
     )
     media = ReportMedia(figure_names_by_record=dict.fromkeys(names, ("polar/x",)), explorer_address="explore.html")
     found = elements_of_well_formed_page(
-        render_markdown_as_html_page(render_template_as_markdown(Findings.model_validate(data), media=media))
+        render_markdown_as_html_page(
+            render_template_as_markdown(Findings.model_validate(data), films_and_figures=media)
+        )
     )
     addresses = [str(a["href"]) for tag, a in found if tag == "a" and "explore.html#" in str(a["href"])]
     pages, fragments = zip(*(address.split("#", 1) for address in addresses), strict=True)
@@ -135,7 +137,8 @@ def test_report_chapter_of_a_record_links_to_the_record_in_the_explorer() -> Non
     bare = elements_of_well_formed_page(
         render_markdown_as_html_page(
             render_template_as_markdown(
-                Findings.model_validate(data), media=ReportMedia(figure_names_by_record=media.figure_names_by_record)
+                Findings.model_validate(data),
+                films_and_figures=ReportMedia(figure_names_by_record=media.figure_names_by_record),
             )
         )
     )

@@ -84,7 +84,7 @@ NOTE_BLOCKS = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
 
 def report_text(found: Any, language: str, name: str = "report") -> str:
     """Render findings as the text that a reader sees, with figure captions and without notes on records."""
-    return plain_text_of_markdown(render_template_as_markdown(found, language, name=name))
+    return plain_text_of_markdown(render_template_as_markdown(found, language, template_name=name))
 
 
 def plain_text_of_markdown(markdown: str) -> str:

@@ -89,7 +89,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
         1.0,
     )
     results = SurveyCommandResults(survey_displacements=[survey_displacement_findings(stored)])
-    text = render_template_as_markdown(results, name="displacements", language=language)
+    text = render_template_as_markdown(results, template_name="displacements", language=language)
     assert sentence in text
     assert " −∞" in text
 
@@ -175,5 +175,5 @@ def test_report_distinguishes_cells_without_outcome_from_stones_outside_the_grid
     found = compare_displacements(read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=np.nan))
     results = survey_displacement_findings(StoredDisplacementComparison("s", "x", "a", found))
     assert sentence in render_template_as_markdown(
-        SurveyCommandResults(survey_displacements=[results]), name="displacements"
+        SurveyCommandResults(survey_displacements=[results]), template_name="displacements"
     )

@@ -264,7 +264,7 @@ def _print_results_with_template(results: "BaseModel", report_template_name: str
     from overturning.report.terminal import terminal_lines_of_markdown
 
     print(
-        *terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(results, name=report_template_name))),
+        *terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(results, template_name=report_template_name))),
         sep="\n",
     )
 

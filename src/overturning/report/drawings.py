@@ -61,23 +61,25 @@ def list_study_figures(folder: Path) -> dict[str, Path]:
     return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.svg"))}
 
 
-def write_translated_figures(figures: dict[str, Path], folder: Path, language: str) -> dict[str, Path]:
+def write_translated_figures(figure_paths: dict[str, Path], output_folder: Path, language: str) -> dict[str, Path]:
     """Write copies of figure files, with their texts translated from English, into a folder; return them by name.
 
     For English, the files themselves are returned, whatever their language.
     """
     if language == ENGLISH:
-        return figures
-    translated = {name: folder / f"{name}.svg" for name in figures}
-    for name, path in figures.items():
+        return figure_paths
+    translated = {name: output_folder / f"{name}.svg" for name in figure_paths}
+    for name, path in figure_paths.items():
         write_text(translated[name], translate_svg(path.read_text(encoding="utf-8"), language))
     return translated
 
 
-def names_of_shown_figures_by_record(figures: dict[str, Path], record_ids: list[str]) -> dict[str, tuple[str, ...]]:
+def names_of_shown_figures_by_record(
+    figure_paths: dict[str, Path], record_ids: list[str]
+) -> dict[str, tuple[str, ...]]:
     """Return, by record id, the names of the figures that the report shows for each record, as far as they exist."""
     named = {record: tuple(f"{part}/{record}" for part in RECORD_CHAPTER_FIGURE_FOLDERS) for record in record_ids}
-    return {record: tuple(name for name in names if name in figures) for record, names in named.items()}
+    return {record: tuple(name for name in names if name in figure_paths) for record, names in named.items()}
 
 
 FIGURES_DRAWN_WITH_REPORT: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {
@@ -123,13 +125,14 @@ STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Call
 """`FIGURES_DRAWN_WITH_REPORT`, and figures that need all results of a study but are not in its report."""
 
 
-def draw_study_figure(kind: str, results_path: Path) -> "Figure":
-    """Draw the figure `kind` of `STUDY_FIGURES` for a study; raise an `ArgumentError` if the study has none."""
+def draw_study_figure(figure_name: str, results_path: Path) -> "Figure":
+    """Draw a figure of `STUDY_FIGURES` for a study; raise an `ArgumentError` if the study has no such figure."""
     with open_study_results(results_path) as results:
-        draw = STUDY_FIGURES[kind](results, findings_from_results(results))
+        draw = STUDY_FIGURES[figure_name](results, findings_from_results(results))
         if not draw:
             raise ArgumentError(
-                f"{kind}: the study {results.study.name} has no such figure; {_REQUIREMENT_BY_FIGURE[kind]}"
+                f"{figure_name}: the study {results.study.name} has no such figure; "
+                f"{_REQUIREMENT_BY_FIGURE[figure_name]}"
             )
         with use_package_matplotlib_settings():
             return draw[0]()
@@ -148,13 +151,13 @@ _REQUIREMENT_BY_FIGURE: Final = {
 """Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
-def draw_figures_with_report(results: StudyResults, findings: Findings, folder: Path) -> dict[str, Path]:
+def draw_figures_with_report(results: StudyResults, findings: Findings, output_folder: Path) -> dict[str, Path]:
     """Draw the figures that only the report shows into a folder, also in a version for phones; return them by name."""
     draw: dict[str, Callable[[], Figure]] = {}
     for kind, functions in FIGURES_DRAWN_WITH_REPORT.items():
         for number, function in enumerate(functions(results, findings), 1):
             draw[f"{kind}-{number}" if kind == "backwards" else kind] = function
-    paths = {name: folder / f"{name}.svg" for name in draw}
+    paths = {name: output_folder / f"{name}.svg" for name in draw}
     narrow = {}
     with use_package_matplotlib_settings():
         for name, figure in draw.items():
@@ -162,7 +165,7 @@ def draw_figures_with_report(results: StudyResults, findings: Findings, folder: 
         with arrange_panels_for_phone():
             own = ((name, figure()) for name, figure in draw.items())
             for name, drawn in chain(own, _draw_always_shown_figures_for_phone(results, findings)):
-                narrow[f"{PHONE_FIGURE_PREFIX}{name}"] = folder / PHONE_FIGURE_PREFIX / f"{name}.svg"
+                narrow[f"{PHONE_FIGURE_PREFIX}{name}"] = output_folder / PHONE_FIGURE_PREFIX / f"{name}.svg"
                 save_figure_files(drawn, narrow[f"{PHONE_FIGURE_PREFIX}{name}"])
     return paths | narrow
 
@@ -257,20 +260,23 @@ def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, lege
     return overturned_share_difference_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
 
 
-def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Figure":
+def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyFindings]) -> "Figure":
     """Draw observed next to computed falls of surveys: directions as roses, and shares of fallen stones."""
 
-    def mean_direction_unless_scattered(direction: float | None, resultant: float | None) -> float | None:
+    def mean_direction_unless_scattered(
+        mean_direction_deg: float | None, resultant_length: float | None
+    ) -> float | None:
         """Return a mean direction, degrees; None if the directions are too scattered to have one."""
-        return direction if resultant is not None and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION else None
+        return mean_direction_deg if (resultant_length or 0.0) >= MIN_RESULTANT_WITH_MEAN_DIRECTION else None
 
-    def counts_in_octant_order(by_octant: dict[str, float | None]) -> FloatArray:
+    def counts_in_octant_order(stone_count_by_octant: dict[str, float | None]) -> FloatArray:
         """Convert numbers of stones by name of the compass octant to an array in the order of `OCTANTS`."""
-        return np.array([by_octant.get(octant) or 0.0 for octant in OCTANTS])
+        return np.array([stone_count_by_octant.get(octant) or 0.0 for octant in OCTANTS])
 
-    def convert_share_to_plotted_estimate(share: Any) -> PlottedEstimate:
+    def convert_share_to_plotted_estimate(fallen_share: Any) -> PlottedEstimate:
         """Convert a share of fallen stones to the form that figures draw."""
-        return PlottedEstimate(None) if share is None else PlottedEstimate(share.value, share.low, share.high)
+        one = fallen_share
+        return PlottedEstimate(None) if one is None else PlottedEstimate(one.value, one.low, one.high)
 
     return survey_falls_figure(
         [
@@ -287,29 +293,29 @@ def _draw_observed_and_computed_falls(surveys: Sequence[SurveyFindings]) -> "Fig
                 observed_fallen_share=convert_share_to_plotted_estimate(one.observed_fall_share),
                 computed_fallen_share=convert_share_to_plotted_estimate(one.computed_fall_share),
             )
-            for one in surveys
+            for one in survey_findings
         ]
     )
 
 
-def write_survey_falls_figure(surveys: Sequence[SurveyFindings], path: Path) -> None:
+def write_survey_falls_figure(survey_findings: Sequence[SurveyFindings], path: Path) -> None:
     """Write the figure of observed next to computed falls of surveys to a file."""
     with use_package_matplotlib_settings():
-        save_figure_files(_draw_observed_and_computed_falls(surveys), path)
+        save_figure_files(_draw_observed_and_computed_falls(survey_findings), path)
 
 
-def write_roses_of_observed_falls(observed: Sequence[ObservedFallsFinding], path: Path) -> None:
+def write_roses_of_observed_falls(observed_falls: Sequence[ObservedFallsFinding], path: Path) -> None:
     """Write roses of the observed falls of a survey to a file; sites are named only if there are several roses."""
     roses = [
         ObservedFallRose(
-            name="" if len(observed) == 1 else one.site or ("all sites" if number == 0 else "no site"),
+            name="" if len(observed_falls) == 1 else one.site or ("all sites" if number == 0 else "no site"),
             falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
             mean_direction_deg=one.direction.mean_deg,
             mean_direction_interval_half_width_deg=one.direction.interval_half_width_deg,
             mean_axis_deg=one.axis.mean_deg,
             mean_axis_interval_half_width_deg=one.axis.interval_half_width_deg,
         )
-        for number, one in enumerate(observed)
+        for number, one in enumerate(observed_falls)
     ]
     with use_package_matplotlib_settings():
         save_figure_files(observed_fall_roses_figure(roses), path)

@@ -32,19 +32,19 @@ def format_significant_digits(value: float | None, significant_digits: int = 2) 
     return format_number(value, max(0, significant_digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
 
 
-def format_percent(share: float | None, min_decimals: int = 0) -> str:
+def format_percent(share: float | None, min_percent_decimals: int = 0) -> str:
     """Format a share in per cent, with enough decimals that only 0 and 1 become 0 % and 100 %: 0.4 %, 99.97 %."""
     if _is_none_or_nan(share) or share is None:
         return NO_VALUE
-    return f"{format_number(100 * share, _decimals_needed_for_percent(share, min_decimals))}{NO_BREAK_SPACE}%"
+    return f"{format_number(100 * share, _decimals_needed_for_percent(share, min_percent_decimals))}{NO_BREAK_SPACE}%"
 
 
-def _decimals_needed_for_percent(share: float, min_decimals: int) -> int:
-    """Return the number of decimals, at least `min_decimals`, with which a share is not rounded to 0 or 100 %."""
+def _decimals_needed_for_percent(share: float, min_percent_decimals: int) -> int:
+    """Return the decimals, at least `min_percent_decimals`, with which a share is not rounded to 0 or 100 %."""
     between = ROUNDING_TOLERANCE < share < 1.0 - ROUNDING_TOLERANCE
-    while between and float(f"{100 * share:.{min_decimals}f}") in (0.0, 100.0):
-        min_decimals += 1
-    return min_decimals
+    while between and float(f"{100 * share:.{min_percent_decimals}f}") in (0.0, 100.0):
+        min_percent_decimals += 1
+    return min_percent_decimals
 
 
 def format_count(value: float | None) -> str:
@@ -62,112 +62,133 @@ def format_three_significant_digits(value: float | None) -> str:
     return NO_VALUE if _is_none_or_nan(value) else f"{value:.3g}"
 
 
-def format_degrees(value: float | None, full_circle_deg: int = 0) -> str:
-    """Format an angle as whole degrees; with `full_circle_deg` (180 or 360), as the equivalent angle below that.
+def format_degrees(angle_deg: float | None, angle_period_deg: int = 0) -> str:
+    """Format an angle as whole degrees; with `angle_period_deg` (180 or 360), as the equivalent angle below that.
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
     """
-    if _is_none_or_nan(value) or value is None:
+    if _is_none_or_nan(angle_deg) or angle_deg is None:
         return NO_VALUE
-    whole = int(math.copysign(math.floor(abs(value) + 0.5 + ROUNDING_TOLERANCE), value))
-    return f"{format_number(whole % full_circle_deg if full_circle_deg else whole, 0)}°"
+    whole = int(math.copysign(math.floor(abs(angle_deg) + 0.5 + ROUNDING_TOLERANCE), angle_deg))
+    return f"{format_number(whole % angle_period_deg if angle_period_deg else whole, 0)}°"
 
 
-def has_interval(finding: Estimate) -> bool:
+def has_interval(estimate: Estimate) -> bool:
     """True if the confidence interval of an estimate is known."""
-    return not _is_none_or_nan(finding.low)
+    return not _is_none_or_nan(estimate.low)
 
 
-def format_interval(finding: Any, decimals: int = 2, scale: float = 1.0, *, word_between_ends: str) -> str:
+def format_interval(
+    estimate: Any, decimals: int = 2, factor_on_interval_ends: float = 1.0, *, word_between_ends: str
+) -> str:
     """Format the interval of an estimate as 0.1 to 0.4, with `word_between_ends` in the language of the report."""
-    if _is_none_or_nan(finding.low):
+    if _is_none_or_nan(estimate.low):
         return NO_VALUE
-    low, high = (format_number(scale * end, decimals) for end in (finding.low, finding.high))
+    low, high = (format_number(factor_on_interval_ends * end, decimals) for end in (estimate.low, estimate.high))
     return f"{low}{word_between_ends}{high}"
 
 
-def format_estimate_with_interval(finding: Estimate, decimals: int = 2, *, word_between_ends: str) -> str:
+def format_estimate_with_interval(estimate: Estimate, decimals: int = 2, *, word_between_ends: str) -> str:
     """Format an estimate, with its interval (if known) in parentheses: 0.13 (−0.18 to 0.41)."""
     interval = (
-        f" ({format_interval(finding, decimals, word_between_ends=word_between_ends)})" if has_interval(finding) else ""
+        f" ({format_interval(estimate, decimals, word_between_ends=word_between_ends)})"
+        if has_interval(estimate)
+        else ""
     )
-    return f"{format_number(finding.value, decimals)}{interval}"
+    return f"{format_number(estimate.value, decimals)}{interval}"
 
 
-def format_share_with_interval(finding: Any, min_decimals: int = 0, *, word_between_ends: str) -> str:
+def format_share_with_interval(share_estimate: Any, min_percent_decimals: int = 0, *, word_between_ends: str) -> str:
     """Format a share in per cent, with its interval (if known) in parentheses: 35 % (28 to 43)."""
-    if not has_interval(finding):
-        return format_percent(finding.value, min_decimals)
-    min_decimals = _decimals_needed_for_percent(finding.value, min_decimals)
-    interval = format_interval(finding, min_decimals, 100.0, word_between_ends=word_between_ends)
-    return f"{format_percent(finding.value, min_decimals)} ({interval})"
+    if not has_interval(share_estimate):
+        return format_percent(share_estimate.value, min_percent_decimals)
+    min_percent_decimals = _decimals_needed_for_percent(share_estimate.value, min_percent_decimals)
+    interval = format_interval(share_estimate, min_percent_decimals, 100.0, word_between_ends=word_between_ends)
+    return f"{format_percent(share_estimate.value, min_percent_decimals)} ({interval})"
 
 
-def format_fragility_median(finding: Any, shows_median: bool = True, *, word_between_ends: str) -> str:
+def format_fragility_median(fragility_curve: Any, shows_median: bool = True, *, word_between_ends: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
-    decimals = _decimals_to_show_in_interval(finding)
+    decimals = _decimals_to_show_in_interval(fragility_curve)
 
-    def format_value_or_limit_of_data(bound: float | None) -> str:
+    def format_value_or_limit_of_data(median_or_interval_end: float | None) -> str:
         """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
-        if _is_none_or_nan(bound) or bound is None:
+        if _is_none_or_nan(median_or_interval_end) or median_or_interval_end is None:
             return NO_VALUE
-        if math.isinf(bound):
-            return f">{NO_BREAK_SPACE}{finding.data_maximum:.3g}"
-        return f"<{NO_BREAK_SPACE}{finding.data_minimum:.3g}" if bound == 0 else format_number(bound, decimals)
+        if math.isinf(median_or_interval_end):
+            return f">{NO_BREAK_SPACE}{fragility_curve.data_maximum:.3g}"
+        return (
+            f"<{NO_BREAK_SPACE}{fragility_curve.data_minimum:.3g}"
+            if median_or_interval_end == 0
+            else format_number(median_or_interval_end, decimals)
+        )
 
     return (
-        format_value_or_limit_of_data(finding.median)
+        format_value_or_limit_of_data(fragility_curve.median)
         if shows_median
         else NO_VALUE
-        if _is_none_or_nan(finding.low)
-        else word_between_ends.join(format_value_or_limit_of_data(end) for end in (finding.low, finding.high))
+        if _is_none_or_nan(fragility_curve.low)
+        else word_between_ends.join(
+            format_value_or_limit_of_data(end) for end in (fragility_curve.low, fragility_curve.high)
+        )
     )
 
 
-def _decimals_to_show_in_interval(finding: Any) -> int:
+def _decimals_to_show_in_interval(fragility_curve: Any) -> int:
     """Return the decimals that show two significant digits of half an interval's width (without one: of the value)."""
-    ends = [bound for bound in (finding.low, finding.high, finding.median) if not _is_none_or_nan(bound)]
-    known = min((bound for bound in ends if math.isfinite(bound) and bound > 0), default=finding.data_maximum)
-    bounded = not _is_none_or_nan(finding.low) and math.isfinite(finding.high - finding.low) and finding.low > 0
-    width = max((finding.high - finding.low) / 2, known / 10) if bounded else known
+    ends = [
+        bound
+        for bound in (fragility_curve.low, fragility_curve.high, fragility_curve.median)
+        if not _is_none_or_nan(bound)
+    ]
+    known = min((bound for bound in ends if math.isfinite(bound) and bound > 0), default=fragility_curve.data_maximum)
+    bounded = (
+        not _is_none_or_nan(fragility_curve.low)
+        and math.isfinite(fragility_curve.high - fragility_curve.low)
+        and fragility_curve.low > 0
+    )
+    width = max((fragility_curve.high - fragility_curve.low) / 2, known / 10) if bounded else known
     return max(0, 1 - math.floor(math.log10(width)))
 
 
-def format_fragility_median_interval(finding: Any, *, word_between_ends: str) -> str:
+def format_fragility_median_interval(fragility_curve: Any, *, word_between_ends: str) -> str:
     """Format the interval of a fragility median; ends outside the data's range become "> 1.4" or "< 0.2"."""
-    return format_fragility_median(finding, shows_median=False, word_between_ends=word_between_ends)
+    return format_fragility_median(fragility_curve, shows_median=False, word_between_ends=word_between_ends)
 
 
-def format_percentage_points(finding: Estimate, *, word_between_ends: str) -> str:
+def format_percentage_points(share_difference: Estimate, *, word_between_ends: str) -> str:
     """Format a difference of two shares, with its interval (if known), in percentage points."""
     interval = (
-        f" ({format_interval(finding, 1, 100.0, word_between_ends=word_between_ends)})" if has_interval(finding) else ""
+        f" ({format_interval(share_difference, 1, 100.0, word_between_ends=word_between_ends)})"
+        if has_interval(share_difference)
+        else ""
     )
-    return f"{format_number(None if finding.value is None else 100 * finding.value, 1)}{interval}"
+    return f"{format_number(None if share_difference.value is None else 100 * share_difference.value, 1)}{interval}"
 
 
-def format_data_range(finding: Any, *, word_between_ends: str) -> str:
+def format_data_range(logistic_coefficient: Any, *, word_between_ends: str) -> str:
     """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
-    if _is_none_or_nan(finding.data_minimum):
+    if _is_none_or_nan(logistic_coefficient.data_minimum):
         return NO_VALUE
-    return f"{format_number(finding.data_minimum)}{word_between_ends}{format_number(finding.data_maximum)}"
+    least, most = format_number(logistic_coefficient.data_minimum), format_number(logistic_coefficient.data_maximum)
+    return f"{least}{word_between_ends}{most}"
 
 
-def format_count_with_noun(value: int, noun: str) -> str:
+def format_count_with_noun(counted_number: int, singular_noun: str) -> str:
     """Format a number with an English noun in the singular or plural: 1 record, 2 records."""
-    return f"{format_count(value)} {noun}{'' if value == 1 else 's'}"
+    return f"{format_count(counted_number)} {singular_noun}{'' if counted_number == 1 else 's'}"
 
 
-def format_p_value(value: float | None) -> str:
+def format_p_value(p_value: float | None) -> str:
     """Format a p-value with two significant digits, or as "< 0.001"."""
-    if _is_none_or_nan(value) or value is None:
+    if _is_none_or_nan(p_value) or p_value is None:
         return NO_VALUE
-    return f"<{NO_BREAK_SPACE}0.001" if value < 0.001 else f"{value:.2g}"
+    return f"<{NO_BREAK_SPACE}0.001" if p_value < 0.001 else f"{p_value:.2g}"
 
 
-def percent_encode(name: str) -> str:
+def percent_encode(file_name_or_anchor: str) -> str:
     """Percent-encode a file name or anchor for use in a link."""
-    return quote(name)
+    return quote(file_name_or_anchor)
 
 
 def _is_none_or_nan(value: float | None) -> bool:

@@ -27,26 +27,26 @@ _HTML_TAG_BY_NODE_TYPE: Final = {
 
 
 def render_report_html_page(
-    tree: SyntaxTreeNode,
-    title: str,
+    markdown_tree: SyntaxTreeNode,
+    page_title: str,
     language: str,
-    figures: Mapping[str, Path] | None,
-    films: Mapping[str, str],
+    figure_path_by_name: Mapping[str, Path] | None,
+    film_html_by_name: Mapping[str, str],
 ) -> str:
     """Return the HTML page of a report, which loads nothing from the network.
 
     Parameters
     ----------
-    tree : SyntaxTreeNode
+    markdown_tree : SyntaxTreeNode
         Text of the report, from `render.parse_markdown`.
-    title : str
+    page_title : str
         Title of the page.
     language : str
         Code of the language.
-    figures : mapping of str to Path, or None
+    figure_path_by_name : mapping of str to Path, or None
         Files of the figures (.svg or .png) by the names that the text uses. None: a page without figures, which shows
         their alternative text.
-    films : mapping of str to str
+    film_html_by_name : mapping of str to str
         Elements of the films (`figures.page.film_html_element`) by the names that the text uses.
 
     Raises
@@ -56,12 +56,14 @@ def render_report_html_page(
     """
     style, script = (read_template_text(name, "report") for name in ("report.css", "report.js"))
     body = "\n".join(
-        _ReportPageBody(figures, films, read_label_translations(language)).html_of_markdown_nodes(tree.children)
+        _ReportPageBody(
+            figure_path_by_name, film_html_by_name, read_label_translations(language)
+        ).html_of_markdown_nodes(markdown_tree.children)
     )
     return (
         f'<!DOCTYPE html>\n<html lang="{language}">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n"
+        f"<title>{escape(page_title)}</title>\n"
         f"<style>\n{style}{read_template_text('player.css')}\n</style>\n</head>\n<body>\n"
         f"<main>\n{body}\n</main>\n<script>\n{script}{film_player_script()}\n</script>\n</body>\n</html>\n"
     )
@@ -72,14 +74,24 @@ class _ReportPageBody:
 
     Attributes
     ----------
-    figures, films : mapping
-        Files of the figures, and elements of the films, by name.
-    labels : mapping
+    figure_path_by_name, film_html_by_name : mapping
+        Files of the figures, and HTML elements of the films, by the names that the text uses.
+    label_translation_by_english_text : mapping
         Words of the language; see `overturning.translation.texts.read_label_translations`.
     """
 
-    def __init__(self, figures: Mapping[str, Path] | None, films: Mapping[str, str], labels: Mapping[str, str]) -> None:
-        self.figures, self.films, self.labels, self.inlined = figures, films, labels, count(1)
+    def __init__(
+        self,
+        figure_path_by_name: Mapping[str, Path] | None,
+        film_html_by_name: Mapping[str, str],
+        label_translation_by_english_text: Mapping[str, str],
+    ) -> None:
+        self.figures, self.films, self.labels, self.inlined = (
+            figure_path_by_name,
+            film_html_by_name,
+            label_translation_by_english_text,
+            count(1),
+        )
 
     def html_of_markdown_nodes(self, nodes: list[SyntaxTreeNode], loads_images_lazily: bool = False) -> Iterator[str]:
         """Yield the HTML of paragraphs, headings, lists, tables, figures and containers of the report.
@@ -109,49 +121,67 @@ class _ReportPageBody:
                 yield from self.html_of_markdown_nodes(node.children, loads_images_lazily)
 
     def html_of_markdown_container(
-        self, node: SyntaxTreeNode, name: str, text: str, loads_images_lazily: bool
+        self,
+        container_node: SyntaxTreeNode,
+        container_name: str,
+        text_after_container_name: str,
+        loads_images_lazily: bool,
     ) -> Iterator[str]:
         """Yield the HTML of a Markdown container (``::: name text``), such as a film or a collapsible section.
 
         A container ``paper`` is shown in the PDF only.
         """
-        if name == "paper":
+        if container_name == "paper":
             return
         inner = "\n".join(
-            self.html_of_markdown_nodes(node.children, loads_images_lazily or name == CONTAINER_WITH_LAZY_IMAGES)
+            self.html_of_markdown_nodes(
+                container_node.children, loads_images_lazily or container_name == CONTAINER_WITH_LAZY_IMAGES
+            )
         )
-        if name == "fold":
-            summary = _html_of_inline_markdown(parse_markdown_line(text))
-            yield f"<details{_html_id_attribute(node)}><summary>{summary}</summary>\n{inner}\n</details>"
-        elif name in ("table", "sortable"):
-            number = node.meta["table"]
-            caption = self.caption_html("table", number, _html_of_inline_markdown(parse_markdown_line(text)))
-            kind = ' class="sortable"' if name == "sortable" else ""
-            yield inner.replace("<table>", f"<table{kind}{_html_id_attribute(node)}>\n<caption>{caption}</caption>", 1)
-        elif name == "film":
-            yield f'<figure class="film-figure">{self.films.get(text, "")}\n{inner}</figure>'
-        elif name == "page":
+        if container_name == "fold":
+            summary = _html_of_inline_markdown(parse_markdown_line(text_after_container_name))
+            yield f"<details{_html_id_attribute(container_node)}><summary>{summary}</summary>\n{inner}\n</details>"
+        elif container_name in ("table", "sortable"):
+            number = container_node.meta["table"]
+            caption = self.caption_html(
+                "table", number, _html_of_inline_markdown(parse_markdown_line(text_after_container_name))
+            )
+            kind = ' class="sortable"' if container_name == "sortable" else ""
+            yield inner.replace(
+                "<table>", f"<table{kind}{_html_id_attribute(container_node)}>\n<caption>{caption}</caption>", 1
+            )
+        elif container_name == "film":
+            yield f'<figure class="film-figure">{self.films.get(text_after_container_name, "")}\n{inner}</figure>'
+        elif container_name == "page":
             yield inner
         else:
-            yield f'<div class="{name}">\n{inner}\n</div>'
+            yield f'<div class="{container_name}">\n{inner}\n</div>'
 
-    def caption_html(self, kind: str, number: int | None, text: str) -> str:
+    def caption_html(
+        self, figure_or_table_label_key: str, figure_or_table_number: int | None, caption_html_text: str
+    ) -> str:
         """Return the HTML of a figure or table caption, with the number (if any) in bold."""
-        return f"<b>{self.labels[kind].format(number)}</b> {text}" if number else text
+        return (
+            f"<b>{self.labels[figure_or_table_label_key].format(figure_or_table_number)}</b> {caption_html_text}"
+            if figure_or_table_number
+            else caption_html_text
+        )
 
-    def figure_html(self, image: SyntaxTreeNode, number: int | None, loads_images_lazily: bool) -> str:
+    def figure_html(self, image_node: SyntaxTreeNode, figure_number: int | None, loads_images_lazily: bool) -> str:
         """Return the HTML of a figure with number and caption, and of its version for phones if there is one."""
-        name = unquote(str(image.attrs["src"]))
-        caption = self.caption_html("figure", number, escape(str(image.attrs.get("title", ""))))
+        name = unquote(str(image_node.attrs["src"]))
+        caption = self.caption_html("figure", figure_number, escape(str(image_node.attrs.get("title", ""))))
         if self.figures is None:
-            return f"<figure>{escape(image.content)}<figcaption>{caption}</figcaption></figure>"
+            return f"<figure>{escape(image_node.content)}<figcaption>{caption}</figcaption></figure>"
         if name not in self.figures or not self.figures[name].is_file():
             raise ResultError(f"figure {name}: no such figure; run the figures of the study first")
         shown = _embedded_figure_html(
-            self.figures[name], image.content, f"figure-{next(self.inlined)}", loads_images_lazily
+            self.figures[name], image_node.content, f"figure-{next(self.inlined)}", loads_images_lazily
         )
         if (narrow := self.figures.get(f"{PHONE_FIGURE_PREFIX}{name}")) is not None and not loads_images_lazily:
-            phone = _embedded_figure_html(narrow, image.content, f"figure-{next(self.inlined)}", loads_images_lazily)
+            phone = _embedded_figure_html(
+                narrow, image_node.content, f"figure-{next(self.inlined)}", loads_images_lazily
+            )
             shown = f'<div class="broad">{shown}</div><div class="narrow">{phone}</div>'
         return f"<figure>{shown}{f'<figcaption>{caption}</figcaption>' if caption else ''}</figure>"
 
@@ -179,31 +209,34 @@ def _html_of_inline_markdown(node: SyntaxTreeNode) -> str:
     return "".join(parts)
 
 
-def _html_of_table_head_or_body(group: SyntaxTreeNode) -> str:
+def _html_of_table_head_or_body(table_head_or_body: SyntaxTreeNode) -> str:
     """Return the HTML of the head or body of a table; right-aligned cells have the class ``n``."""
     rows = []
-    for row in group.children:
+    for row in table_head_or_body.children:
         cells = []
         for cell in row.children:
             numeric = ' class="n"' if "right" in str(cell.attrs.get("style", "")) else ""
             cells.append(f"<{cell.tag}{numeric}>{_html_of_inline_markdown(cell)}</{cell.tag}>")
         rows.append(f"<tr>{''.join(cells)}</tr>\n")
-    return f"<{_HTML_TAG_BY_NODE_TYPE[group.type]}>\n{''.join(rows)}</{_HTML_TAG_BY_NODE_TYPE[group.type]}>\n"
+    tag = _HTML_TAG_BY_NODE_TYPE[table_head_or_body.type]
+    return f"<{tag}>\n{''.join(rows)}</{tag}>\n"
 
 
-def _embedded_figure_html(path: Path, alt: str, name: str, loads_images_lazily: bool) -> str:
+def _embedded_figure_html(
+    figure_path: Path, alternative_text: str, unique_id_prefix: str, loads_images_lazily: bool
+) -> str:
     """Return the HTML that embeds a figure file in the page: an SVG as element with unique ids, else image data.
 
     If `loads_images_lazily` (inside a fold), an SVG is also embedded as image data, so that the page is lighter.
     """
-    if path.suffix != ".svg" or loads_images_lazily:
-        kind = "svg+xml" if path.suffix == ".svg" else "png"
-        data = base64.b64encode(path.read_bytes()).decode("ascii")
-        return f'<img alt="{escape(alt)}" loading="lazy" src="data:image/{kind};base64,{data}">'
-    text = path.read_text(encoding="utf-8")
+    if figure_path.suffix != ".svg" or loads_images_lazily:
+        kind = "svg+xml" if figure_path.suffix == ".svg" else "png"
+        data = base64.b64encode(figure_path.read_bytes()).decode("ascii")
+        return f'<img alt="{escape(alternative_text)}" loading="lazy" src="data:image/{kind};base64,{data}">'
+    text = figure_path.read_text(encoding="utf-8")
     text = text[text.index("<svg") :]
-    text = re.sub(r'(\bid="|xlink:href="#|href="#|url\(#)', rf"\g<1>{name}-", text)
-    attributes = f'role="img" aria-label="{escape(alt)}"'
+    text = re.sub(r'(\bid="|xlink:href="#|href="#|url\(#)', rf"\g<1>{unique_id_prefix}-", text)
+    attributes = f'role="img" aria-label="{escape(alternative_text)}"'
     if size := re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text):
         # As wide as it was drawn if there is room, so that its letters are as large as those around it.
         attributes += f' style="--full:{float(size[1]) * 4 / 3 / 16:.1f}rem"'

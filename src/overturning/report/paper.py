@@ -27,18 +27,20 @@ MARKDOWN_CONTAINERS_LEFT_OUT_OF_PDF: Final = ("fold", "page")
 """Containers that paper does not show."""
 
 
-def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures: Mapping[str, Path]) -> bytes:
+def compile_report_pdf(
+    markdown_tree: SyntaxTreeNode, document_title: str, language: str, figure_path_by_name: Mapping[str, Path]
+) -> bytes:
     """Return the report as the bytes of a PDF file; equal inputs give equal bytes.
 
     Parameters
     ----------
-    tree : SyntaxTreeNode
+    markdown_tree : SyntaxTreeNode
         Text of the report, from `render.parse_markdown`.
-    title : str
+    document_title : str
         Title of the document.
     language : str
         Code of the language.
-    figures : mapping of str to Path
+    figure_path_by_name : mapping of str to Path
         Files of the figures by the names that the text uses.
 
     Raises
@@ -52,12 +54,14 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
 
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
-    blocks = _convert_to_pdf_blocks(tree.children, figures, files)
-    figure_files = [figures[each] for each in files]
-    fonts = installed_fonts_of_language(language) or _installed_japanese_fonts_if_needed(title, blocks, figure_files)
+    blocks = _convert_to_pdf_blocks(markdown_tree.children, figure_path_by_name, files)
+    figure_files = [figure_path_by_name[each] for each in files]
+    fonts = installed_fonts_of_language(language) or _installed_japanese_fonts_if_needed(
+        document_title, blocks, figure_files
+    )
     words = {kind: read_label_translations(language)[kind] for kind in ("figure", "table")}
     data = {
-        "title": title,
+        "title": document_title,
         "language": language,
         "fonts": fonts,
         "words": words,
@@ -68,12 +72,12 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
         shutil.copyfile(room / "report" / "templates" / "report.typ", folder / "report.typ")
         (folder / "data.json").write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")
         for each, short in files.items():
-            shutil.copyfile(figures[each], folder / f"{short}{figures[each].suffix}")
+            shutil.copyfile(figure_path_by_name[each], folder / f"{short}{figure_path_by_name[each].suffix}")
         try:
             # Without a clock, and without fonts of the system unless language or names need them: the same bytes.
             pages: bytes = typst.compile(
                 folder / "report.typ", root=folder, format="pdf", ignore_system_fonts=not fonts, font_paths=[],
-                timestamp=0, sys_inputs={"files": json.dumps({short: f"{short}{figures[each].suffix}"
+                timestamp=0, sys_inputs={"files": json.dumps({short: f"{short}{figure_path_by_name[each].suffix}"
                                                               for each, short in files.items()})},
             )  # fmt: skip
         except typst.TypstError as error:
@@ -85,21 +89,21 @@ def compile_report_pdf(tree: SyntaxTreeNode, title: str, language: str, figures:
 
 
 def _installed_japanese_fonts_if_needed(
-    title: str, blocks: list[dict[str, Any]], figure_files: Iterable[Path]
+    document_title: str, pdf_blocks: list[dict[str, Any]], figure_paths: Iterable[Path]
 ) -> list[str]:
     """Return installed fonts for Japanese characters in the report's texts or figures; [] if it has none of them."""
     texts = (
-        title,
-        json.dumps(blocks, ensure_ascii=False),
-        *(path.read_text(encoding="utf-8") for path in figure_files),
+        document_title,
+        json.dumps(pdf_blocks, ensure_ascii=False),
+        *(path.read_text(encoding="utf-8") for path in figure_paths),
     )
     last = max(chain.from_iterable(texts), default="")
     return installed_fonts_of_language(font_language_of_text(last))
 
 
-def _advice_after_pdf_failure(figure_files: Iterable[Path]) -> str:
+def _advice_after_pdf_failure(figure_paths: Iterable[Path]) -> str:
     """Return advice for the user if the PDF cannot be made, naming a figure (SVG) that is damaged, if any."""
-    for path in figure_files:
+    for path in figure_paths:
         try:
             ElementTree.parse(path)
         except ElementTree.ParseError:
@@ -108,12 +112,15 @@ def _advice_after_pdf_failure(figure_files: Iterable[Path]) -> str:
 
 
 def _convert_to_pdf_blocks(
-    nodes: list[SyntaxTreeNode], figures: Mapping[str, Path], files: dict[str, str], in_pair: bool = False
+    nodes: list[SyntaxTreeNode],
+    figure_path_by_name: Mapping[str, Path],
+    short_file_name_by_figure: dict[str, str],
+    nodes_are_in_figure_pair: bool = False,
 ) -> list[dict[str, Any]]:
     """Convert the report's Markdown nodes to dictionaries (paragraphs, tables, figures) for the PDF template.
 
-    A short file name for each figure is added to `files`. Two figures side by side have half the width of the text
-    each; the version of a figure that was drawn for phones is used there, if there is one.
+    A short file name for each figure is added to `short_file_name_by_figure`. Two figures side by side have half the
+    width of the text each; the version of a figure that was drawn for phones is used there, if there is one.
     """
     blocks: list[dict[str, Any]] = []
     for node in nodes:
@@ -122,21 +129,36 @@ def _convert_to_pdf_blocks(
             continue
         if name in ("table", "sortable"):
             caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_markdown_line(text))}
-            blocks += [one | caption for one in _convert_to_pdf_blocks(node.children, figures, files, in_pair)]
+            blocks += [
+                one | caption
+                for one in _convert_to_pdf_blocks(
+                    node.children, figure_path_by_name, short_file_name_by_figure, nodes_are_in_figure_pair
+                )
+            ]
         elif name == "paper":
-            blocks += _convert_to_pdf_blocks(node.children, figures, files, in_pair)
+            blocks += _convert_to_pdf_blocks(
+                node.children, figure_path_by_name, short_file_name_by_figure, nodes_are_in_figure_pair
+            )
         elif name:
-            inner = _convert_to_pdf_blocks(node.children, figures, files, in_pair or name == "pair")
+            inner = _convert_to_pdf_blocks(
+                node.children,
+                figure_path_by_name,
+                short_file_name_by_figure,
+                nodes_are_in_figure_pair or name == "pair",
+            )
             blocks.append({"kind": "box", "name": name, "blocks": inner})
         elif image := single_image_of_paragraph(node):
             source = unquote(str(image.attrs["src"]))
             source = (
-                f"{PHONE_FIGURE_PREFIX}{source}" if in_pair and f"{PHONE_FIGURE_PREFIX}{source}" in figures else source
+                f"{PHONE_FIGURE_PREFIX}{source}"
+                if nodes_are_in_figure_pair and f"{PHONE_FIGURE_PREFIX}{source}" in figure_path_by_name
+                else source
             )
             blocks.append({
-                "kind": "figure", "file": files.setdefault(source, f"{len(files)}"), "alt": image.content,
+                "kind": "figure", "alt": image.content,
+                "file": short_file_name_by_figure.setdefault(source, f"{len(short_file_name_by_figure)}"),
                 "number": node.meta["figure"], "caption": str(image.attrs.get("title", "")),
-                "paired": in_pair,
+                "paired": nodes_are_in_figure_pair,
             })  # fmt: skip
         elif node.type == "heading":
             blocks.append({"kind": "heading", "level": int(node.tag[1:]), "text": _convert_to_pdf_text_parts(node)})
@@ -148,22 +170,34 @@ def _convert_to_pdf_blocks(
             blocks.append(
                 {
                     "kind": "list",
-                    "items": [_convert_to_pdf_blocks(item.children, figures, files, in_pair) for item in node.children],
+                    "items": [
+                        _convert_to_pdf_blocks(
+                            item.children,
+                            figure_path_by_name,
+                            short_file_name_by_figure,
+                            nodes_are_in_figure_pair,
+                        )
+                        for item in node.children
+                    ],
                 }
             )
         elif node.type == "paragraph":
             blocks.append({"kind": "paragraph", "text": _convert_to_pdf_text_parts(node)})
         else:
-            blocks += _convert_to_pdf_blocks(node.children, figures, files, in_pair)
+            blocks += _convert_to_pdf_blocks(
+                node.children, figure_path_by_name, short_file_name_by_figure, nodes_are_in_figure_pair
+            )
     return blocks
 
 
-def _convert_to_pdf_table(node: SyntaxTreeNode) -> dict[str, Any]:
+def _convert_to_pdf_table(table_node: SyntaxTreeNode) -> dict[str, Any]:
     """Convert a table of the report to a dictionary for the PDF template."""
     rows = [
-        [_convert_to_pdf_text_parts(cell) for cell in row.children] for group in node.children for row in group.children
+        [_convert_to_pdf_text_parts(cell) for cell in row.children]
+        for group in table_node.children
+        for row in group.children
     ]
-    cells = node.children[0].children[0].children
+    cells = table_node.children[0].children[0].children
     right = ["right" in str(cell.attrs.get("style", "")) for cell in cells]
     return {"kind": "table", "right": right, "rows": rows, "number": None, "caption": []}
 

@@ -55,7 +55,10 @@ class ReportMedia:
 
 
 def render_template_as_markdown(
-    findings: BaseModel, language: str = "en", media: ReportMedia | None = None, name: str = "report"
+    findings: BaseModel,
+    language: str = "en",
+    films_and_figures: ReportMedia | None = None,
+    template_name: str = "report",
 ) -> str:
     """Render a template of the report as Markdown text in one language.
 
@@ -65,9 +68,9 @@ def render_template_as_markdown(
         Numbers; a template shows nothing else, besides films and figures.
     language : str, default "en"
         Language of the templates, one of `LANGUAGES`.
-    media : ReportMedia, optional
+    films_and_figures : ReportMedia, optional
         Films and figures that exist.
-    name : str, default "report"
+    template_name : str, default "report"
         Name of the template: ``report``, or that of one section.
 
     Returns
@@ -82,8 +85,8 @@ def render_template_as_markdown(
     """
     return (
         create_template_environment(language)
-        .get_template(f"{name}.md.j2")
-        .render(f=findings, media=media or ReportMedia())
+        .get_template(f"{template_name}.md.j2")
+        .render(f=findings, media=films_and_figures or ReportMedia())
     )
 
 
@@ -115,15 +118,15 @@ def create_template_environment(language: str) -> jinja2.Environment:
     return loaded
 
 
-def escape_markdown(value: Any) -> Markup:
+def escape_markdown(template_value: Any) -> Markup:
     """Convert a value to Markdown text: special characters are escaped, and line ends become spaces."""
-    if isinstance(value, Markup):
-        return value
-    text = "" if value is None else " ".join(str(value).split("\n"))
+    if isinstance(template_value, Markup):
+        return template_value
+    text = "" if template_value is None else " ".join(str(template_value).split("\n"))
     return Markup("".join(f"\\{one}" if one in MARKDOWN_SPECIAL_CHARACTERS else one for one in text))
 
 
-def parse_markdown(text: str) -> SyntaxTreeNode:
+def parse_markdown(markdown_text: str) -> SyntaxTreeNode:
     """Parse the report's Markdown to a syntax tree; number figures and tables outside collapsible sections.
 
     A paragraph with nothing but an image becomes a node with ``meta["figure"]``: its number, None inside a fold. A
@@ -132,7 +135,7 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
     parser = MarkdownIt("commonmark", {"html": False}).enable("table").use(attrs_block_plugin)
     for name in MARKDOWN_CONTAINER_NAMES:
         parser.use(container_plugin, name=name)
-    tree = SyntaxTreeNode(parser.parse(text))
+    tree = SyntaxTreeNode(parser.parse(markdown_text))
     numbers = {"figure": count(1), "table": count(1)}
     for node, is_collapsed in _nodes_and_whether_collapsed(tree):
         kind = (
@@ -148,13 +151,13 @@ def parse_markdown(text: str) -> SyntaxTreeNode:
 
 
 def _nodes_and_whether_collapsed(
-    node: SyntaxTreeNode, is_collapsed: bool = False
+    node: SyntaxTreeNode, node_is_collapsed: bool = False
 ) -> Iterator[tuple[SyntaxTreeNode, bool]]:
     """Yield the nodes of a Markdown tree, each with True if collapsed or shown only on the HTML page or in the PDF."""
     for one in node.children:
-        yield one, is_collapsed
+        yield one, node_is_collapsed
         yield from _nodes_and_whether_collapsed(
-            one, is_collapsed or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
+            one, node_is_collapsed or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
         )
 
 
@@ -175,6 +178,6 @@ def single_image_of_paragraph(node: SyntaxTreeNode) -> SyntaxTreeNode | None:
     return None
 
 
-def parse_markdown_line(text: str) -> SyntaxTreeNode:
+def parse_markdown_line(markdown_line: str) -> SyntaxTreeNode:
     """Parse a single line of Markdown, such as the caption of a table, to a syntax tree."""
-    return SyntaxTreeNode(MarkdownIt("commonmark", {"html": False}).parseInline(text))
+    return SyntaxTreeNode(MarkdownIt("commonmark", {"html": False}).parseInline(markdown_line))

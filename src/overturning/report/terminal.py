@@ -11,15 +11,15 @@ MARKDOWN_CONTAINERS_LEFT_OUT_OF_TERMINAL = ("page", "paper")
 """Containers that a terminal does not show."""
 
 
-def terminal_lines_of_markdown(tree: SyntaxTreeNode) -> Iterator[str]:
+def terminal_lines_of_markdown(markdown_tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the lines of a Markdown text for a terminal: paragraphs and aligned tables, with empty lines between."""
-    blocks = (block for block in _terminal_lines_by_block(tree.children) if block)
+    blocks = (block for block in _terminal_lines_by_block(markdown_tree.children) if block)
     yield from chain.from_iterable(["", *block] if place else block for place, block in enumerate(blocks))
 
 
-def plain_paragraphs(tree: SyntaxTreeNode) -> Iterator[str]:
+def plain_paragraphs(markdown_tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the paragraphs of a Markdown text outside collapsible sections, without markup."""
-    for node in tree.children:
+    for node in markdown_tree.children:
         if markdown_container_name_and_text(node)[0] in (
             *MARKDOWN_CONTAINERS_LEFT_OUT_OF_TERMINAL,
             "fold",
@@ -48,9 +48,9 @@ def _terminal_lines_by_block(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]
             yield from _terminal_lines_by_block(node.children)
 
 
-def _terminal_lines_of_table(node: SyntaxTreeNode) -> list[str]:
+def _terminal_lines_of_table(table_node: SyntaxTreeNode) -> list[str]:
     """Return the rows of a Markdown table as lines of text with aligned columns."""
-    rows = [row for group in node.children for row in group.children]
+    rows = [row for group in table_node.children for row in group.children]
     texts = [[plain_text(cell) for cell in row.children] for row in rows]
     right = ["right" in str(cell.attrs.get("style", "")) for cell in rows[0].children]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]

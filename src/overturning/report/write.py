@@ -49,26 +49,36 @@ class ReportFilmTexts:
     selection_rule: str
 
 
-def _report_film_texts(name: str, case: IllustrativeCaseWithFigures) -> ReportFilmTexts:
+def _report_film_texts(film_name: str, illustrative_case: IllustrativeCaseWithFigures) -> ReportFilmTexts:
     """Return the texts that the report shows about the film of an illustrative case, in the current language."""
-    panels = zip(map(translate, case.panel_headings), map(translate, case.panel_outcomes), strict=True)
+    panels = zip(
+        map(translate, illustrative_case.panel_headings), map(translate, illustrative_case.panel_outcomes), strict=True
+    )
     return ReportFilmTexts(
-        name, translate(case.title), translate(case.block_and_motion_description), tuple(panels), case.selection_rule
+        film_name,
+        translate(illustrative_case.title),
+        translate(illustrative_case.block_and_motion_description),
+        tuple(panels),
+        illustrative_case.selection_rule,
     )
 
 
 def write_report(
-    results: Path, path: Path, pdf: Path | None = None, study: Study | None = None, language: str | None = None
+    results_folder: Path,
+    html_path: Path,
+    pdf_path: Path | None = None,
+    study_with_question_and_surveys: Study | None = None,
+    language: str | None = None,
 ) -> None:
     """Write the report of a study's results as an HTML page and, if wanted, as PDF; equal results give equal bytes.
 
     Parameters
     ----------
-    results : Path
+    results_folder : Path
         Folder of the results.
-    path, pdf : Path
+    html_path, pdf_path : Path
         Page, and PDF if it is wanted.
-    study : Study, optional
+    study_with_question_and_surveys : Study, optional
         Study from which title, question, surveys, population and settings of figures are taken; not given: that in
         the folder.
     language : str, optional
@@ -79,12 +89,15 @@ def write_report(
     ResultError
         If a result or a figure is missing, or if there are no templates of the language.
     """
-    with open_study_results(results, study) as opened, tempfile.TemporaryDirectory() as drawings:
-        found, language = read_findings(results / FINDINGS_FILE_NAME), language or opened.study.language
+    with (
+        open_study_results(results_folder, study_with_question_and_surveys) as opened,
+        tempfile.TemporaryDirectory() as drawings,
+    ):
+        found, language = read_findings(results_folder / FINDINGS_FILE_NAME), language or opened.study.language
         check_language_is_known(language)
-        figures = list_study_figures(results / "figures")
+        figures = list_study_figures(results_folder / "figures")
         figures |= draw_figures_with_report(opened, found, Path(drawings))
-        folder = results / "figures" / "illustrative"
+        folder = results_folder / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_illustrative_case_list(folder), 1)}
         figures |= {f"{name}-strip": folder / case.film_strip_file_name for name, case in cases.items()}
         if missing := [file for file in figures.values() if not file.is_file()]:
@@ -106,10 +119,10 @@ def write_report(
         )
         title = translate_whole_text_by_table(found.study.title, read_label_translations(language))
         tree = parse_markdown(render_template_as_markdown(found, language, media))
-        with atomic_write(path) as part:
+        with atomic_write(html_path) as part:
             page = render_report_html_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")
-        if pdf is not None:
+        if pdf_path is not None:
             pages = compile_report_pdf(tree, title, language, figures)
-            with atomic_write(pdf) as part:
+            with atomic_write(pdf_path) as part:
                 part.write_bytes(pages)

@@ -70,11 +70,11 @@ def current_language() -> str:
 
 
 @cache
-def read_translation_table(language: str, table_name: str) -> dict[str, str]:
+def read_translation_table(language: str, translation_table_name: str) -> dict[str, str]:
     """Read a translation table (``labels``, ``figures`` or ``explorer``): translations by English text."""
     import yaml
 
-    path = resources.files("overturning").joinpath("translation", "tables", language, f"{table_name}.yaml")
+    path = resources.files("overturning").joinpath("translation", "tables", language, f"{translation_table_name}.yaml")
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml takes a tenth of the time
     table: dict[str, str] = yaml.load(path.read_text(encoding="utf-8"), loader)
     return table
@@ -108,15 +108,18 @@ def translate(text: str, language: str | None = None) -> str:
     return _translate_wrapped_text(text, tuple(_label_and_figure_translations(language).items()))
 
 
-def translate_nested_texts(data: Any, language: str | None = None) -> Any:
+def translate_nested_texts(nested_dictionaries_and_lists: Any, language: str | None = None) -> Any:
     """Translate all texts in nested dictionaries and lists, except values of the key ``data``."""
-    if isinstance(data, str):
-        return translate(data, language)
-    if isinstance(data, dict):
-        return {key: one if key == "data" else translate_nested_texts(one, language) for key, one in data.items()}
-    if isinstance(data, (list, tuple)):
-        return [translate_nested_texts(one, language) for one in data]
-    return data
+    if isinstance(nested_dictionaries_and_lists, str):
+        return translate(nested_dictionaries_and_lists, language)
+    if isinstance(nested_dictionaries_and_lists, dict):
+        return {
+            key: one if key == "data" else translate_nested_texts(one, language)
+            for key, one in nested_dictionaries_and_lists.items()
+        }
+    if isinstance(nested_dictionaries_and_lists, (list, tuple)):
+        return [translate_nested_texts(one, language) for one in nested_dictionaries_and_lists]
+    return nested_dictionaries_and_lists
 
 
 def installed_fonts_of_language(language: str) -> list[str]:
@@ -143,11 +146,11 @@ def font_language_of_text(text: str) -> str:
     return "ja" if any(character >= _FIRST_CJK_CHARACTER for character in text) else current_language()
 
 
-def check_font_is_installed(language: str, file_name: str) -> None:
+def check_font_is_installed(language: str, name_of_file_that_needs_font: str) -> None:
     """Raise an error with the Debian package to install if a file needs a missing font of a language."""
     if language in FONT_PACKAGE_AND_NAMES_BY_LANGUAGE and not installed_fonts_of_language(language):
         raise MissingDataError(
-            f"{file_name}: no font for the language {language}; install the Debian package "
+            f"{name_of_file_that_needs_font}: no font for the language {language}; install the Debian package "
             f"{FONT_PACKAGE_AND_NAMES_BY_LANGUAGE[language][0]}"
         )
 
@@ -162,24 +165,24 @@ class _TranslationPattern(NamedTuple):
 
 @lru_cache(maxsize=8)
 def _exact_and_pattern_translations(
-    table_entries: tuple[tuple[str, str], ...],
+    translation_table_entries: tuple[tuple[str, str], ...],
 ) -> tuple[dict[str, str], list[_TranslationPattern]]:
     """Return the translations in a table by English text, and patterns for the texts with placeholders."""
     found = []
-    for english, translation in table_entries:
+    for english, translation in translation_table_entries:
         fixed, names = _PLACEHOLDER_PATTERN.split(english)[::2], tuple(_PLACEHOLDER_PATTERN.findall(english))
         if names:
             parts = [r"\s+".join(map(re.escape, re.split(r"\s+", part))) for part in fixed]
             fields = (f"(?P<{name}>[^;:]*?[^;:,])" if name else f"({_NUMBER})" for name in names)
             pattern = parts[0] + "".join(field + part for field, part in zip(fields, parts[1:], strict=True))
             found.append(_TranslationPattern(re.compile(pattern), names, translation))
-    return dict(table_entries), found
+    return dict(translation_table_entries), found
 
 
 @lru_cache(maxsize=4096)
-def _translation_from_table(text: str, table_entries: tuple[tuple[str, str], ...]) -> str | None:
+def _translation_from_table(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str | None:
     """Look up the translation of a text in a table, exactly or by a pattern with placeholders; None if absent."""
-    exact, entries = _exact_and_pattern_translations(table_entries)
+    exact, entries = _exact_and_pattern_translations(translation_table_entries)
     if text in exact:
         return exact[text]
     if (joined := " ".join(text.split("\n"))) in exact:  # a line that was broken
@@ -187,50 +190,52 @@ def _translation_from_table(text: str, table_entries: tuple[tuple[str, str], ...
     for entry in entries:
         if match := entry.pattern.fullmatch(text):
             numbers = [one for one, name in zip(match.groups(), entry.placeholder_names, strict=True) if not name]
-            named = {name: _translate_text_lines(one, table_entries) for name, one in match.groupdict().items()}
+            named = {
+                name: _translate_text_lines(one, translation_table_entries) for name, one in match.groupdict().items()
+            }
             return entry.translation.format(*numbers, **named)
     return None
 
 
-def _translate_wrapped_text(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
+def _translate_wrapped_text(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate a text of several lines; lines are joined if this leaves fewer English words.
 
     A sentence that was wrapped has no entry for each line, and may be one part of a list: "stands; leans to 62 %
     of the angle at which it would topple at" with the next line "rest".
     """
-    lines, best = text.split("\n"), _translate_text_lines(text, table_entries)
+    lines, best = text.split("\n"), _translate_text_lines(text, translation_table_entries)
     for start, end in combinations(range(len(lines) + 1), 2):
         if not _LATIN_WORD.search(best):
             break
         if end - start > 1 and all(line.strip() for line in lines[start:end]):
             joined = [*lines[:start], " ".join(lines[start:end]), *lines[end:]]
-            found = _translate_text_lines("\n".join(joined), table_entries)
+            found = _translate_text_lines("\n".join(joined), translation_table_entries)
             if len(_LATIN_WORD.findall(found)) < len(_LATIN_WORD.findall(best)):
                 best = found
     return best
 
 
-def _translate_text_lines(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
+def _translate_text_lines(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate a text line by line; lines that the table lists only together are translated together."""
     lines, translated, start = text.split("\n"), list[str](), 0
     while start < len(lines):
         for end in range(start + 1, len(lines) + 1):
-            if (found := _translation_from_table("\n".join(lines[start:end]), table_entries)) is not None:
+            if (found := _translation_from_table("\n".join(lines[start:end]), translation_table_entries)) is not None:
                 translated.append(found)
                 break
         else:
             end = start + 1
-            translated.append(_translate_list_parts(lines[start], table_entries))
+            translated.append(_translate_list_parts(lines[start], translation_table_entries))
         start = end
     return "\n".join(translated)
 
 
-def _translate_list_parts(text: str, table_entries: tuple[tuple[str, str], ...]) -> str:
+def _translate_list_parts(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate the parts of a list such as "a, b"; return it unchanged if no part is in the table."""
     for separator in LIST_SEPARATORS:
         parts = text.split(separator)
         if len(parts) > 1:
-            translated = [_translate_text_lines(part, table_entries) for part in parts]
+            translated = [_translate_text_lines(part, translation_table_entries) for part in parts]
             if translated != parts:
-                return dict(table_entries).get(separator, separator).join(translated)
+                return dict(translation_table_entries).get(separator, separator).join(translated)
     return text

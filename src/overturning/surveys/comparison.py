@@ -71,10 +71,10 @@ class SurveyPredictionComparison:
     predicted_mean_direction_deg, predicted_resultant_length : float
         Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
     computed_fall_share, lowest_computed_fall_share, highest_computed_fall_share : float
-        Share of the stones of `share_stones` (if 0, of all) that fall in the study: mean, smallest and largest over the
-        heights and frictions of its grid; smallest and largest are NaN if it is the same for all, for instance with one
-        friction for stones of stated height. See `SiteFallPrediction.fall_probability_by_height_and_friction` for
-        stones without size or face.
+        Share of the stones at sites that list a standing stone (if none does, of all) that fall in the study:
+        mean, smallest and largest over the heights and frictions of its grid; smallest and largest are NaN if
+        it is the same for all, for instance with one friction for stones of stated height. See
+        `SiteFallPrediction.fall_probability_by_height_and_friction` for stones without size or face.
     observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
         `fall_directions.octant_weights_of_fallen_stone`.
@@ -112,7 +112,8 @@ class SurveyPredictionComparison:
         uniform.
     stones_without_computed_outcome : int
         Stones without a computed outcome, although their B/H is not far outside the grid: no block of this B/H has one.
-        Like those of `stones_far_outside_b_over_h_grid`, they do not count in `computed_fall_share` and `confusion`.
+        Like those of `stones_far_outside_b_over_h_grid`, they do not count in `computed_fall_share` and
+        `confusion_matrix`.
     falls_without_computed_outcome : int
         Stones of `stones_without_computed_outcome` that fell in a known direction, which is predicted at random.
     falls_without_prediction : int

@@ -221,11 +221,8 @@ def compare_displacements(
             never_stand += one.stone.stone_count
         elif not one.stone.fell and cells is not None:
             standing.append(cells._replace(weight=one.stone.stone_count * cells.weight))
-    computed = (
-        _SimulatedCasesResemblingStones(*(np.concatenate(parts) for parts in zip(*standing, strict=True)))
-        if standing
-        else None
-    )
+    joined = (np.concatenate(parts) for parts in zip(*standing, strict=True))
+    computed = _SimulatedCasesResemblingStones(*joined) if standing else None
     return DisplacementComparison(
         fell=sum(one.stone.stone_count for one in observed if one.stone.fell),
         stood=sum(one.stone.stone_count for one in observed if not one.stone.fell),
@@ -251,16 +248,18 @@ def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: Sur
 
 
 def _outcomes_of_cases_nearest_in_size_and_face(
-    outcomes: _CaseOutcomeArrays, nearest_indices: Mapping[str, NDArray[np.intp]], used_cases_mask: NDArray[np.bool_]
+    outcomes: _CaseOutcomeArrays,
+    nearest_grid_indices: Mapping[str, NDArray[np.intp]],
+    used_cases_mask: NDArray[np.bool_],
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
     """Select the simulated cases that resemble a stone, and mark them in `used_cases_mask`.
 
     Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
-    direction, and displacements of those that stand, with weights whose sum is 1. `nearest_indices`, by dimension of
-    the grid, are those of `nearest_grid_indices_of_stone`.
+    direction, and displacements of those that stand, with weights whose sum is 1. `nearest_grid_indices`, by
+    dimension of the grid, are those of `nearest_grid_indices_of_stone`.
     """
     sizes = zip(outcomes.dimension_names, outcomes.overturned_flags.shape, strict=True)
-    at = np.ix_(*(nearest_indices.get(name, np.arange(size)) for name, size in sizes))
+    at = np.ix_(*(nearest_grid_indices.get(name, np.arange(size)) for name, size in sizes))
     flags = outcomes.overturned_flags[at]
     used_cases_mask[at] |= np.isfinite(flags)
     azimuths = np.asarray(outcomes.fall_azimuth_deg[at], np.float64)[flags == 1]
@@ -292,15 +291,15 @@ def _fall_share_by_friction(fall_flags_with_friction_first: NDArray[np.floating]
 
 
 def _compare_fallen_shares(
-    observed: Sequence[_ObservedStone], counts_and_shares_by_friction: Sequence[tuple[int, FloatArray]]
+    observed_stones: Sequence[_ObservedStone], counts_and_shares_by_friction: Sequence[tuple[int, FloatArray]]
 ) -> ObservedAndComputedStatistic:
     """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
 
     Sites that list no standing stone are left out; if there are no others, the observed share is not known.
     """
-    of_share = stones_of_sites_with_standing_stones([one.stone for one in observed])
-    sites = {stone.site for stone in of_share or [one.stone for one in observed]}
-    pairs = zip(observed, counts_and_shares_by_friction, strict=True)
+    of_share = stones_of_sites_with_standing_stones([one.stone for one in observed_stones])
+    sites = {stone.site for stone in of_share or [one.stone for one in observed_stones]}
+    pairs = zip(observed_stones, counts_and_shares_by_friction, strict=True)
     counted = [pair for one, pair in pairs if one.stone.site in sites]
     shares, counts = np.array([share for _, share in counted]), np.array([count for count, _ in counted])
     known = np.isfinite(shares)
@@ -332,17 +331,18 @@ def _mean_and_range_over_friction(values_by_friction: FloatArray) -> tuple[float
 
 
 def _compare_shifts_and_twists_of_standing_stones(
-    observed: Sequence[_ObservedStone], computed: _SimulatedCasesResemblingStones | None
+    observed_stones: Sequence[_ObservedStone], similar_standing_cases: _SimulatedCasesResemblingStones | None
 ) -> list[ObservedAndComputedStatistic]:
     """Return shares and medians of the shifts and twists of standing stones, observed and computed."""
-    standing = [one for one in observed if not one.stone.fell]
+    standing = [one for one in observed_stones if not one.stone.fell]
     counts = np.array([one.stone.stone_count for one in standing], np.intp)
     shift = np.repeat([one.shift_m for one in standing], counts)
     twist = np.repeat([one.clockwise_twist_deg for one in standing], counts)
     shift, twist = shift[np.isfinite(shift)], twist[np.isfinite(twist)]
     far = shift >= MIN_SHIFT_COUNTED_AS_SHIFTED_M - _ROUNDING_TOLERANCE
     turned = np.abs(twist) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
-    cells = computed or _SimulatedCasesResemblingStones(np.empty(0), np.empty(0, np.intp), np.empty(0), np.empty(0))
+    none = np.empty(0)
+    cells = similar_standing_cases or _SimulatedCasesResemblingStones(none, np.empty(0, np.intp), none, none)
     cells_far = cells.shift_m >= MIN_SHIFT_COUNTED_AS_SHIFTED_M - _ROUNDING_TOLERANCE
     cells_clockwise = cells.clockwise_twist_deg > 0
     cells_turned = np.abs(cells.clockwise_twist_deg) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
@@ -356,11 +356,11 @@ def _compare_shifts_and_twists_of_standing_stones(
         total = cells.weight[base_mask].sum()
         return float(cells.weight[base_mask & counted_mask].sum() / total) if total > 0 else math.nan
 
-    def weighted_median(case_values: FloatArray, mask: NDArray[np.bool_]) -> float:
-        """Return the weighted median of `case_values` over the simulated cases in `mask`; NaN for none."""
-        order = case_values[mask].argsort(kind="stable")
-        below = cells.weight[mask][order].cumsum()
-        return float(case_values[mask][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
+    def weighted_median(case_values: FloatArray, case_mask: NDArray[np.bool_]) -> float:
+        """Return the weighted median of `case_values` over the simulated cases in `case_mask`; NaN for none."""
+        order = case_values[case_mask].argsort(kind="stable")
+        below = cells.weight[case_mask][order].cumsum()
+        return float(case_values[case_mask][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
 
     def compare_medians(
         name: ComparedStatisticName, observed_values: FloatArray, median_by_friction: FloatArray

@@ -270,7 +270,8 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the shares of a stone population that fall under each record in two cubes, each of shape (records,).
 
-    Only stones with an outcome in both cubes count; NaN if there are none. The cubes have the same records at one
+    Only stones with an outcome in both cubes count; NaN if there are none. Of these the share `population.fixed` never
+    falls. The cubes have the same records at one
     amplitude, of models of one kind (2-D or 3-D). Without missing outcomes the shares are those of
     `population_outcome_rates_by_record`.
     """

@@ -92,14 +92,14 @@ class MotionPosterior:
         intensity_by_motion_and_velocity_level : array_like, shape (s, l)
             The quantity for each motion and level, positive.
         uses_prior_instead_of_posterior : bool
-            Use the prior.
+            Take the prior probabilities instead of the posterior ones.
 
         Returns
         -------
         (float, float)
             Ends of the interval; the distribution is interpolated linearly in the logarithm. If the weakest (strongest)
-            level has more probability than one tail, the library does not cover the posterior, and that end is 0
-            (infinite).
+            level has more posterior probability than one tail, the levels do not cover the posterior, and that end is 0
+            (infinite); the ends of the prior are always finite.
         """
         weight = (
             (self.prior_probability if uses_prior_instead_of_posterior else self.posterior_probability)

@@ -84,14 +84,17 @@ class HazardCurve:
     intensity_levels: FloatArray
     annual_exceedance_rates: FloatArray
 
-    def annual_exceedance_rate(self, levels: ArrayLike) -> FloatArray:
+    def annual_exceedance_rate(self, at_intensity_levels: ArrayLike) -> FloatArray:
         """Return the annual rates, 1/year, at which shaking exceeds given intensity levels, by interpolation."""
-        return np.asarray(
-            np.exp(np.interp(np.log(levels), np.log(self.intensity_levels), np.log(self.annual_exceedance_rates)))
-        )
+        x, ln_rates = np.log(self.intensity_levels), np.log(self.annual_exceedance_rates)
+        return np.asarray(np.exp(np.interp(np.log(at_intensity_levels), x, ln_rates)))
 
     def annual_fall_rate(
-        self, medians: ArrayLike, log_spread: float, lowest_level: float = 0.0, highest_level: float = math.inf
+        self,
+        fragility_medians: ArrayLike,
+        log_spread: float,
+        lowest_level: float = 0.0,
+        highest_level: float = math.inf,
     ) -> FloatArray:
         """Compute annual rates of falls, 1/year, due to shaking between two levels, for several fragility medians.
 
@@ -101,7 +104,7 @@ class HazardCurve:
 
         Parameters
         ----------
-        medians : array_like, shape (m,)
+        fragility_medians : array_like, shape (m,)
             Medians of lognormal fragility curves, in the unit of the levels.
         log_spread : float
             Standard deviation of the natural logarithm of the level at which a stone falls.
@@ -116,11 +119,11 @@ class HazardCurve:
         first_level = max(lowest_level, float(self.intensity_levels[0]))
         last_level = min(highest_level, float(self.intensity_levels[-1]))
         if first_level >= last_level:
-            return np.zeros(np.size(medians))
+            return np.zeros(np.size(fragility_medians))
         between = (self.intensity_levels > first_level) & (self.intensity_levels < last_level)
         level = np.concatenate([[first_level], self.intensity_levels[between], [last_level]])
         x, rate = np.log(level), np.log(self.annual_exceedance_rate(level))
-        m, log_spread = (np.log(np.atleast_1d(medians))[:, None], max(log_spread, MIN_LOG_SPREAD))
+        m, log_spread = (np.log(np.atleast_1d(fragility_medians))[:, None], max(log_spread, MIN_LOG_SPREAD))
         k = -np.diff(rate) / np.diff(x)
         below, above = ((x[part] - m) / log_spread + k * log_spread for part in (slice(None, -1), slice(1, None)))
         below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
@@ -173,18 +176,18 @@ def estimate_standing_probability(
     """
     last, seldom = float(hazard_curve.intensity_levels[-1]), float(hazard_curve.annual_exceedance_rates[-1])
 
-    def fall_probability(intensity_level: float, medians: ArrayLike, log_spread: float) -> FloatArray:
+    def fall_probability(intensity_level: float, fragility_medians: ArrayLike, log_spread: float) -> FloatArray:
         """Return the probability of a fall at one intensity level, for each of several fragility medians."""
-        return np.asarray(ndtr(np.log(intensity_level / np.atleast_1d(medians)) / max(log_spread, MIN_LOG_SPREAD)))
+        ln_ratios = np.log(intensity_level / np.atleast_1d(fragility_medians))
+        return np.asarray(ndtr(ln_ratios / max(log_spread, MIN_LOG_SPREAD)))
 
-    def annual_fall_rates(medians: ArrayLike, log_spread: float) -> FloatArray:
+    def annual_fall_rates(fragility_medians: ArrayLike, log_spread: float) -> FloatArray:
         """Return the annual rate of falls, 1/year, for each of several fragility medians.
 
         Shaking above the last level of the hazard curve counts with the fall probability of that level.
         """
-        return np.asarray(
-            hazard_curve.annual_fall_rate(medians, log_spread) + seldom * fall_probability(last, medians, log_spread)
-        )
+        within = hazard_curve.annual_fall_rate(fragility_medians, log_spread)
+        return np.asarray(within + seldom * fall_probability(last, fragility_medians, log_spread))
 
     spread = fragility_curve.log_spread
     # An end outside the data is 0 or infinite: all shaking overturns the stone, or none.
@@ -243,40 +246,37 @@ class SurvivalByStoneClass:
 
 def survival_probability_by_stone_class(
     fragility_curves: Sequence[FragilityCurveRow],
-    hazard_curves: dict[str, HazardCurve],
+    hazard_curve_by_measure: dict[str, HazardCurve],
     exposure_years: float,
     fragility_and_hazard_file_names: tuple[str, str],
 ) -> SurvivalByStoneClass:
     """Compute the survival probability of each class of stones whose intensity measure has a hazard curve.
-
-    `hazard_curves` are by intensity measure.
 
     A ResultError with `fragility_and_hazard_file_names` is raised if a unit differs between the two tables, or if the
     tables have no measure in common.
     """
     fragility, hazard = fragility_and_hazard_file_names
     units = {one.measure: one.unit for one in fragility_curves}
-    for measure in hazard_curves.keys() & units.keys():
-        own = hazard_curves[measure].unit
+    for measure in hazard_curve_by_measure.keys() & units.keys():
+        own = hazard_curve_by_measure[measure].unit
         if own != units[measure]:
             raise ResultError(f"{hazard}: {measure} in {own}, but {fragility} has it in {units[measure]}; convert it")
-    shared = [one for one in fragility_curves if one.measure in hazard_curves]
+    shared = [one for one in fragility_curves if one.measure in hazard_curve_by_measure]
     if not shared:
         raise ResultError(
-            f"{hazard}: {', '.join(hazard_curves)}; {fragility} has {', '.join(units)}: give one of these"
+            f"{hazard}: {', '.join(hazard_curve_by_measure)}; {fragility} has {', '.join(units)}: give one of these"
         )
     known = [one for one in shared if math.isfinite(one.log_spread)]
     estimates = (
         (
             one,
-            hazard_curves[one.measure],
-            estimate_standing_probability(one, hazard_curves[one.measure], exposure_years),
+            hazard_curve_by_measure[one.measure],
+            estimate_standing_probability(one, hazard_curve_by_measure[one.measure], exposure_years),
         )
         for one in known
     )
-    return SurvivalByStoneClass(
-        exposure_years, hazard, hazard_curves, tuple(estimates), tuple(one for one in shared if one not in known)
-    )
+    rest = tuple(one for one in shared if one not in known)
+    return SurvivalByStoneClass(exposure_years, hazard, hazard_curve_by_measure, tuple(estimates), rest)
 
 
 def hazard_unit_warning(hazard_curve: HazardCurve) -> str:

@@ -331,7 +331,7 @@ def _errors_on_true_north_columns(text_table: TextTable, standard_name_of_each_c
 
 def _validate_row(
     numbered_row: NumberedTableRow,
-    column_names: list[str],
+    standard_names: list[str],
     table: TextTable,
     declination_deg: float | None,
     *,
@@ -340,25 +340,25 @@ def _validate_row(
     """Validate one row of a survey table; return the row (None if invalid) and error messages."""
     cells = numbered_row.cells
     # In a table of commas, an empty cell too many may come from a decimal comma: 120,5 reads as 120 and 5.
-    while len(cells) > len(column_names) and not cells[-1] and table.cell_separator != ",":
+    while len(cells) > len(standard_names) and not cells[-1] and table.cell_separator != ",":
         cells = cells[:-1]
-    if len(cells) > len(column_names) or (len(cells) < len(column_names) and table.cell_separator != "\t"):
-        comma = table.cell_separator == "," and len(cells) > len(column_names)
+    if len(cells) > len(standard_names) or (len(cells) < len(standard_names) and table.cell_separator != "\t"):
+        comma = table.cell_separator == "," and len(cells) > len(standard_names)
         hint = "; with decimal commas, separate cells by semicolons, and end no line with a comma" if comma else ""
         return None, [
-            f"{len(cells)} cells, the header names {len(column_names)} columns; "
+            f"{len(cells)} cells, the header names {len(standard_names)} columns; "
             f"separate cells by {table.separator_name}{hint}"
         ]
     filled = [cell for cell in cells if cell]
     if len(filled) > 1 and all(cell.strip("[]()").lower() in _UNIT_CELLS for cell in filled):
         return None, ["a line of units; begin it with #"]
     if totals := [
-        cell for meaning, cell in zip(column_names, cells, strict=False) if _is_label_of_totals_row(meaning, cell)
+        cell for meaning, cell in zip(standard_names, cells, strict=False) if _is_label_of_totals_row(meaning, cell)
     ]:
         return None, [f"{totals[0]!r} names a line of totals, which are no stones; remove the line, or begin it with #"]
     values = {
         meaning: cell
-        for meaning, cell in zip(column_names, cells, strict=False)
+        for meaning, cell in zip(standard_names, cells, strict=False)
         if meaning and cell and not (meaning in _COLUMNS_ALLOWING_UNKNOWN and cell.lower() in UNKNOWN_VALUE_TEXTS)
     }
     if declination_deg is not None:

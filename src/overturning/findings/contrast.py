@@ -260,12 +260,12 @@ def _estimates_of_overturned_shares(
 
 
 def _overturned_shares_at_each_b_over_h(
-    b_over_h: FloatArray, both_cubes: tuple[xr.Dataset, xr.Dataset], record_events: NDArray[np.str_]
+    b_over_h_values: FloatArray, study_and_variant_cubes: tuple[xr.Dataset, xr.Dataset], record_events: NDArray[np.str_]
 ) -> list[OverturnedSharesAtBOverH]:
     """Return the overturned shares in study and variant at each B/H, from cubes with the same known outcomes."""
-    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in both_cubes]
+    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in study_and_variant_cubes]
     found = []
-    for ratio, one, other in zip(b_over_h, *shapes, strict=True):
+    for ratio, one, other in zip(b_over_h_values, *shapes, strict=True):
         here, there, difference = _estimates_of_overturned_shares(record_events, one, other)
         found.append(OverturnedSharesAtBOverH(
             b_over_h=round(float(ratio), 9), share_overturned_study=here, share_overturned_variant=there,

@@ -56,30 +56,34 @@ RECORD_CHAPTER_FIGURE_FOLDERS: Final = ("polar", "intensity")
 """Folders with a figure of each record, in the order of its chapter."""
 
 
-def list_study_figures(folder: Path) -> dict[str, Path]:
+def list_study_figures(figures_folder: Path) -> dict[str, Path]:
     """Return the SVG files in a study's folder of figures, by name such as ``rose`` or ``polar/rinaldi``."""
-    return {str(path.relative_to(folder).with_suffix("")): path for path in sorted(folder.rglob("*.svg"))}
+    return {
+        str(path.relative_to(figures_folder).with_suffix("")): path for path in sorted(figures_folder.rglob("*.svg"))
+    }
 
 
-def write_translated_figures(figure_paths: dict[str, Path], output_folder: Path, language: str) -> dict[str, Path]:
+def write_translated_figures(
+    figure_path_by_name: dict[str, Path], output_folder: Path, language: str
+) -> dict[str, Path]:
     """Write copies of figure files, with their texts translated from English, into a folder; return them by name.
 
     For English, the files themselves are returned, whatever their language.
     """
     if language == ENGLISH:
-        return figure_paths
-    translated = {name: output_folder / f"{name}.svg" for name in figure_paths}
-    for name, path in figure_paths.items():
+        return figure_path_by_name
+    translated = {name: output_folder / f"{name}.svg" for name in figure_path_by_name}
+    for name, path in figure_path_by_name.items():
         write_text(translated[name], translate_svg(path.read_text(encoding="utf-8"), language))
     return translated
 
 
 def names_of_shown_figures_by_record(
-    figure_paths: dict[str, Path], record_ids: list[str]
+    figure_path_by_name: dict[str, Path], record_ids: list[str]
 ) -> dict[str, tuple[str, ...]]:
     """Return, by record id, the names of the figures that the report shows for each record, as far as they exist."""
     named = {record: tuple(f"{part}/{record}" for part in RECORD_CHAPTER_FIGURE_FOLDERS) for record in record_ids}
-    return {record: tuple(name for name in names if name in figure_paths) for record, names in named.items()}
+    return {record: tuple(name for name in names if name in figure_path_by_name) for record, names in named.items()}
 
 
 FIGURES_DRAWN_WITH_REPORT: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Callable[[], Figure]]]]]" = {

@@ -141,20 +141,11 @@ class SurveyInversion:
         direction_likelihood_exponent : float
             Exponent of the likelihood of the directions, see `DIRECTION_LIKELIHOOD_EXPONENT`.
         """
-        log_likelihoods_of_falls_and_directions = (
-            log_likelihoods_of_falls_and_directions[0]
-            + direction_likelihood_exponent * log_likelihoods_of_falls_and_directions[1]
-        )
-        weight = np.broadcast_to(
-            np.asarray(prior_weights, dtype=np.float64), log_likelihoods_of_falls_and_directions.shape
-        )
-        probability, motions = (
-            weight
-            * np.exp(
-                log_likelihoods_of_falls_and_directions - log_likelihoods_of_falls_and_directions[weight > 0].max()
-            ),
-            self.stone_outcome_probabilities.motions,
-        )
+        of_falls, of_directions = log_likelihoods_of_falls_and_directions
+        total = of_falls + direction_likelihood_exponent * of_directions
+        weight = np.broadcast_to(np.asarray(prior_weights, dtype=np.float64), total.shape)
+        probability = weight * np.exp(total - total[weight > 0].max())
+        motions = self.stone_outcome_probabilities.motions
         return MotionPosterior(
             motion_names=tuple(one.name for one in motions),
             pgv_levels_m_s=SIMULATED_PGV_M_S,

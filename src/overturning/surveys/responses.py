@@ -65,7 +65,11 @@ class StoneDimensions:
 
     @classmethod
     def from_stone(cls, stone: Stone) -> "StoneDimensions":
-        """Return height and shape of a survey's stone; an `ArgumentError` if outside the simulated range."""
+        """Return height, smaller B/H and nearest simulated D/B of a survey's stone.
+
+        An `ArgumentError` is raised if height or B/H lie beyond the simulated range by more than the factor
+        `LARGEST_FACTOR_BEYOND_GRID`.
+        """
         front, side = stone.b_over_h_in_both_planes
         for name, value, grid in (
             ("height_m", stone.height_m, SIMULATED_HEIGHTS_M),
@@ -96,7 +100,8 @@ class StoneDimensions:
     def size_grid_weights(self, population_for_unknown_sizes: StonePopulation) -> FloatArray:
         """Return the weights of `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H` for stones of this kind; sum 1.
 
-        The shape is (heights, shapes). Unknown sizes are distributed as in `population_for_unknown_sizes`.
+        The shape is (heights, B/H). Unknown sizes are distributed as in `population_for_unknown_sizes`; ln B/H has the
+        standard deviation `LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE` about a stone's value.
         """
         generator = np.random.Generator(np.random.PCG64(population_for_unknown_sizes.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(RANDOM_SIZE_COUNT).T
@@ -121,7 +126,7 @@ class StoneDimensions:
 def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) -> list[StoneDimensions]:
     """Return height and shape of each stone of a survey as a `StoneDimensions`.
 
-    An ArgumentError lists all stones outside the simulated range.
+    An ArgumentError lists all stones too far outside the simulated range (see `StoneDimensions.from_stone`).
     """
     kinds, faults = [], []
     for stone in stones:

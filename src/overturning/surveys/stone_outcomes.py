@@ -77,18 +77,21 @@ def simulated_grid_as_text() -> str:
     return repr(grid)
 
 
-def face_azimuths_to_simulate_for_d_over_b(d_over_b: float) -> FloatArray:
+def face_azimuths_to_simulate_for_d_over_b(d_over_b_or_0_if_round: float) -> FloatArray:
     """Return the face azimuths to simulate for a D/B, degrees from the motion's north, without symmetric repetitions.
 
     A round stone has the D/B 0.
     """
-    return np.arange(0.0, 1 if d_over_b == 0.0 else 90 if d_over_b == 1.0 else 180, ORIENTATION_STEP_DEG)
+    return np.arange(
+        0.0, 1 if d_over_b_or_0_if_round == 0.0 else 90 if d_over_b_or_0_if_round == 1.0 else 180, ORIENTATION_STEP_DEG
+    )
 
 
 def identifying_numbers_of_motion(candidate_motion: CandidateMotion) -> FloatArray:
     """Return six numbers of a motion: samples, sampling interval, PGA, PGV, azimuth of PGV, vertical PGA; shape (6,).
 
-    Unlike a hash, they are nearly the same if a processor rounds differently.
+    Units are s, m/s², m/s and degrees. Unlike a hash, the numbers are nearly the same if a processor rounds
+    differently.
     """
     one, motion = candidate_motion, candidate_motion.motion
     vertical = 0.0 if motion.up is None else float(np.abs(motion.up).max())
@@ -121,19 +124,21 @@ def _d_over_b_texts_with_shipped_outcomes() -> frozenset[str]:
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
 
 
-def shipped_stone_outcomes_of_motion(candidate_motion: CandidateMotion, d_over_b: float) -> dict[str, NDArray[np.int8]]:
+def shipped_stone_outcomes_of_motion(
+    candidate_motion: CandidateMotion, d_over_b_or_0_if_round: float
+) -> dict[str, NDArray[np.int8]]:
     """Return the stone outcomes that the package contains for a motion, by key ``height-shape`` (grid indices).
 
     The result is empty for motions that are not in the package, and for a D/B without such outcomes.
     """
-    if f"{d_over_b:g}" not in _d_over_b_texts_with_shipped_outcomes():
+    if f"{d_over_b_or_0_if_round:g}" not in _d_over_b_texts_with_shipped_outcomes():
         return {}
     own, every = identifying_numbers_of_motion(candidate_motion), _shipped_outcome_array("motions")
     same = np.flatnonzero(np.isclose(every, own, rtol=1e-6, atol=0.0).all(axis=1))
     if same.size != 1:
         return {}
-    outcomes = _shipped_outcome_array(f"outcomes {d_over_b:g}")[same[0]]
-    sizes = _shipped_outcome_array(f"sizes {d_over_b:g}")
+    outcomes = _shipped_outcome_array(f"outcomes {d_over_b_or_0_if_round:g}")[same[0]]
+    sizes = _shipped_outcome_array(f"sizes {d_over_b_or_0_if_round:g}")
     return {f"{h}-{b}": one for (h, b), one in zip(sizes.tolist(), outcomes, strict=True)}
 
 
@@ -142,21 +147,22 @@ def stone_outcome_cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
-def _stone_outcome_cache_path(candidate_motion: CandidateMotion, d_over_b: float, outcome_cache_folder: Path) -> Path:
+def _stone_outcome_cache_path(
+    candidate_motion: CandidateMotion, d_over_b_or_0_if_round: float, outcome_cache_folder: Path
+) -> Path:
     """Return the path of the cache file for stones with one D/B under one motion.
 
     The file name is a hash of all inputs.
     """
-    inputs = (
-        f"{_source_hash_of_stone_outcomes()} {candidate_motion.samples_sha256} {candidate_motion.pgv_m_s} {d_over_b}"
-    )
+    motion_text = f"{candidate_motion.samples_sha256} {candidate_motion.pgv_m_s}"
+    inputs = f"{_source_hash_of_stone_outcomes()} {motion_text} {d_over_b_or_0_if_round}"
     key = hashlib.sha256(f"{inputs} {simulated_grid_as_text()}".encode()).hexdigest()[:24]
     return outcome_cache_folder / f"{key}.npz"
 
 
 def outcomes_of_needed_sizes(
     candidate_motion: CandidateMotion,
-    d_over_b: float,
+    d_over_b_or_0_if_round: float,
     mask_of_needed_heights_and_b_over_h: NDArray[np.bool_],
     outcome_cache_folder: Path,
     thread_count: int,
@@ -168,10 +174,10 @@ def outcomes_of_needed_sizes(
     `UNKNOWN_OUTCOME_INDEX` for each friction, peak velocity to which the motion is scaled, and orientation of the
     stone.
     """
-    shipped = shipped_stone_outcomes_of_motion(candidate_motion, d_over_b)
+    shipped = shipped_stone_outcomes_of_motion(candidate_motion, d_over_b_or_0_if_round)
     needed = [(h, b) for h, b in np.argwhere(mask_of_needed_heights_and_b_over_h).tolist() if f"{h}-{b}" not in shipped]
     return shipped | (
-        load_or_simulate_outcomes(candidate_motion, d_over_b, needed, outcome_cache_folder, thread_count)
+        load_or_simulate_outcomes(candidate_motion, d_over_b_or_0_if_round, needed, outcome_cache_folder, thread_count)
         if needed
         else {}
     )
@@ -179,7 +185,7 @@ def outcomes_of_needed_sizes(
 
 def load_or_simulate_outcomes(
     candidate_motion: CandidateMotion,
-    d_over_b: float,
+    d_over_b_or_0_if_round: float,
     height_and_b_over_h_index_pairs: Sequence[tuple[int, int]],
     outcome_cache_folder: Path,
     thread_count: int,
@@ -189,7 +195,7 @@ def load_or_simulate_outcomes(
     Simulated outcomes are stored in the cache folder. Keys and shapes are those of `outcomes_of_needed_sizes`.
     """
     path, known = (
-        _stone_outcome_cache_path(candidate_motion, d_over_b, outcome_cache_folder),
+        _stone_outcome_cache_path(candidate_motion, d_over_b_or_0_if_round, outcome_cache_folder),
         dict[str, NDArray[np.int8]](),
     )
     try:
@@ -201,7 +207,7 @@ def load_or_simulate_outcomes(
         path.unlink(missing_ok=True)
     missing = [(h, b) for h, b in height_and_b_over_h_index_pairs if f"{h}-{b}" not in known]
     if missing:
-        found = simulate_outcomes_of_sizes(candidate_motion, d_over_b, missing, thread_count)
+        found = simulate_outcomes_of_sizes(candidate_motion, d_over_b_or_0_if_round, missing, thread_count)
         known |= {f"{h}-{b}": one for (h, b), one in zip(missing, found, strict=True)}
         # A cache that cannot be written costs time only.
         with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
@@ -210,17 +216,17 @@ def load_or_simulate_outcomes(
 
 
 def size_keys_with_stored_outcomes(
-    candidate_motion: CandidateMotion, d_over_b: float, outcome_cache_folder: Path
+    candidate_motion: CandidateMotion, d_over_b_or_0_if_round: float, outcome_cache_folder: Path
 ) -> set[str]:
     """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.
     with (
         suppress(Exception),
-        np.load(_stone_outcome_cache_path(candidate_motion, d_over_b, outcome_cache_folder)) as stored,
+        np.load(_stone_outcome_cache_path(candidate_motion, d_over_b_or_0_if_round, outcome_cache_folder)) as stored,
     ):
         stored_names = stored.files
-    return {*stored_names, *shipped_stone_outcomes_of_motion(candidate_motion, d_over_b)}
+    return {*stored_names, *shipped_stone_outcomes_of_motion(candidate_motion, d_over_b_or_0_if_round)}
 
 
 @cache
@@ -231,7 +237,7 @@ def _source_hash_of_stone_outcomes() -> str:
 
 def simulate_outcomes_of_sizes(
     candidate_motion: CandidateMotion,
-    d_over_b: float,
+    d_over_b_or_0_if_round: float,
     height_and_b_over_h_index_pairs: Sequence[tuple[int, int]],
     thread_count: int,
 ) -> NDArray[np.int8]:
@@ -246,7 +252,7 @@ def simulate_outcomes_of_sizes(
         np.arange(len(height_and_b_over_h_index_pairs)),
         np.array(SIMULATED_FRICTIONS),
         SIMULATED_PGV_M_S / candidate_motion.pgv_m_s,
-        face_azimuths_to_simulate_for_d_over_b(d_over_b),
+        face_azimuths_to_simulate_for_d_over_b(d_over_b_or_0_if_round),
     )
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = (
@@ -254,9 +260,12 @@ def simulate_outcomes_of_sizes(
         for at, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
     )
     node = node.astype(np.intp)
-    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(d_over_b, 1.0))
+    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(d_over_b_or_0_if_round, 1.0))
     found = simulate_cases(
-        "rectangle" if d_over_b else "circle", candidate_motion.motion, cases, NumericalOptions(threads=thread_count)
+        "rectangle" if d_over_b_or_0_if_round else "circle",
+        candidate_motion.motion,
+        cases,
+        NumericalOptions(threads=thread_count),
     )
     way = np.round(np.nan_to_num(found.fall_azimuth) / DIRECTION_BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BIN_COUNT
     outcome = np.where(

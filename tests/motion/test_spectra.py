@@ -121,14 +121,14 @@ def test_largest_motion_along_azimuths_is_exact_for_motion_along_one_line():
 def pseudo_acceleration_spectrum_of_component(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
     motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
-    return response_spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
+    return response_spectra_by_azimuth(motion, periods, 0.0, damping_ratio=damping)["acceleration"][:, 0]
 
 
 @pytest.mark.parametrize("count", [64, 75])
 def test_the_interpolated_motion_passes_through_its_samples(count):
     """White noise reaches the Nyquist frequency, which has a separate term if the number of samples is even."""
     noise = np.random.default_rng(count).normal(size=(2, count))
-    finer = OscillatorResponseCalculator(noise, 0.01, longest_period_s=0.0)._interpolated_components(4)
+    finer = OscillatorResponseCalculator(noise, 0.01, longest_oscillator_period_s=0.0)._interpolated_components(4)
     np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 
@@ -152,7 +152,7 @@ def test_response_spectra_include_free_vibration_after_the_motion(period, dampin
     pulse = np.where((np.arange(300) > 100) & (np.arange(300) < 120), 1.0, 0.0)
     omega, speed = 2 * math.pi / period, 0.005 * pulse.sum()
     motion = Motion(pulse, 0 * pulse, sampling_interval=0.005)
-    found = response_spectra_by_azimuth(motion, [period], 0.0, damping=damping)["displacement"][0, 0]
+    found = response_spectra_by_azimuth(motion, [period], 0.0, damping_ratio=damping)["displacement"][0, 0]
     expected = speed / omega * math.exp(-damping / math.sqrt(1 - damping**2) * math.acos(damping))
     assert found == pytest.approx(expected, rel=1e-3)
 
@@ -257,7 +257,7 @@ def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi_record):
         housner_spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO_RESULTS_FOR_RINALDI["si20"], rtol=0.005
     )
     np.testing.assert_allclose(
-        housner_spectrum_intensity(motion, [0, 90], damping=0.05) * 100,
+        housner_spectrum_intensity(motion, [0, 90], damping_ratio=0.05) * 100,
         PYSHINDO_RESULTS_FOR_RINALDI["si05"],
         rtol=0.005,
     )
@@ -311,9 +311,9 @@ def test_horizontal_jma_intensity_equals_that_with_zero_vertical_motion(rinaldi_
         rinaldi_record.north / np.sqrt(2),
         sampling_interval=rinaldi_record.sampling_interval,
     )
-    assert jma_instrumental_intensity(level, horizontal=True) == jma_instrumental_intensity(level)
+    assert jma_instrumental_intensity(level, horizontal_only=True) == jma_instrumental_intensity(level)
     # A vertical motion half as strong as the horizontal vector at every moment adds log₁₀ 1.25.
-    added = jma_instrumental_intensity(both) - jma_instrumental_intensity(both, horizontal=True)
+    added = jma_instrumental_intensity(both) - jma_instrumental_intensity(both, horizontal_only=True)
     assert added == pytest.approx(np.log10(1.25))
 
 
@@ -387,7 +387,9 @@ def test_velocity_spectrum_of_soft_oscillators_matches_the_closed_form_for_fast_
     motion = Motion(3.0 * bell * np.sin(2 * np.pi * frequency * time), 0 * time, sampling_interval=0.02)
     omega, own = 2 * np.pi * frequency, 2 * np.pi / np.array([1.5, 2.5])
     exact = 3.0 * omega / np.abs(own**2 - omega**2 + 2j * 0.2 * own * omega)
-    found = response_spectra_by_azimuth(motion, [1.5, 2.5], [0], damping=0.2, points_per_period=24)["velocity"][:, 0]
+    found = response_spectra_by_azimuth(
+        motion, [1.5, 2.5], [0], damping_ratio=0.2, interpolated_points_per_oscillator_period=24
+    )["velocity"][:, 0]
     assert found == pytest.approx(exact, rel=0.02)
 
 

@@ -41,12 +41,12 @@ def cosine_and_sine_of_azimuth(azimuth_deg: float) -> tuple[float, float]:
 
 
 @overload
-def angle_between_azimuths(first_deg: float, second_deg: float) -> float: ...
+def angle_between_azimuths(first_azimuth_deg: float, second_azimuth_deg: float) -> float: ...
 @overload
-def angle_between_azimuths(first_deg: Any, second_deg: Any) -> Any: ...
-def angle_between_azimuths(first_deg: Any, second_deg: Any) -> Any:
+def angle_between_azimuths(first_azimuth_deg: Any, second_azimuth_deg: Any) -> Any: ...
+def angle_between_azimuths(first_azimuth_deg: Any, second_azimuth_deg: Any) -> Any:
     """Return the angle between two azimuths, degrees, 0 to 180; of numbers, arrays or data arrays."""
-    return abs((first_deg - second_deg + 180.0) % 360.0 - 180.0)
+    return abs((first_azimuth_deg - second_azimuth_deg + 180.0) % 360.0 - 180.0)
 
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:

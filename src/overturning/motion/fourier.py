@@ -18,48 +18,50 @@ def fourier_amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float
     )
 
 
-def cosine_taper_window(sample_count: int, taper_sample_count: int) -> FloatArray:
-    """Return a Tukey window of `sample_count` weights: a half cosine over `taper_sample_count` samples at both ends."""
+def cosine_taper_window(sample_count: int, sample_count_of_taper_at_each_end: int) -> FloatArray:
+    """Return a Tukey window: weights of 1 with half a cosine wave over some samples at each end, shape (samples,)."""
     window = np.ones(sample_count)
-    window[:taper_sample_count] = 0.5 * (1.0 - np.cos(np.pi * np.arange(taper_sample_count) / taper_sample_count))
-    window[-taper_sample_count:] = window[:taper_sample_count][::-1]
+    window[:sample_count_of_taper_at_each_end] = 0.5 * (
+        1.0 - np.cos(np.pi * np.arange(sample_count_of_taper_at_each_end) / sample_count_of_taper_at_each_end)
+    )
+    window[-sample_count_of_taper_at_each_end:] = window[:sample_count_of_taper_at_each_end][::-1]
     return window
 
 
 def rms_fourier_amplitude_in_bands(
-    acceleration: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
+    acceleration: FloatArray, sampling_interval: float, centre_frequencies_hz: FloatArray
 ) -> FloatArray:
-    """Return the root mean square Fourier amplitude, m/s, in bands around m `centre_frequencies`, shape (m,).
+    """Return the root mean square Fourier amplitude, m/s, in bands around m `centre_frequencies_hz`, shape (m,).
 
-    The bands lie around logarithmically spaced ``centre_frequencies``, Hz. A short component is padded with zeros so
+    The bands lie around logarithmically spaced ``centre_frequencies_hz``, Hz. A short component is padded with zeros so
     that every band contains at least one frequency.
     """
-    ratio = float(centre_frequencies[1] / centre_frequencies[0])
-    needed = int(np.ceil(2.0 / (centre_frequencies[0] * (ratio - 1.0)) / sampling_interval))
+    ratio = float(centre_frequencies_hz[1] / centre_frequencies_hz[0])
+    needed = int(np.ceil(2.0 / (centre_frequencies_hz[0] * (ratio - 1.0)) / sampling_interval))
     padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
     frequency, amplitude = fourier_amplitude_spectrum(padded, sampling_interval)
-    edges = np.append(centre_frequencies / np.sqrt(ratio), centre_frequencies[-1] * np.sqrt(ratio))
+    edges = np.append(centre_frequencies_hz / np.sqrt(ratio), centre_frequencies_hz[-1] * np.sqrt(ratio))
     bounds = np.searchsorted(frequency, edges)
     powers = np.concatenate([[0.0], np.cumsum(amplitude**2)])
     return np.sqrt((powers[bounds[1:]] - powers[bounds[:-1]]) / np.maximum(np.diff(bounds), 1))
 
 
 def konno_ohmachi_smoothed_amplitude(
-    frequency: FloatArray, amplitude: FloatArray, centre_frequencies: ArrayLike
+    frequencies_hz: FloatArray, fourier_amplitude: FloatArray, centre_frequencies_hz: ArrayLike
 ) -> FloatArray:
-    """Return Fourier amplitudes smoothed at ``centre_frequencies`` (Konno & Ohmachi 1998, BSSA 88, 228, equation 4).
+    """Return Fourier amplitudes smoothed at ``centre_frequencies_hz`` (Konno & Ohmachi 1998, BSSA 88, 228, equation 4).
 
-    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``centre_frequencies``. The bandwidth
+    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``centre_frequencies_hz``. The bandwidth
     coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the record is
     too short and the frequencies of its spectrum are too far apart.
     """
-    wanted = np.atleast_1d(np.asarray(centre_frequencies, dtype=np.float64))
+    wanted = np.atleast_1d(np.asarray(centre_frequencies_hz, dtype=np.float64))
     if not (np.isfinite(wanted) & (wanted > 0)).all():
         raise ArgumentError("centre_frequencies: smoothed spectra have positive frequencies only")
-    positive = frequency > 0
-    octaves, smoothed = 40.0 / np.pi * np.log10(frequency[positive]), np.full(wanted.size, np.nan)
+    positive = frequencies_hz > 0
+    octaves, smoothed = 40.0 / np.pi * np.log10(frequencies_hz[positive]), np.full(wanted.size, np.nan)
     for place, centre in enumerate(40.0 / np.pi * np.log10(wanted)):
         weight = np.square(np.square(np.sinc(octaves - centre)))
         if (total := weight.sum()) > 0.3:
-            smoothed[place] = (weight * amplitude[positive]).sum() / total
+            smoothed[place] = (weight * fourier_amplitude[positive]).sum() / total
     return smoothed

@@ -1,4 +1,4 @@
-"""Directions of a motion: azimuths of its peaks, axis and period of its strongest velocity pulse."""
+"""Azimuths of a motion's peak acceleration and velocity, and axis and period of its strongest velocity pulse."""
 
 from functools import cache
 
@@ -32,24 +32,26 @@ def azimuths_of_peak_acceleration_and_velocity(motion: Accelerogram) -> dict[str
     return {name: _azimuth_deg_of_largest_vector(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
 
 
-def _azimuth_deg_of_largest_vector(horizontal_motion: FloatArray) -> float:
+def _azimuth_deg_of_largest_vector(north_and_east_samples: FloatArray) -> float:
     """Return the azimuth, degrees, at which a horizontal motion, shape (2, n), is largest; NaN without motion."""
-    square = (horizontal_motion**2).sum(axis=0)
+    square = (north_and_east_samples**2).sum(axis=0)
     at = int(square.argmax())
-    return _azimuth_deg_of_vector(*horizontal_motion[:, at]) if square[at] > 0 else float("nan")
+    return _azimuth_deg_of_vector(*north_and_east_samples[:, at]) if square[at] > 0 else float("nan")
 
 
-def _azimuth_deg_of_vector(north: float, east: float) -> float:
+def _azimuth_deg_of_vector(northward_component: float, eastward_component: float) -> float:
     """Return the azimuth of a horizontal vector, degrees clockwise from north, rounded to 1e-6."""
-    return float(np.round(np.degrees(np.arctan2(east, north)) % 360.0, 6) % 360.0)
+    return float(np.round(np.degrees(np.arctan2(eastward_component, northward_component)) % 360.0, 6) % 360.0)
 
 
 @cache
 def daubechies_wavelet_values() -> FloatArray:
     """Return the Daubechies wavelet db4 (unit energy) at arguments from 0 to 7 in steps of 1/256, shape (1793,)."""
 
-    def filter_frequency_response(filter_taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
-        turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(filter_taps.size)))
+    def filter_frequency_response(
+        filter_taps: FloatArray, frequencies_in_cycles_per_sample: FloatArray
+    ) -> NDArray[np.complex128]:
+        turns = np.exp(-2j * np.pi * np.multiply.outer(frequencies_in_cycles_per_sample, np.arange(filter_taps.size)))
         return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
     period = _WAVELET_SUPPORT_LENGTH + 1  # slightly more than the support, to avoid wrap-around

@@ -58,9 +58,11 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
     measures["arias"] = arias_intensity(motion, half)
     measures["cav"] = cumulative_absolute_velocity(motion, half)
     measures["duration"] = significant_duration(motion, half)
-    measures["si20"] = housner_spectrum_intensity(motion, half, damping=0.20)
-    measures["si05"] = housner_spectrum_intensity(motion, half, damping=0.05)
-    spectra = pseudo_acceleration_spectra(motion, PREDOMINANT_PERIOD_CANDIDATES_S, half, points_per_period=24)
+    measures["si20"] = housner_spectrum_intensity(motion, half, damping_ratio=0.20)
+    measures["si05"] = housner_spectrum_intensity(motion, half, damping_ratio=0.05)
+    spectra = pseudo_acceleration_spectra(
+        motion, PREDOMINANT_PERIOD_CANDIDATES_S, half, interpolated_points_per_oscillator_period=24
+    )
     of_largest = PREDOMINANT_PERIOD_CANDIDATES_S[spectra.argmax(axis=0)]
     measures["predominant_period"] = np.where(measures["duration"] > 0, of_largest, np.nan)
     return {name: values[back] for name, values in measures.items()}
@@ -82,9 +84,9 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
 
 
 def jma_intensity_and_peaks_of_record(
-    motion: Accelerogram, processing_entries: Sequence[Mapping[str, Any]]
+    motion: Accelerogram, processing_steps_of_record: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return the JMA intensity of a record, with and without up, and its peak values before and after processing.
+    """Return the JMA intensity of a record, with and without the vertical, and its peaks before and after processing.
 
     Returns
     -------
@@ -99,10 +101,10 @@ def jma_intensity_and_peaks_of_record(
     defined = motion.duration >= JMA_LEVEL_DURATION_S
     measures: dict[str, Any] = {
         "jma_intensity": jma_instrumental_intensity(motion) if defined and motion.up is not None else None,
-        "jma_intensity_horizontal": jma_instrumental_intensity(motion, horizontal=True) if defined else None,
+        "jma_intensity_horizontal": jma_instrumental_intensity(motion, horizontal_only=True) if defined else None,
     }
     for name in PEAK_UNITS_AND_LONG_NAMES:
-        effects = [step["effect"][name] for step in processing_entries]
+        effects = [step["effect"][name] for step in processing_steps_of_record]
         measures[f"{name}_unprocessed"] = effects[0][0] if effects else None
         measures[f"{name}_processed"] = effects[-1][1] if effects else None
     return measures
@@ -157,7 +159,7 @@ def _horizontal_component_products(motion: Accelerogram) -> FloatArray:
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
-def _component_product_factors_by_azimuth(azimuth_cosines: FloatArray) -> FloatArray:
+def _component_product_factors_by_azimuth(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
     """Return the factors of n², n e and e² (n north, e east) in the squared motion along m azimuths, shape (m, 3)."""
-    c, s = azimuth_cosines[:, 0], azimuth_cosines[:, 1]
+    c, s = north_east_cosines_by_azimuth[:, 0], north_east_cosines_by_azimuth[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

@@ -26,51 +26,54 @@ the 2019 Yamagata-oki earthquake, according to the press of 26 July 2019.
 """
 
 
-def truncate_to_published_intensity(intensity: ArrayLike) -> FloatArray:
+def truncate_to_published_intensity(instrumental_intensity: ArrayLike) -> FloatArray:
     """Return the intensity as JMA publishes it: rounded to two decimals, then the second decimal is dropped.
 
     The degree of the JMA scale follows from the published value: 6.46 becomes 6.4 (6 upper), 6.496 becomes 6.5 (7).
     """
-    return np.asarray(np.floor(np.round(100.0 * np.asarray(intensity)) / 10.0) / 10.0)
+    return np.asarray(np.floor(np.round(100.0 * np.asarray(instrumental_intensity)) / 10.0) / 10.0)
 
 
-def is_published_intensity_in_range(intensity: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
-    """Return True for each motion whose published JMA intensity is from `low` to below `high`, such as a JMA degree.
+def is_published_intensity_in_range(
+    instrumental_intensity: ArrayLike, inclusive_lower_limit: float, exclusive_upper_limit: float
+) -> NDArray[np.bool_]:
+    """Return True for each motion whose published JMA intensity is at least a lower and below an upper limit.
 
-    `intensity` is the unrounded instrumental intensity; see `truncate_to_published_intensity`.
+    Such a range is a degree of the JMA scale. `instrumental_intensity` is unrounded; it is rounded by
+    `truncate_to_published_intensity`.
     """
-    published = truncate_to_published_intensity(intensity)
-    return np.asarray((published >= low) & (published < high))
+    published = truncate_to_published_intensity(instrumental_intensity)
+    return np.asarray((published >= inclusive_lower_limit) & (published < exclusive_upper_limit))
 
 
-def jma_filter_gain(frequency: FloatArray) -> FloatArray:
+def jma_filter_gain(frequencies_hz: FloatArray) -> FloatArray:
     """Return the gain of the filter for the JMA intensity at frequencies in Hz; 0 at 0 Hz.
 
     It is the product of three filters of the notice of 1996: the period effect (f^-½), a high cut and a low cut.
     """
-    x = frequency / 10.0
+    x = frequencies_hz / 10.0
     high_cut = (
         1.0 + 0.694 * x**2 + 0.241 * x**4 + 0.0557 * x**6 + 0.009664 * x**8 + 0.00134 * x**10 + 0.000155 * x**12
     ) ** -0.5
-    low_cut = np.sqrt(1.0 - np.exp(-((frequency / 0.5) ** 3)))
-    period_effect = np.zeros_like(frequency)
-    np.divide(1.0, np.sqrt(frequency), out=period_effect, where=frequency > 0)
+    low_cut = np.sqrt(1.0 - np.exp(-((frequencies_hz / 0.5) ** 3)))
+    period_effect = np.zeros_like(frequencies_hz)
+    np.divide(1.0, np.sqrt(frequencies_hz), out=period_effect, where=frequencies_hz > 0)
     return period_effect * high_cut * low_cut
 
 
-def jma_instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False) -> float:
+def jma_instrumental_intensity(motion: Accelerogram, *, horizontal_only: bool = False) -> float:
     """Return the JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, unrounded; −inf without motion.
 
     a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in total. With
-    `horizontal`, only north and east are used; the intensity is then never larger. Raises an ArgumentError if there is
-    no vertical component, or if the motion is shorter than 0.3 s.
+    `horizontal_only`, only north and east are used; the intensity is then never larger. Raises an ArgumentError if
+    the vertical component is needed but missing, or if the motion is shorter than 0.3 s.
     """
-    if motion.up is None and not horizontal:
+    if motion.up is None and not horizontal_only:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")
     count = math.ceil(JMA_LEVEL_DURATION_S / motion.sampling_interval - 1e-9)
     if motion.sample_count < count:
         raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {JMA_LEVEL_DURATION_S} s")
-    vertical = [] if motion.up is None or horizontal else [motion.up]
+    vertical = [] if motion.up is None or horizontal_only else [motion.up]
     components = np.stack([motion.north, motion.east, *vertical]) / GAL
     spectrum = np.fft.rfft(components, axis=1)
     spectrum *= jma_filter_gain(

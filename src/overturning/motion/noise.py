@@ -46,13 +46,13 @@ class SignalNoiseSpectra:
         )
 
 
-def motion_onset_index(samples: FloatArray) -> int:
-    """Return the index of the sample at which a component's motion begins; 0 if there is no noise before it.
+def motion_onset_index(acceleration_samples: FloatArray) -> int:
+    """Return the index of the acceleration sample at which a component starts to move; 0 if no noise precedes it.
 
     The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
     largest difference of samples; differences are used because offset and drift do not affect them.
     """
-    steps = np.diff(samples)
+    steps = np.diff(acceleration_samples)
     size = int(np.abs(steps).argmax())
     if size < 4:
         return 0
@@ -69,14 +69,16 @@ def motion_onset_index(samples: FloatArray) -> int:
 
 
 def shortest_usable_noise_window_s(sampling_interval: float) -> float:
-    """Return the shortest noise window before the onset, s: long enough to resolve an octave of frequencies."""
+    """Return the shortest noise window before the onset, s: at least 2 s or 3 cycles of half the highest frequency."""
     return max(
         MIN_NOISE_WINDOW_S, 2.0 * MIN_CYCLES_IN_NOISE_WINDOW * sampling_interval / MAX_FREQUENCY_CYCLES_PER_SAMPLE
     )
 
 
-def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval: float) -> SignalNoiseSpectra | None:
-    """Return signal and noise spectra of a record's components; None if there is no noise before the onset.
+def signal_and_noise_spectra(
+    acceleration_components: Sequence[FloatArray], sampling_interval: float
+) -> SignalNoiseSpectra | None:
+    """Return spectra of a record's motion (signal) and of the noise before it; None if there is too little noise.
 
     The noise window ends at the earliest onset of any component; the signal window extends from there to 95 % of the
     cumulative squared acceleration. Both are tapered over 5 % at each end. Amplitudes are divided by the square root of
@@ -87,7 +89,7 @@ def signal_and_noise_spectra(components: Sequence[FloatArray], sampling_interval
     the influence of slow coda waves (compare Boore 2001, BSSA 91, 1199-1211). It is added to the noise as a step with
     the amplitude a/(2πf).
     """
-    moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
+    moving = [samples - samples.mean() for samples in acceleration_components if np.ptp(samples) > 0]
     first = min((motion_onset_index(samples) for samples in moving), default=0)
     too_short = first * sampling_interval < shortest_usable_noise_window_s(sampling_interval)
     if too_short or not all(np.ptp(samples[:first]) > 0 for samples in moving):
@@ -119,11 +121,11 @@ def _hann_weighted_mean(samples: FloatArray) -> float:
 
 
 def _fourier_amplitude_per_root_duration(
-    samples: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
+    acceleration_samples: FloatArray, sampling_interval: float, centre_frequencies_hz: FloatArray
 ) -> FloatArray:
     """Return Fourier amplitudes in bands around m frequencies, divided by √duration, m/s^1.5, shape (m,)."""
-    window = cosine_taper_window(samples.size, max(1, samples.size // 20))
+    window = cosine_taper_window(acceleration_samples.size, max(1, acceleration_samples.size // 20))
     amplitude = rms_fourier_amplitude_in_bands(
-        (samples - samples.mean()) * window, sampling_interval, centre_frequencies
+        (acceleration_samples - acceleration_samples.mean()) * window, sampling_interval, centre_frequencies_hz
     )
-    return amplitude / np.sqrt(samples.size * sampling_interval)
+    return amplitude / np.sqrt(acceleration_samples.size * sampling_interval)

@@ -50,7 +50,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 
 @lru_cache(maxsize=4096)
 def oscillator_filter_coefficients(
-    period_s: float, damping: float, sampling_interval: float
+    period_s: float, damping_ratio: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return coefficients of the filter from ground acceleration to oscillator displacement and velocity.
 
@@ -60,12 +60,12 @@ def oscillator_filter_coefficients(
     the matrix exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
     """
     omega = 2.0 * math.pi / period_s
-    free = omega * math.sqrt(1.0 - damping**2)
-    decay = math.exp(-damping * omega * sampling_interval)
+    free = omega * math.sqrt(1.0 - damping_ratio**2)
+    decay = math.exp(-damping_ratio * omega * sampling_interval)
     c, s = decay * math.cos(free * sampling_interval), decay * math.sin(free * sampling_interval) / free
     # A = exp(M Δt) of the system matrix M = [[0, 1], [−ω², −2hω]].
-    matrix = np.array([[c + damping * omega * s, s], [-(omega**2) * s, c - damping * omega * s]])
-    inverse = np.array([[-2.0 * damping / omega, -1.0 / omega**2], [1.0, 0.0]])
+    matrix = np.array([[c + damping_ratio * omega * s, s], [-(omega**2) * s, c - damping_ratio * omega * s]])
+    inverse = np.array([[-2.0 * damping_ratio / omega, -1.0 / omega**2], [1.0, 0.0]])
     force = np.array([0.0, -1.0])
     # Response to a constant and to a unit slope: ∫ A(1 − s) ds and ∫ A(1 − s) s ds over a sample, by force.
     constant = inverse @ (matrix - np.eye(2)) @ force
@@ -88,20 +88,22 @@ class OscillatorResponseCalculator:
 
     def __init__(
         self,
-        components: FloatArray,
+        north_and_east_acceleration: FloatArray,
         sampling_interval: float,
-        longest_period_s: float,
-        points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
+        longest_oscillator_period_s: float,
+        interpolated_points_per_oscillator_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
     ) -> None:
-        self._points = points_per_period
-        rest = math.ceil(max(min(longest_period_s, 10.0), 0.5 * longest_period_s) / sampling_interval)
-        self._samples = components.shape[1]
-        self._components = np.pad(components, ((0, 0), (0, rest)))
+        self._points = interpolated_points_per_oscillator_period
+        rest = math.ceil(
+            max(min(longest_oscillator_period_s, 10.0), 0.5 * longest_oscillator_period_s) / sampling_interval
+        )
+        self._samples = north_and_east_acceleration.shape[1]
+        self._components = np.pad(north_and_east_acceleration, ((0, 0), (0, rest)))
         self._interval = sampling_interval
         self._finer: dict[int, FloatArray] = {1: self._components}
 
-    def _interpolated_components(self, points_per_sample: int) -> FloatArray:
-        if points_per_sample not in self._finer:
+    def _interpolated_components(self, interpolated_points_per_sample: int) -> FloatArray:
+        if interpolated_points_per_sample not in self._finer:
             from scipy.fft import irfft, next_fast_len, rfft
 
             # scipy.signal.resample, with the same bits: importing it takes longer than the spectra of a record.
@@ -110,9 +112,9 @@ class OscillatorResponseCalculator:
             spectrum = rfft(np.pad(self._components, ((0, 0), (0, length - count))))
             if length % 2 == 0:  # the finer motion has twice the component at the old Nyquist frequency
                 spectrum[:, -1] *= 0.5
-            finer = irfft(spectrum / (1.0 / points_per_sample), n=length * points_per_sample)
-            self._finer[points_per_sample] = finer[:, : count * points_per_sample]
-        return self._finer[points_per_sample]
+            finer = irfft(spectrum / (1.0 / interpolated_points_per_sample), n=length * interpolated_points_per_sample)
+            self._finer[interpolated_points_per_sample] = finer[:, : count * interpolated_points_per_sample]
+        return self._finer[interpolated_points_per_sample]
 
     def points_per_sample_for_period(self, period_s: float) -> int:
         """Return the points per sample (1, 2, 4, 8 or 16) to which to refine the motion for an oscillator period."""
@@ -124,28 +126,28 @@ class OscillatorResponseCalculator:
     def peak_responses(
         self,
         period_s: float,
-        damping: float,
+        damping_ratio: float,
         response_quantities: Sequence[ResponseQuantity],
-        azimuth_cosines: FloatArray,
+        north_east_cosines_by_azimuth: FloatArray,
     ) -> FloatArray:
         """Return an oscillator's peak relative displacement (m) or velocity (m/s) along m azimuths.
 
         The two components of the motion are those towards north and east. The result has the shape (q, m), for q
-        quantities and for direction cosines `azimuth_cosines` of shape (m, 2).
+        quantities and for direction cosines `north_east_cosines_by_azimuth` of shape (m, 2).
         """
         from overturning.motion.peaks import largest_filtered_motion_along_azimuths
 
-        if not 0 <= damping < 1:
-            raise ArgumentError(f"damping: {damping}; give a ratio from 0 to below 1")
+        if not 0 <= damping_ratio < 1:
+            raise ArgumentError(f"damping: {damping_ratio}; give a ratio from 0 to below 1")
         factor = self.points_per_sample_for_period(period_s)
         # The free response decays: its peak lies within one period after the end of the motion.
         until = self._samples + math.ceil(period_s / self._interval)
         motion = self._interpolated_components(factor)[:, : factor * until]
-        displacement, velocity, below = oscillator_filter_coefficients(period_s, damping, self._interval / factor)
+        displacement, velocity, below = oscillator_filter_coefficients(period_s, damping_ratio, self._interval / factor)
         above = {"displacement": displacement, "velocity": velocity}
         return np.stack(
             [
-                largest_filtered_motion_along_azimuths(motion, above[quantity], below, azimuth_cosines)
+                largest_filtered_motion_along_azimuths(motion, above[quantity], below, north_east_cosines_by_azimuth)
                 for quantity in response_quantities
             ]
         )

@@ -18,43 +18,52 @@ _BOUND_FACTOR_FOR_ROUNDING: Final = 1.0 - 1e-9
 _IDENTITY_FILTER_COEFFICIENTS: Final = np.array([1.0, 0.0, 0.0])
 
 
-def largest_motion_along_azimuths(horizontal_motion: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
+def largest_motion_along_azimuths(
+    north_and_east_samples: FloatArray, north_east_cosines_by_azimuth: FloatArray
+) -> FloatArray:
     """Return the largest absolute value, over time, of the horizontal motion along each of m azimuths.
 
-    ``horizontal_motion`` has shape (2, n), ``azimuth_cosines`` (m, 2), towards north and east; the result has shape
-    (m,) and the unit of the motion. If a sample is not finite, all results are NaN.
+    ``north_and_east_samples`` has shape (2, n), ``north_east_cosines_by_azimuth`` (m, 2); the result has shape (m,) and
+    the unit of the motion. If a sample is not finite, all results are NaN.
     """
     return largest_filtered_motion_along_azimuths(
-        horizontal_motion, _IDENTITY_FILTER_COEFFICIENTS, _IDENTITY_FILTER_COEFFICIENTS, azimuth_cosines
+        north_and_east_samples,
+        _IDENTITY_FILTER_COEFFICIENTS,
+        _IDENTITY_FILTER_COEFFICIENTS,
+        north_east_cosines_by_azimuth,
     )
 
 
 def largest_filtered_motion_along_azimuths(
-    horizontal_motion: FloatArray, numerator: FloatArray, denominator: FloatArray, azimuth_cosines: FloatArray
+    north_and_east_samples: FloatArray,
+    filter_numerator_coefficients: FloatArray,
+    filter_denominator_coefficients: FloatArray,
+    north_east_cosines_by_azimuth: FloatArray,
 ) -> FloatArray:
     """Filter a horizontal motion; return its largest absolute value over time along each of m azimuths.
 
-    Both components pass a recursive filter of second order with the coefficients `numerator` and `denominator`, shape
-    (3,) each, and ``denominator[0]`` = 1. The filtered samples have the bits of `scipy.signal.lfilter`. Shapes and
-    units as in `largest_motion_along_azimuths`.
+    Both components pass a recursive filter of second order with numerator and denominator coefficients of shape (3,);
+    the first one of the denominator is 1. The filtered samples have the bits of `scipy.signal.lfilter`. Shapes and
+    units are those of `largest_motion_along_azimuths`.
     """
-    north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in horizontal_motion)
-    cosines = np.ascontiguousarray(azimuth_cosines, dtype=np.float64)
-    largest, coefficients = np.zeros(len(cosines)), np.stack([numerator, denominator])
+    north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in north_and_east_samples)
+    cosines = np.ascontiguousarray(north_east_cosines_by_azimuth, dtype=np.float64)
+    largest = np.zeros(len(cosines))
+    coefficients = np.stack([filter_numerator_coefficients, filter_denominator_coefficients])
     _update_largest_filtered_motion(
         north, east, coefficients, cosines, _middle_cosines_and_max_sine_by_azimuth_group(cosines), largest
     )
     return largest
 
 
-def _middle_cosines_and_max_sine_by_azimuth_group(azimuth_cosines: FloatArray) -> FloatArray:
+def _middle_cosines_and_max_sine_by_azimuth_group(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
     """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
     """
-    table = np.zeros((-(-len(azimuth_cosines) // _AZIMUTHS_PER_GROUP), 4))
-    for row, first in zip(table, range(0, len(azimuth_cosines), _AZIMUTHS_PER_GROUP), strict=True):
-        group = azimuth_cosines[first : first + _AZIMUTHS_PER_GROUP]
+    table = np.zeros((-(-len(north_east_cosines_by_azimuth) // _AZIMUTHS_PER_GROUP), 4))
+    for row, first in zip(table, range(0, len(north_east_cosines_by_azimuth), _AZIMUTHS_PER_GROUP), strict=True):
+        group = north_east_cosines_by_azimuth[first : first + _AZIMUTHS_PER_GROUP]
         row[:2] = group[len(group) // 2]
         row[2] = np.abs(row[0] * group[:, 1] - row[1] * group[:, 0]).max()
     return table
@@ -63,45 +72,61 @@ def _middle_cosines_and_max_sine_by_azimuth_group(azimuth_cosines: FloatArray) -
 @cache_compiled_kernel
 @njit(nogil=True, error_model="numpy")
 def _update_largest_filtered_motion(
-    north: FloatArray,
-    east: FloatArray,
-    filter_coefficients: FloatArray,
-    azimuth_cosines: FloatArray,
-    azimuth_groups_in_place: FloatArray,
-    largest_out: FloatArray,
+    unfiltered_north_samples: FloatArray,
+    unfiltered_east_samples: FloatArray,
+    numerator_and_denominator_coefficients: FloatArray,
+    north_east_cosines_by_azimuth: FloatArray,
+    azimuth_group_cosines_sine_and_bound_in_place: FloatArray,
+    largest_absolute_value_by_azimuth_in_place: FloatArray,
 ) -> None:
     """Filter a motion and update, in place, its largest value so far along each of the given azimuths.
 
     A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
     any azimuth, and neither can a sample without motion. For other samples, each group of azimuths is tested: for the
     sample p and an azimuth u at the angle δ from the middle azimuth m of the group,
-    |p · u| ≤ |p · m| + |p × m| |sin δ|. The fourth column of `azimuth_groups_in_place` becomes the bound that a sample
-    must reach. If a sample is not finite, all results are NaN. The function has plain loops only, which compile in less
-    time.
+    |p · u| ≤ |p · m| + |p × m| |sin δ|. Column 3 of `azimuth_group_cosines_sine_and_bound_in_place`
+    becomes the bound that a sample must reach. If a sample is not finite, all results are NaN. The function has plain
+    loops only, which compile in less time.
     """
-    count = azimuth_cosines.shape[0]
-    b0, b1, b2 = filter_coefficients[0, 0], filter_coefficients[0, 1], filter_coefficients[0, 2]
-    a1, a2 = filter_coefficients[1, 1], filter_coefficients[1, 2]
+    count = north_east_cosines_by_azimuth.shape[0]
+    b0, b1, b2 = (
+        numerator_and_denominator_coefficients[0, 0],
+        numerator_and_denominator_coefficients[0, 1],
+        numerator_and_denominator_coefficients[0, 2],
+    )
+    a1, a2 = numerator_and_denominator_coefficients[1, 1], numerator_and_denominator_coefficients[1, 2]
     north_1 = north_2 = east_1 = east_2 = least = 0.0
-    for sample in range(north.shape[0]):
-        x, y = north[sample], east[sample]
+    for sample in range(unfiltered_north_samples.shape[0]):
+        x, y = unfiltered_north_samples[sample], unfiltered_east_samples[sample]
         n, e = north_1 + b0 * x, east_1 + b0 * y
         north_1, east_1 = (north_2 + x * b1) - n * a1, (east_2 + y * b1) - e * a1
         north_2, east_2 = x * b2 - n * a2, y * b2 - e * a2
         if n == e == 0.0 or n * n + e * e < least * least * _BOUND_FACTOR_FOR_ROUNDING:
             continue
         least = math.inf
-        for group in range(azimuth_groups_in_place.shape[0]):
-            along = abs(azimuth_groups_in_place[group, 0] * n + azimuth_groups_in_place[group, 1] * e)
-            across = abs(azimuth_groups_in_place[group, 0] * e - azimuth_groups_in_place[group, 1] * n)
-            if along + across * azimuth_groups_in_place[group, 2] >= azimuth_groups_in_place[group, 3]:
+        for group in range(azimuth_group_cosines_sine_and_bound_in_place.shape[0]):
+            along = abs(
+                azimuth_group_cosines_sine_and_bound_in_place[group, 0] * n
+                + azimuth_group_cosines_sine_and_bound_in_place[group, 1] * e
+            )
+            across = abs(
+                azimuth_group_cosines_sine_and_bound_in_place[group, 0] * e
+                - azimuth_group_cosines_sine_and_bound_in_place[group, 1] * n
+            )
+            if (
+                along + across * azimuth_group_cosines_sine_and_bound_in_place[group, 2]
+                >= azimuth_group_cosines_sine_and_bound_in_place[group, 3]
+            ):
                 lowest = math.inf
                 for k in range(group * _AZIMUTHS_PER_GROUP, min((group + 1) * _AZIMUTHS_PER_GROUP, count)):
-                    largest_out[k] = max(largest_out[k], abs(azimuth_cosines[k, 0] * n + azimuth_cosines[k, 1] * e))
-                    lowest = min(lowest, largest_out[k])
-                azimuth_groups_in_place[group, 3] = lowest * _BOUND_FACTOR_FOR_ROUNDING
-            least = min(least, azimuth_groups_in_place[group, 3])
+                    largest_absolute_value_by_azimuth_in_place[k] = max(
+                        largest_absolute_value_by_azimuth_in_place[k],
+                        abs(north_east_cosines_by_azimuth[k, 0] * n + north_east_cosines_by_azimuth[k, 1] * e),
+                    )
+                    lowest = min(lowest, largest_absolute_value_by_azimuth_in_place[k])
+                azimuth_group_cosines_sine_and_bound_in_place[group, 3] = lowest * _BOUND_FACTOR_FOR_ROUNDING
+            least = min(least, azimuth_group_cosines_sine_and_bound_in_place[group, 3])
     # A sample that is not finite stays in the state of the filter, and no comparison above sees it.
     if not abs(north_1) + abs(east_1) < math.inf:
         for k in range(count):
-            largest_out[k] = math.nan
+            largest_absolute_value_by_azimuth_in_place[k] = math.nan

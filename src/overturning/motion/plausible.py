@@ -46,17 +46,21 @@ _LIKELY_PGA_RANGE_M_S2: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVIT
 
 
 def implausible_amplitude_reason(
-    components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", check_velocity: bool = True
+    acceleration_components: Sequence[FloatArray],
+    sampling_interval: float,
+    *,
+    declared_unit: str = "",
+    check_velocity: bool = True,
 ) -> str:
     """Return the reason why a motion's amplitude is implausible, with units that would make it plausible; else "".
 
     Parameters
     ----------
-    components : sequence of array, shape (n,)
+    acceleration_components : sequence of array, shape (n,)
         Accelerations, m/s².
     sampling_interval : float
         Time between samples, s.
-    unit : str
+    declared_unit : str
         Declared unit of the numbers, a key of `units.ACCELERATION_UNITS_IN_M_S2`; empty if the file states its unit.
     check_velocity : bool
         Check the velocity too; False if an offset has not been removed yet.
@@ -65,10 +69,12 @@ def implausible_amplitude_reason(
     -----
     A motion that is exactly zero is rest in every unit, and plausible.
     """
-    peak = max(float(np.abs(samples).max()) for samples in components)
+    peak = max(float(np.abs(samples).max()) for samples in acceleration_components)
     velocity = 0.0
     if check_velocity:
-        velocity = max(float(np.abs(integrate(samples, sampling_interval)).max()) for samples in components)
+        velocity = max(
+            float(np.abs(integrate(samples, sampling_interval)).max()) for samples in acceleration_components
+        )
     if peak > MAX_PLAUSIBLE_PGA_M_S2:
         what, bound = f"peak acceleration {peak / STANDARD_GRAVITY:.3g} g", "at most 5 g"
     elif 0.0 < peak < MIN_PLAUSIBLE_PGA_M_S2:
@@ -83,7 +89,7 @@ def implausible_amplitude_reason(
         if low <= sampling_interval <= high or velocity <= MAX_PLAUSIBLE_PGV_M_S
         else f"{_sampling_interval_and_usual_range_text(sampling_interval)}: "
     )
-    return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, unit)}"
+    return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, declared_unit)}"
 
 
 def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
@@ -92,21 +98,23 @@ def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
 
-def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
+def reasons_to_doubt_sampling_interval(
+    acceleration_components: Sequence[FloatArray], sampling_interval: float
+) -> tuple[str, ...]:
     """Return reasons to doubt a sampling interval (s): its size, or the duration or PGV/PGA computed with it.
 
     A constant offset is removed before the integration to velocity.
     """
     low, high = USUAL_SAMPLING_INTERVAL_RANGE_S
     doubts = [] if 0.999 * low <= sampling_interval <= 1.001 * high else [f"{low:g} to {high:g} s are usual"]
-    count = components[0].size
+    count = acceleration_components[0].size
     if count * sampling_interval < MIN_RECORD_DURATION_WITHOUT_WARNING_S:
         doubts.append(
             f"{count} samples then last {count * sampling_interval:.3g} s, less than "
             f"{MIN_RECORD_DURATION_WITHOUT_WARNING_S:g} s"
         )
     ratios = []
-    for samples in components:
+    for samples in acceleration_components:
         moving = samples - samples.mean()
         if (pga := float(np.abs(moving).max())) > 0:
             ratios.append(float(np.abs(integrate(moving, sampling_interval)).max()) / pga)
@@ -117,19 +125,19 @@ def reasons_to_doubt_sampling_interval(components: Sequence[FloatArray], samplin
     return tuple(doubts)
 
 
-def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Sequence[str]) -> str:
-    """Return why a horizontal component of a motion has no signal (its sensor axis is dead); "" if none is dead.
+def dead_horizontal_axis_reason(acceleration_components: Sequence[FloatArray], axis_names: Sequence[str]) -> str:
+    """Return why a horizontal component is dead (peak below 1 % of that of another component); "" if none is.
 
     Peaks are counted from the mean: a dead channel may have an offset.
 
     Parameters
     ----------
-    components : sequence of array, shape (n,)
+    acceleration_components : sequence of array, shape (n,)
         Accelerations along two horizontal axes and, where there is one, a vertical axis, m/s².
     axis_names : sequence of str
         Names of the axes.
     """
-    moving = [samples - samples.mean() for samples in components]
+    moving = [samples - samples.mean() for samples in acceleration_components]
     peaks = [float(np.abs(samples).max()) for samples in moving]
     weak, strong = sorted((0, 1), key=lambda axis: peaks[axis])
     least = "less than 1/100 of that of"
@@ -146,78 +154,83 @@ def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Se
     return ""
 
 
-def reasons_to_doubt_recorded_axes(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
-    """Return warnings about components of a record that have no signal, equal another component or are clipped.
+def reasons_to_doubt_recorded_axes(
+    acceleration_components: Sequence[FloatArray], axis_names: Sequence[str]
+) -> list[str]:
+    """Return warnings about components of a record that are dead, equal another component or are clipped.
 
     Parameters
     ----------
-    components : sequence of array, shape (n,)
+    acceleration_components : sequence of array, shape (n,)
         Accelerations along two horizontal axes and, where there is one, a vertical axis, m/s².
     axis_names : sequence of str
         Names of the axes.
     """
-    dead = dead_horizontal_axis_reason(components, axis_names)
+    dead = dead_horizontal_axis_reason(acceleration_components, axis_names)
     doubts = [dead] if dead else []
-    if are_axes_equal_up_to_offset_and_sign(components[0], components[1]):
+    if are_axes_equal_up_to_offset_and_sign(acceleration_components[0], acceleration_components[1]):
         doubts.append(f"{axis_names[0]} and {axis_names[1]} have the same samples")
-    for name, samples in zip(axis_names, components, strict=False):
+    for name, samples in zip(axis_names, acceleration_components, strict=False):
         count, rail = clipped_sample_count_and_level(samples)
         if count:
             doubts.append(f"{name} is clipped: {count} samples stand at its rail, {rail / CM:.4g} Gal")
     return doubts
 
 
-def are_axes_equal_up_to_offset_and_sign(first_samples: FloatArray, second_samples: FloatArray) -> bool:
+def are_axes_equal_up_to_offset_and_sign(
+    first_axis_acceleration: FloatArray, second_axis_acceleration: FloatArray
+) -> bool:
     """True if two components differ only in offset and sign, as when one file is read or written twice."""
-    if first_samples.size != second_samples.size:
+    if first_axis_acceleration.size != second_axis_acceleration.size:
         return False
-    first_samples, second_samples = first_samples - first_samples.mean(), second_samples - second_samples.mean()
-    unlike = min(float(np.abs(first_samples - sign * second_samples).max()) for sign in (1.0, -1.0))
-    return bool(first_samples.any()) and unlike <= MAX_DIFFERENCE_TO_PEAK_RATIO_OF_EQUAL_AXES * float(
-        np.abs(first_samples).max()
-    )
+    first = first_axis_acceleration - first_axis_acceleration.mean()
+    second = second_axis_acceleration - second_axis_acceleration.mean()
+    unlike = min(float(np.abs(first - sign * second).max()) for sign in (1.0, -1.0))
+    return bool(first.any()) and unlike <= MAX_DIFFERENCE_TO_PEAK_RATIO_OF_EQUAL_AXES * float(np.abs(first).max())
 
 
 def longest_pause_indices_while_other_axis_moves(
-    samples: FloatArray, samples_of_other_axes: Sequence[FloatArray]
+    acceleration_samples: FloatArray, acceleration_samples_of_other_axes: Sequence[FloatArray]
 ) -> tuple[int, int] | None:
     """Return first and last index of a component's longest run of equal samples while another moves; else None.
 
     None if there is no run of `MIN_EQUAL_SAMPLES_IN_PAUSE` equal samples, if no other axis then reaches
     `MIN_PEAK_SHARE_OF_MOVING_AXIS` of its peak, or if the axis is too coarse to show such a share of its own peak.
     """
-    ends = np.concatenate([[-1], np.flatnonzero(np.diff(samples)), [samples.size - 1]])
+    ends = np.concatenate([[-1], np.flatnonzero(np.diff(acceleration_samples)), [acceleration_samples.size - 1]])
     longest = int(np.diff(ends).argmax())
     first, last = int(ends[longest]) + 1, int(ends[longest + 1])
     if last + 1 - first < MIN_EQUAL_SAMPLES_IN_PAUSE:
         return None
-    peak = float(np.abs(samples - np.median(samples)).max())
+    peak = float(np.abs(acceleration_samples - np.median(acceleration_samples)).max())
     if not peak:
         return None
-    for other in (one for one in samples_of_other_axes if one.size == samples.size):
+    for other in (one for one in acceleration_samples_of_other_axes if one.size == acceleration_samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
-        if share > MIN_PEAK_SHARE_OF_MOVING_AXIS and share * peak > 10.0 * _estimate_sample_resolution(samples, peak):
+        if share > MIN_PEAK_SHARE_OF_MOVING_AXIS and share * peak > 10.0 * _estimate_sample_resolution(
+            acceleration_samples, peak
+        ):
             return first, last
     return None
 
 
-def _estimate_sample_resolution(samples: FloatArray, peak: float) -> float:
-    """Return the resolution of a component, m/s²: about the smallest difference between two of its values."""
-    gaps = np.diff(np.unique(samples))
-    gaps = gaps[gaps > 1e-9 * peak]
-    return float(np.quantile(gaps, 0.1)) if gaps.size else peak
+def _estimate_sample_resolution(acceleration_samples: FloatArray, peak_departure_from_median: float) -> float:
+    """Return the resolution of a component, m/s²: the 10 % quantile of the gaps between its sorted distinct values."""
+    gaps = np.diff(np.unique(acceleration_samples))
+    gaps = gaps[gaps > 1e-9 * peak_departure_from_median]
+    return float(np.quantile(gaps, 0.1)) if gaps.size else peak_departure_from_median
 
 
-def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
+def clipped_sample_count_and_level(acceleration_samples: FloatArray) -> tuple[int, float]:
     """Return the number of clipped samples of a component and the largest clipped level (m/s²); (0, 0) if none.
 
     Counted are runs of at least `MIN_CONSECUTIVE_CLIPPED_SAMPLES` equal samples at the largest or the smallest value.
     The rounded top of a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped
     by at most ((3L − 1) / (L − 1))² ≤ 16 times the resolution, a clipped motion by more.
     """
-    level = float(np.median(samples))
-    away = samples - level
+    level = float(np.median(acceleration_samples))
+    away = acceleration_samples - level
     farthest = float(np.abs(away).max())
     if not farthest:
         return 0, 0.0
@@ -229,34 +242,46 @@ def clipped_sample_count_and_level(samples: FloatArray) -> tuple[int, float]:
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
         if at.size < MIN_CONSECUTIVE_CLIPPED_SAMPLES:
             continue
-        min_drop = 20.0 * _estimate_sample_resolution(samples, farthest)
+        min_drop = 20.0 * _estimate_sample_resolution(acceleration_samples, farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
             if run.size >= MIN_CONSECUTIVE_CLIPPED_SAMPLES and _is_clipped_sample_range(
                 sign * away, int(run[0]), int(run[-1]), min_drop
             ):
                 count += run.size
-                rail = max(rail, abs(float(samples[run[0]])))
+                rail = max(rail, abs(float(acceleration_samples[run[0]])))
     return count, rail
 
 
-def _is_clipped_sample_range(samples: FloatArray, first_index: int, last_index: int, min_drop: float) -> bool:
-    """True if a run of equal samples at a peak is clipped: its neighbours are lower by more than `min_drop`."""
-    length = last_index + 1 - first_index
-    sides = samples[max(first_index - length, 0) : first_index], samples[last_index + 1 : last_index + 1 + length]
-    return all(side.size > 0 and float(samples[first_index] - side.min()) > min_drop for side in sides)
+def _is_clipped_sample_range(
+    departures_from_median_towards_peak: FloatArray,
+    first_index_of_run: int,
+    last_index_of_run: int,
+    min_drop_beside_run: float,
+) -> bool:
+    """True if a run of equal samples at a peak is clipped: beside it, samples are lower by more than a drop (m/s²).
+
+    On each side, one of as many samples as the run has must be so much lower.
+    """
+    length = last_index_of_run + 1 - first_index_of_run
+    before = departures_from_median_towards_peak[max(first_index_of_run - length, 0) : first_index_of_run]
+    after = departures_from_median_towards_peak[last_index_of_run + 1 : last_index_of_run + 1 + length]
+    peak = departures_from_median_towards_peak[first_index_of_run]
+    return all(side.size > 0 and float(peak - side.min()) > min_drop_beside_run for side in (before, after))
 
 
-def _likely_units_note(peak: float, declared_unit: str) -> str:
-    """Return a note on the units in which the numbers of a motion would give a usual peak acceleration."""
+def _likely_units_note(peak_acceleration: float, declared_unit: str) -> str:
+    """Return a note for an error message on units in which the numbers of a motion would give a usual PGA."""
     if not declared_unit:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
     scale = ACCELERATION_UNITS_IN_M_S2[declared_unit]
     names = {"gal": "Gal", "g": "g", "m/s2": "m/s²", "mg": "mg", "mm/s2": "mm/s²"}
     likely = [
-        f"{shown} ({peak / scale * ACCELERATION_UNITS_IN_M_S2[name] / STANDARD_GRAVITY:.2g} g)"
+        f"{shown} ({peak_acceleration / scale * ACCELERATION_UNITS_IN_M_S2[name] / STANDARD_GRAVITY:.2g} g)"
         for name, shown in names.items()
         if ACCELERATION_UNITS_IN_M_S2[name] != scale
-        and _LIKELY_PGA_RANGE_M_S2[0] <= peak / scale * ACCELERATION_UNITS_IN_M_S2[name] <= _LIKELY_PGA_RANGE_M_S2[1]
+        and _LIKELY_PGA_RANGE_M_S2[0]
+        <= peak_acceleration / scale * ACCELERATION_UNITS_IN_M_S2[name]
+        <= _LIKELY_PGA_RANGE_M_S2[1]
     ]
     name = names.get(declared_unit, declared_unit)
     return f"numbers declared in {name} look like {' or '.join(likely)}" if likely else f"{name} is not their unit"

@@ -103,22 +103,22 @@ def check_pystrata_has_soil_curves(soil_layers: Sequence[SoilLayer]) -> None:
 
 
 def propagate_through_soil(
-    samples: ArrayLike,
+    rock_acceleration: ArrayLike,
     sampling_interval: float,
-    layers: Sequence[SoilLayer],
+    soil_layers_from_surface_down: Sequence[SoilLayer],
     rock: RockHalfSpace,
     *,
     motion_is_on_outcrop: bool = True,
 ) -> SoilResponseOfOneComponent:
-    """Compute one horizontal component of motion at the surface of soil layers from that of the rock below.
+    """Compute one horizontal component of the motion at the surface of soil layers from the same component in the rock.
 
     Parameters
     ----------
-    samples : array_like, shape (n,)
+    rock_acceleration : array_like, shape (n,)
         Acceleration, m/s².
     sampling_interval : float
         Time between samples, s.
-    layers : sequence of SoilLayer
+    soil_layers_from_surface_down : sequence of SoilLayer
         Layers from the surface down. The analysis is equivalent-linear if at least one has a curve.
     rock : RockHalfSpace
         Half-space below the layers.
@@ -133,14 +133,20 @@ def propagate_through_soil(
         `MAX_ZERO_PADDING_S` after the record.
     """
     package = import_pystrata()
-    acceleration = np.asarray(samples, dtype=np.float64)
+    acceleration = np.asarray(rock_acceleration, dtype=np.float64)
     min_tail_sample_count = round(MIN_VIBRATION_TAIL_S / sampling_interval)
     zeros = max(acceleration.size, round(MIN_ZERO_PADDING_S / sampling_interval))
     longest = max(zeros, round(MAX_ZERO_PADDING_S / sampling_interval))
     while True:
         padded_sample_count = 1 << (acceleration.size + min_tail_sample_count + zeros - 1).bit_length()
         found = _propagate_with_zero_padding(
-            package, acceleration, sampling_interval, layers, rock, motion_is_on_outcrop, padded_sample_count
+            package,
+            acceleration,
+            sampling_interval,
+            soil_layers_from_surface_down,
+            rock,
+            motion_is_on_outcrop,
+            padded_sample_count,
         )
         remaining = _residual_vibration_share(found.surface_acceleration, min_tail_sample_count)
         if remaining <= MAX_WRAP_AROUND_TO_PEAK_RATIO:
@@ -157,18 +163,22 @@ def propagate_through_soil(
         zeros = min(2 * zeros, longest)
 
 
-def _residual_vibration_share(surface: FloatArray, tail_sample_count: int) -> float:
+def _residual_vibration_share(surface_acceleration: FloatArray, left_out_end_sample_count: int) -> float:
     """Return the largest acceleration near the end of the zero padding, divided by the peak acceleration.
 
-    The last `tail_sample_count` samples are left out: an abrupt start of a record oscillates there at the highest
-    frequency.
+    The last `left_out_end_sample_count` samples are left out: an abrupt start of a record oscillates there at the
+    highest frequency.
     """
-    peak = float(np.abs(surface).max())
-    return float(np.abs(surface[-2 * tail_sample_count : -tail_sample_count]).max()) / peak if peak else 0.0
+    peak = float(np.abs(surface_acceleration).max())
+    return (
+        float(np.abs(surface_acceleration[-2 * left_out_end_sample_count : -left_out_end_sample_count]).max()) / peak
+        if peak
+        else 0.0
+    )
 
 
 def _sample_count_until_vibration_decays(
-    surface: FloatArray, record_sample_count: int, min_tail_sample_count: int
+    surface_acceleration: FloatArray, record_sample_count: int, min_tail_sample_count: int
 ) -> int:
     """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.
 
@@ -176,33 +186,37 @@ def _sample_count_until_vibration_decays(
     `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak is left. The last `min_tail_sample_count` samples are left
     out, as in `_residual_vibration_share`.
     """
-    size, tail = np.abs(surface), min_tail_sample_count
+    size, tail = np.abs(surface_acceleration), min_tail_sample_count
     while (
         size[record_sample_count + tail : -min_tail_sample_count].max(initial=0.0)
         > MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL * size.max()
     ):
         tail *= 2
-    return min(record_sample_count + tail, surface.size)
+    return min(record_sample_count + tail, surface_acceleration.size)
 
 
 def _propagate_with_zero_padding(
-    package: Any,
-    acceleration: FloatArray,
+    pystrata_package: Any,
+    rock_acceleration: FloatArray,
     sampling_interval: float,
-    layers: Sequence[SoilLayer],
+    soil_layers_from_surface_down: Sequence[SoilLayer],
     rock: RockHalfSpace,
     motion_is_on_outcrop: bool,
     padded_sample_count: int,
 ) -> SoilResponseOfOneComponent:
-    """Compute the motion at the ground surface with one Fourier transform, padded with zeros to a number of samples."""
-    motion = package.motion.TimeSeriesMotion(
-        "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=padded_sample_count
+    """Compute the motion at the ground surface with one Fourier transform of the rock motion, padded with zeros."""
+    motion = pystrata_package.motion.TimeSeriesMotion(
+        "", "", sampling_interval, rock_acceleration / STANDARD_GRAVITY, fa_length=padded_sample_count
     )
-    below = package.site.Layer(_pystrata_soil_type(package, rock), 0, rock.velocity_m_s)
-    soil = [package.site.Layer(_pystrata_soil_type(package, one), one.thickness_m, one.velocity_m_s) for one in layers]
-    profile = package.site.Profile([*soil, below])
-    nonlinear = any(one.curve for one in layers)
-    linear, equivalent = package.propagation.LinearElasticCalculator, package.propagation.EquivalentLinearCalculator
+    below = pystrata_package.site.Layer(_pystrata_soil_type(pystrata_package, rock), 0, rock.velocity_m_s)
+    soil = [
+        pystrata_package.site.Layer(_pystrata_soil_type(pystrata_package, one), one.thickness_m, one.velocity_m_s)
+        for one in soil_layers_from_surface_down
+    ]
+    profile = pystrata_package.site.Profile([*soil, below])
+    nonlinear = any(one.curve for one in soil_layers_from_surface_down)
+    linear = pystrata_package.propagation.LinearElasticCalculator
+    equivalent = pystrata_package.propagation.EquivalentLinearCalculator
     calculator = equivalent(tolerance=EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE) if nonlinear else linear()
     incoming = profile.location("outcrop" if motion_is_on_outcrop else "within", index=-1)
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow gives values that are not finite, checked below
@@ -221,19 +235,19 @@ def _propagate_with_zero_padding(
         change < EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE,
         change,
         strain,
-        _effective_strain_and_exceeded_curve_end(profile[:-1], layers),
+        _effective_strain_and_exceeded_curve_end(profile[:-1], soil_layers_from_surface_down),
     )
 
 
 def _effective_strain_and_exceeded_curve_end(
-    profile_layers: Sequence[Any], layers: Sequence[SoilLayer]
+    pystrata_profile_layers: Sequence[Any], soil_layers_from_surface_down: Sequence[SoilLayer]
 ) -> tuple[float, float] | None:
     """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.
 
     Beyond the curve pystrata keeps modulus and damping of its end, so that an iteration converges at any strain.
     """
     beyond = None
-    for one, layer in zip(profile_layers, layers, strict=True):
+    for one, layer in zip(pystrata_profile_layers, soil_layers_from_surface_down, strict=True):
         if layer.curve is None:
             continue
         strain = float(np.max(one.strain))
@@ -251,20 +265,20 @@ def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfS
     return _soil_type_with_published_curve(pystrata_package, unit_weight_kn_m3, soil_layer.curve)
 
 
-def _soil_type_with_published_curve(pystrata_package: Any, unit_weight_kn_m3: float, curve: str) -> Any:
+def _soil_type_with_published_curve(pystrata_package: Any, unit_weight_kn_m3: float, published_curve_name: str) -> Any:
     """Return a pystrata `SoilType` with a published curve; an ArgumentError if pystrata lacks (a part of) the curve.
 
     Some publications give only a modulus reduction, or only a damping.
     """
     known = pystrata_package.site.known_published_curves()
-    if curve not in known:
+    if published_curve_name not in known:
         first = ", ".join(sorted(known)[:6])
-        raise ArgumentError(f"site: curve {curve!r}; known are {first} … ({len(known)} in all)")
+        raise ArgumentError(f"site: curve {published_curve_name!r}; known are {first} … ({len(known)} in all)")
     try:
-        return pystrata_package.site.SoilType.from_published("", unit_weight_kn_m3, curve)
+        return pystrata_package.site.SoilType.from_published("", unit_weight_kn_m3, published_curve_name)
     except KeyError as missing:
         part = "modulus reduction" if missing.args == ("mod_reduc",) else "damping"
         raise ArgumentError(
-            f"site: curve {curve!r}: pystrata has no {part} of this curve; choose a curve with modulus reduction and "
-            "damping, such as 'Vucetic & Dobry (91), PI=30'"
+            f"site: curve {published_curve_name!r}: pystrata has no {part} of this curve; choose a curve with "
+            "modulus reduction and damping, such as 'Vucetic & Dobry (91), PI=30'"
         ) from None

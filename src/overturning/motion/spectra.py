@@ -28,8 +28,8 @@ def response_spectra_by_azimuth(
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
     *,
-    damping: float = 0.05,
-    points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
+    damping_ratio: float = 0.05,
+    interpolated_points_per_oscillator_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> dict[str, FloatArray]:
     """Return the response spectra of a motion along m azimuths (degrees), for p periods (s) and a damping ratio.
 
@@ -41,7 +41,7 @@ def response_spectra_by_azimuth(
     """
     periods, cosines = checked_periods(period_s), north_east_cosines_of_azimuths(azimuth_deg)
     both = _peak_oscillator_responses(
-        motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period
+        motion, periods, cosines, damping_ratio, ("displacement", "velocity"), interpolated_points_per_oscillator_period
     )
     spectra = dict(zip(("displacement", "velocity"), both, strict=True))
     spectra["acceleration"] = _pseudo_acceleration_from_displacement(spectra["displacement"], periods)
@@ -53,8 +53,8 @@ def pseudo_acceleration_spectra(
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
     *,
-    damping: float = 0.05,
-    points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
+    damping_ratio: float = 0.05,
+    interpolated_points_per_oscillator_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> FloatArray:
     """Return pseudo-acceleration spectra along m azimuths (degrees), for p periods (s), m/s², shape (p, m).
 
@@ -62,31 +62,43 @@ def pseudo_acceleration_spectra(
     """
     periods = checked_periods(period_s)
     peaks = _peak_oscillator_responses(
-        motion, periods, north_east_cosines_of_azimuths(azimuth_deg), damping, ("displacement",), points_per_period
+        motion,
+        periods,
+        north_east_cosines_of_azimuths(azimuth_deg),
+        damping_ratio,
+        ("displacement",),
+        interpolated_points_per_oscillator_period,
     )
     return _pseudo_acceleration_from_displacement(peaks[0], periods)
 
 
-def _pseudo_acceleration_from_displacement(peak_displacement: FloatArray, periods: FloatArray) -> FloatArray:
-    """Return pseudo-accelerations ω² × `peak_displacement`, m/s², shape (p, azimuths), for p periods (s)."""
-    return np.asarray(peak_displacement * (2.0 * np.pi / periods[:, None]) ** 2)
+def _pseudo_acceleration_from_displacement(
+    peak_displacement_by_period_and_azimuth: FloatArray, periods_s: FloatArray
+) -> FloatArray:
+    """Return pseudo-accelerations ω² × displacement, m/s², shape (p, azimuths), from peak displacements (m)."""
+    return np.asarray(peak_displacement_by_period_and_azimuth * (2.0 * np.pi / periods_s[:, None]) ** 2)
 
 
 def _peak_oscillator_responses(
     motion: Accelerogram,
-    periods: FloatArray,
-    azimuth_cosines: FloatArray,
-    damping: float,
+    periods_s: FloatArray,
+    north_east_cosines_by_azimuth: FloatArray,
+    damping_ratio: float,
     response_quantities: Sequence[ResponseQuantity],
-    points_per_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
+    interpolated_points_per_oscillator_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> FloatArray:
     """Return the peak responses of oscillators: q quantities, p periods (s) and m azimuths, shape (q, p, m)."""
     oscillators = OscillatorResponseCalculator(
-        motion.horizontal_components, motion.sampling_interval, float(periods.max()), points_per_period
+        motion.horizontal_components,
+        motion.sampling_interval,
+        float(periods_s.max()),
+        interpolated_points_per_oscillator_period,
     )
-    peaks = np.empty((len(response_quantities), periods.size, azimuth_cosines.shape[0]))
-    for column, period in enumerate(periods):
-        peaks[:, column] = oscillators.peak_responses(float(period), damping, response_quantities, azimuth_cosines)
+    peaks = np.empty((len(response_quantities), periods_s.size, north_east_cosines_by_azimuth.shape[0]))
+    for column, period in enumerate(periods_s):
+        peaks[:, column] = oscillators.peak_responses(
+            float(period), damping_ratio, response_quantities, north_east_cosines_by_azimuth
+        )
     return peaks
 
 
@@ -116,7 +128,9 @@ def rotd_percentile_measures(
     }
 
 
-def housner_spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
+def housner_spectrum_intensity(
+    motion: Accelerogram, azimuth_deg: ArrayLike, *, damping_ratio: float = 0.20
+) -> FloatArray:
     """Return Housner's spectrum intensity in the Japanese definition along m azimuths, m/s, shape (m,).
 
     SI = 1/2.4 ∫ S_v(T, h) dT from 0.1 to 2.5 s, by the trapezoidal rule over 121 periods. S_v is the largest velocity
@@ -124,7 +138,12 @@ def housner_spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, 
     """
     # 24 points per period (error at most 0.9 %, on average 0.3 % for one period) suffice for a mean over 121 periods.
     (peaks,) = _peak_oscillator_responses(
-        motion, SPECTRUM_INTENSITY_PERIODS_S, north_east_cosines_of_azimuths(azimuth_deg), damping, ("velocity",), 24
+        motion,
+        SPECTRUM_INTENSITY_PERIODS_S,
+        north_east_cosines_of_azimuths(azimuth_deg),
+        damping_ratio,
+        ("velocity",),
+        24,
     )
     return np.asarray(
         np.trapezoid(peaks, SPECTRUM_INTENSITY_PERIODS_S, axis=0)

@@ -11,19 +11,23 @@ from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 
 def accelerations_interval_and_start_of_stream(
-    stream: Any, unit: str | None, sensor: str
+    stream: Any, unit_stated_by_user: str | None, sensor: str
 ) -> tuple[dict[str, Any], float, str | None]:
     """Return the accelerations of an obspy Stream, m/s², by component, the sampling interval, s, and the start time.
 
     The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`
     for the arguments and errors.
     """
-    if unit is not None and (not isinstance(unit, str) or unit not in ACCELERATION_UNITS_IN_M_S2):
-        raise ArgumentError(f"unit: {unit!r}; known are {', '.join(ACCELERATION_UNITS_IN_M_S2)}")
+    if unit_stated_by_user is not None and (
+        not isinstance(unit_stated_by_user, str) or unit_stated_by_user not in ACCELERATION_UNITS_IN_M_S2
+    ):
+        raise ArgumentError(f"unit: {unit_stated_by_user!r}; known are {', '.join(ACCELERATION_UNITS_IN_M_S2)}")
     traces: dict[str, Any] = {}
     for trace in stream:
         code = str(trace.stats.channel).upper()
-        if why := _reason_trace_is_no_acceleration(trace, code, unit) or _wrong_sensor_reason(code, sensor):
+        if why := _reason_trace_is_no_acceleration(trace, code, unit_stated_by_user) or _wrong_sensor_reason(
+            code, sensor
+        ):
             raise ArgumentError(f"stream: channel {trace.id}: {why}")
         name = _direction_of_channel(trace, code)
         if name is None or name in traces:
@@ -38,7 +42,7 @@ def accelerations_interval_and_start_of_stream(
             f"stream: no component towards {missing[0]}; give one trace each for N and E, and optionally Z"
         )
     _check_same_sensor_and_window(traces)
-    scale = 1.0 if unit is None else ACCELERATION_UNITS_IN_M_S2[unit]
+    scale = 1.0 if unit_stated_by_user is None else ACCELERATION_UNITS_IN_M_S2[unit_stated_by_user]
     values: dict[str, Any] = {
         name: np.ma.getdata(trace.data) * _calibration_factor(trace) * scale for name, trace in traces.items()
     }
@@ -70,14 +74,14 @@ def _check_same_sensor_and_window(traces: dict[str, Any]) -> None:
         raise ArgumentError(f"stream: channels of sensors {' and '.join(sensors)}; select those of one")
 
 
-def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit: str | None) -> str:
+def _reason_trace_is_no_acceleration(trace: Any, channel_code: str, unit_stated_by_user: str | None) -> str:
     """Return why an obspy Trace is not an acceleration without gaps, and a remedy; "" if it is one."""
     if np.ma.is_masked(trace.data):
         return (
             f"a gap of {int(np.ma.getmaskarray(trace.data).sum())} masked samples; cut the stream to one side of it "
             "(stream.split, stream.trim)"
         )
-    if unit is not None:
+    if unit_stated_by_user is not None:
         return ""
     if np.issubdtype(trace.data.dtype, np.integer) and _calibration_factor(trace) == 1.0:
         return "integer samples are counts; remove the response with output='ACC', or give their unit"

@@ -263,7 +263,7 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     if not any(samples.any() for samples in moving):
         return "every sample is the same, as of a dead channel"
     return implausible_amplitude_reason(
-        moving, components[0].sampling_interval, unit=components[0].user_declared_unit, check_velocity=not raw
+        moving, components[0].sampling_interval, declared_unit=components[0].user_declared_unit, check_velocity=not raw
     )
 
 

@@ -81,7 +81,10 @@ def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
 
 def test_height_scales_all_lengths_and_b_over_h_only_the_reference_element() -> None:
     made = load_shipped_scene("three-tier")
-    base, thin = place_elements(made), place_elements(made, height=2 * 0.636, b_over_h=0.2)
+    base, thin = (
+        place_elements(made),
+        place_elements(made, reference_element_height=2 * 0.636, reference_element_b_over_h=0.2),
+    )
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
     assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
     assert thin[3].vertices_in_scene[:, 1].min() == pytest.approx(2 * base[3].vertices_in_scene[:, 1].min())
@@ -97,7 +100,9 @@ def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int
         shaft = {"name": "shaft", "plan": plan, "width": width, "height": 0.6, "stands_on": "foot"}
         return scene_of_elements(foot, shaft, reference="shaft")
 
-    drawn, given = (place_elements(scene_of_shaft_on_foot(width), b_over_h=0.5) for width in (0.3, 0.12))
+    drawn, given = (
+        place_elements(scene_of_shaft_on_foot(width), reference_element_b_over_h=0.5) for width in (0.3, 0.12)
+    )
     assert given[2].mass == pytest.approx(drawn[2].mass, rel=1e-12)
     assert given[2].inertia_about_centre_of_mass == pytest.approx(drawn[2].inertia_about_centre_of_mass, rel=1e-12)
     in_space = [stack_stones(scene_of_shaft_on_foot(width), 0.6, 0.5)[1] for width in (0.3, 0.12)]

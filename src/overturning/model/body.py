@@ -111,7 +111,7 @@ class Body(ThreeDimensionalModel):
     def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
         """Outcome variables of the 2-D simulations in the vertical planes of a rectangular body's faces.
 
-        None for other shapes.
+        Empty for other shapes.
         """
         return OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES if self.aspect_is_parameter else ()
 
@@ -141,16 +141,16 @@ class Body(ThreeDimensionalModel):
         return own if height is None else height, self.shape.solid(own, 1.0, 1.0).b_over_h
 
     @override
-    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
-        if not self.shape.aspect_is_parameter and aspect.tolist() != [1.0]:
-            raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
-        return np.array([self.shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in aspect])
+    def symmetry_periods_by_aspect_deg(self, depth_over_width: FloatArray) -> FloatArray:
+        if not self.shape.aspect_is_parameter and depth_over_width.tolist() != [1.0]:
+            raise ArgumentError(f"aspect: {depth_over_width.tolist()}; only a rectangle has one")
+        return np.array([self.shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in depth_over_width])
 
-    def with_base_relief(self, relief: float) -> "Body":
+    def with_base_relief(self, base_relief_m: float) -> "Body":
         """Return a copy of a scanned stone with another relief, the height (m) up to which base points bear load."""
         if not isinstance(self.shape, ScannedStone):
             raise ArgumentError(f"relief: a {self.shape.name} has none; only a scanned stone has")
-        return replace(self, shape=self.shape.with_base_relief(relief))
+        return replace(self, shape=self.shape.with_base_relief(base_relief_m))
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Body":

@@ -35,7 +35,7 @@ class Cases:
     b_over_h : array_like
         B/H of that element; ignored for a polyhedron, which has its own.
     friction : array_like
-        μ.
+        Friction coefficient μ between the object and its base.
     amplitude : array_like
         Factor on the whole motion.
     damping_factor : array_like
@@ -96,10 +96,10 @@ class Cases:
         return int(np.asarray(self.azimuth_deg).size)
 
 
-def check_direction_magnitudes(name: str, direction_deg: FloatArray) -> None:
-    """Raise an `ArgumentError` that names the argument `name` if an azimuth or orientation is too large to be exact."""
+def check_direction_magnitudes(argument_name: str, direction_deg: FloatArray) -> None:
+    """Raise an `ArgumentError` that names an argument if an azimuth or orientation in it is too large to be exact."""
     if (far := direction_deg[np.abs(direction_deg) > MAX_DIRECTION_DEG]).size:
-        raise ArgumentError(f"{name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
+        raise ArgumentError(f"{argument_name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
 
 
 def check_stone_heights(height: ArrayLike) -> None:

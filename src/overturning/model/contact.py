@@ -192,15 +192,15 @@ class VertexContact(StrictModel):
 
 
 def check_static_penetration_exceeds_rounding(
-    normal_stiffness_per_mass: FloatArray, height: FloatArray, largest_displacement: float
+    normal_stiffness_per_mass_by_case: FloatArray, height_by_case: FloatArray, largest_displacement: float
 ) -> None:
     """Raise an `ArgumentError` if a contact is so stiff that double precision cannot resolve its static penetration.
 
     Parameters
     ----------
-    normal_stiffness_per_mass : ndarray
+    normal_stiffness_per_mass_by_case : ndarray
         Normal stiffness per mass K_n/m, 1/s².
-    height : ndarray
+    height_by_case : ndarray
         Height H, m.
     largest_displacement : float
         Largest displacement of the block, m.
@@ -208,15 +208,18 @@ def check_static_penetration_exceeds_rounding(
     Raises
     ------
     ArgumentError
-        If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, slide), with ε the machine epsilon.
+        If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, largest displacement), with ε the machine epsilon.
     """
-    penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness_per_mass)
+    penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness_per_mass_by_case)
     bound = (
-        MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(np.float64).eps * np.maximum(height, largest_displacement)
+        MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
+        * np.finfo(np.float64).eps
+        * np.maximum(height_by_case, largest_displacement)
     )
     if (penetration < bound).any():
         worst = int(np.argmin(penetration / bound))
         raise ArgumentError(
             f"stiffness: static penetration {penetration.flat[worst]:.3g} m is below {bound.flat[worst]:.3g} m, "
-            f"the least that float64 resolves for a block {height.flat[worst]:g} m high; choose a softer contact"
+            f"the least that float64 resolves for a block {height_by_case.flat[worst]:g} m high; choose a softer "
+            "contact"
         )

@@ -7,7 +7,7 @@ from overturning.arrays import FloatArray
 
 
 def fall_flag_and_azimuth_from_planes(
-    plane_fall_flags: ArrayLike, last_tipping_time: ArrayLike, fall_azimuth_deg: ArrayLike
+    fall_flag_by_plane: ArrayLike, last_tipping_time_by_plane: ArrayLike, fall_azimuth_by_plane_deg: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
     """Return whether a stone falls and the azimuth of the fall, from 2-D simulations in several vertical planes.
 
@@ -19,11 +19,11 @@ def fall_flag_and_azimuth_from_planes(
 
     Parameters
     ----------
-    plane_fall_flags : array_like, shape (planes, …)
+    fall_flag_by_plane : array_like, shape (planes, …)
         1 if the stone falls in the plane, 0 if it stands, NaN if the outcome is missing.
-    last_tipping_time : array_like, shape (planes, …)
+    last_tipping_time_by_plane : array_like, shape (planes, …)
         Last time at which it passed its tipping angle, s; ignored for planes in which it stands.
-    fall_azimuth_deg : array_like, shape (planes, …)
+    fall_azimuth_by_plane_deg : array_like, shape (planes, …)
         Azimuth of the fall in each plane, degrees.
 
     Returns
@@ -34,18 +34,20 @@ def fall_flag_and_azimuth_from_planes(
         Azimuth of the fall, degrees. NaN if it does not fall, or falls in several planes and one of their times is
         missing. If times are equal, the first plane counts.
     """
-    flags, times = np.asarray(plane_fall_flags, np.float64), np.asarray(last_tipping_time, np.float64)
+    flags, times = np.asarray(fall_flag_by_plane, np.float64), np.asarray(last_tipping_time_by_plane, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1
     fell = known & falling.any(axis=0)
     decided = fell & ((falling.sum(axis=0) == 1) | ~(falling & np.isnan(times)).any(axis=0))
     order = np.where(falling, np.nan_to_num(times, nan=np.inf), np.inf)
     # A fall without a time gets the same infinite time as planes without a fall; `falling` excludes the latter.
     first = np.argmax(falling & (order == order.min(axis=0)), axis=0)
-    azimuth = np.take_along_axis(np.asarray(fall_azimuth_deg, np.float64), first[None], axis=0)[0]
+    azimuth = np.take_along_axis(np.asarray(fall_azimuth_by_plane_deg, np.float64), first[None], axis=0)[0]
     return np.where(known, fell, np.nan), np.where(decided, azimuth, np.nan)
 
 
-def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_time: FloatArray) -> FloatArray:
+def fall_probability_over_each_edge(
+    fall_probability_by_plane: FloatArray, last_tipping_time_by_plane: FloatArray
+) -> FloatArray:
     """Return the probability that a stone falls over each of two perpendicular base edges, shape (2, …).
 
     They are computed from the fall probabilities of 2-D simulations in the two vertical planes across the edges.
@@ -54,9 +56,9 @@ def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_t
 
     Parameters
     ----------
-    fall_probability : ndarray, shape (2, …)
+    fall_probability_by_plane : ndarray, shape (2, …)
         Probability of falling in each plane; the planes are taken as independent, and no value is missing.
-    last_tipping_time : ndarray, shape (2, …)
+    last_tipping_time_by_plane : ndarray, shape (2, …)
         Times as in `fall_flag_and_azimuth_from_planes`, s. If one is missing, or they are equal, each edge comes first
         in proportion to its probability.
 
@@ -64,12 +66,14 @@ def fall_probability_over_each_edge(fall_probability: FloatArray, last_tipping_t
     -------
     ndarray, shape (2, …)
     """
-    total = fall_probability.sum(axis=0)
-    in_proportion = np.divide(fall_probability[0], total, out=np.full(total.shape, 0.5), where=total > 0)
+    total = fall_probability_by_plane.sum(axis=0)
+    in_proportion = np.divide(fall_probability_by_plane[0], total, out=np.full(total.shape, 0.5), where=total > 0)
     first = np.where(
-        last_tipping_time[0] < last_tipping_time[1],
+        last_tipping_time_by_plane[0] < last_tipping_time_by_plane[1],
         1.0,
-        np.where(last_tipping_time[0] > last_tipping_time[1], 0.0, in_proportion),
+        np.where(last_tipping_time_by_plane[0] > last_tipping_time_by_plane[1], 0.0, in_proportion),
     )
-    both = fall_probability[0] * fall_probability[1]
-    return np.asarray(fall_probability * (1 - fall_probability[::-1]) + both * np.stack([first, 1 - first]))
+    both = fall_probability_by_plane[0] * fall_probability_by_plane[1]
+    return np.asarray(
+        fall_probability_by_plane * (1 - fall_probability_by_plane[::-1]) + both * np.stack([first, 1 - first])
+    )

@@ -24,12 +24,12 @@ MIN_ELEMENT_LENGTH_M, MAX_ELEMENT_LENGTH_M = 1e-6, 1e6
 PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
 
 
-def plan_area_of_circle_or_polygon(plan: PlanShape, width: float) -> float:
-    """Return the area, m², of a plan: a circle of diameter `width` (m), or a regular polygon around such a circle."""
+def plan_area_of_circle_or_polygon(plan: PlanShape, inscribed_circle_diameter: float) -> float:
+    """Return the area, m², of a circular plan, or of a regular polygon around a circle of this diameter (m)."""
     if plan == "circle":
-        return 0.25 * math.pi * width * width
+        return 0.25 * math.pi * inscribed_circle_diameter * inscribed_circle_diameter
     assert isinstance(plan, int)
-    return 0.25 * plan * math.tan(math.pi / plan) * width * width
+    return 0.25 * plan * math.tan(math.pi / plan) * inscribed_circle_diameter * inscribed_circle_diameter
 
 
 class Material(StrictModel):
@@ -103,16 +103,22 @@ class Element(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_depth_from_plan(cls, content: Any) -> Any:
+    def _fill_depth_from_plan(cls, unvalidated_element_content: Any) -> Any:
         """Compute a missing depth so that width × depth is the plan area of the circle or regular polygon."""
-        if not isinstance(content, dict) or content.get("plan", "rectangle") == "rectangle" or "depth" in content:
-            return content
-        width, plan = content.get("width"), content["plan"]
+        if (
+            not isinstance(unvalidated_element_content, dict)
+            or unvalidated_element_content.get("plan", "rectangle") == "rectangle"
+            or "depth" in unvalidated_element_content
+        ):
+            return unvalidated_element_content
+        width, plan = unvalidated_element_content.get("width"), unvalidated_element_content["plan"]
         if not isinstance(width, int | float) or width <= 0 or not (plan == "circle" or isinstance(plan, int)):
-            return content  # the fields say what is wrong
+            return unvalidated_element_content  # the fields say what is wrong
         if (isinstance(plan, int) and not 3 <= plan <= 16) or not MIN_ELEMENT_LENGTH_M <= width <= MAX_ELEMENT_LENGTH_M:
-            return content
-        return content | {"depth": plan_area_of_circle_or_polygon(plan, float(width)) / float(width)}
+            return unvalidated_element_content
+        return unvalidated_element_content | {
+            "depth": plan_area_of_circle_or_polygon(plan, float(width)) / float(width)
+        }
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:

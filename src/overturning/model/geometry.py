@@ -115,27 +115,30 @@ class TouchingContactPoint(NamedTuple):
 
 
 def place_elements(
-    scene: SceneElementsAndMaterials, height: float | None = None, b_over_h: float | None = None
+    scene: SceneElementsAndMaterials,
+    reference_element_height: float | None = None,
+    reference_element_b_over_h: float | None = None,
 ) -> list[PlacedElement]:
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
-    All lengths scale with `height` (m), the height of the reference element, except that the ground
-    (`wide_ground_element_name`) never becomes narrower. `b_over_h` changes only the width of the reference element, and
-    with it the depth of an element with a `plan`. Both refer to the reference element before its rotation, so that a
-    rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
+    All lengths scale with that height, except that the ground (`wide_ground_element_name`) never becomes narrower. B/H
+    changes only the width of the reference element, and with it the depth of an element with a `plan`. Both refer to
+    the reference element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an
+    invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
     own_width, own_height = own.unrotated_width_and_height
-    scale, ground = 1.0 if height is None else height / own_height, wide_ground_element_name(scene)
+    scale = 1.0 if reference_element_height is None else reference_element_height / own_height
+    ground = wide_ground_element_name(scene)
     placed: list[PlacedElement] = []
     for element in scene.elements:
         points = element.unrotated_vertices
         if element.name == ground:
             points[:, 0] *= max(1.0, 1.0 / scale)
-        if b_over_h is not None and element.name == scene.size_reference_element_name:
+        if reference_element_b_over_h is not None and element.name == scene.size_reference_element_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # Rounded once, exactly as the width B/H · H of a single block.
-            wider = b_over_h * own_height / own_width
+            wider = reference_element_b_over_h * own_height / own_width
             points[:, 0] = (points[:, 0] - middle) * wider + middle
             if element.plan != "rectangle":
                 element = element.model_copy(update={"depth": element.depth * wider})
@@ -251,21 +254,25 @@ def possible_contact_points_of_elements(
     delta = np.array([shift_x, first_element.centre_of_mass_z - second_element.centre_of_mass_z])
 
     def position_on_face_and_contact_point(
-        element: PlacedElement,
-        vertex: FloatArray,
-        shift: FloatArray,
-        opposite_face: FloatArray,
-        normal_sign: float,
-        may_touch: float,
+        element_of_vertex: PlacedElement,
+        vertex_from_own_centre: FloatArray,
+        centre_offset_from_opposite_element: FloatArray,
+        opposite_face_table_row: FloatArray,
+        sign_of_normal_towards_first_element: float,
+        vertex_contact_flag: float,
     ) -> tuple[float, PossibleContactPoint]:
         """Return a vertex's position (m) along the opposite face, and the contact point there."""
-        x, z = vertex + shift
-        gap = opposite_face[4] * x + opposite_face[5] * z - opposite_face[6]
-        along = opposite_face[4] * z - opposite_face[5] * x - opposite_face[7]
-        nx, nz = normal_sign * float(opposite_face[4]), normal_sign * float(opposite_face[5])
-        point = float(vertex[0] + element.centre_of_mass_x), float(vertex[1] + element.centre_of_mass_z)
+        x, z = vertex_from_own_centre + centre_offset_from_opposite_element
+        gap = opposite_face_table_row[4] * x + opposite_face_table_row[5] * z - opposite_face_table_row[6]
+        along = opposite_face_table_row[4] * z - opposite_face_table_row[5] * x - opposite_face_table_row[7]
+        nx, nz = (sign_of_normal_towards_first_element * float(part) for part in opposite_face_table_row[4:6])
+        point = (
+            float(vertex_from_own_centre[0] + element_of_vertex.centre_of_mass_x),
+            float(vertex_from_own_centre[1] + element_of_vertex.centre_of_mass_z),
+        )
+        is_possible = abs(along) <= opposite_face_table_row[8] and vertex_contact_flag * opposite_face_table_row[11]
         return along, PossibleContactPoint(
-            float(gap) if abs(along) <= opposite_face[8] and may_touch * opposite_face[11] else np.inf,
+            float(gap) if is_possible else np.inf,
             point,
             (nx, nz),
             (nz, -nx),
@@ -316,7 +323,7 @@ def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]
 
 
 def convex_pieces_of_each_pair(
-    placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair]
+    placed_elements: list[PlacedElement], piece_pairs: list[ConvexPiecePair]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
     """Return, for each pair of convex pieces that can touch, both pieces at their positions in the scene."""
     parts = [item.convex_parts for item in placed_elements]
@@ -325,26 +332,29 @@ def convex_pieces_of_each_pair(
             parts[pair.first_element_index][pair.first_piece_index],
             parts[pair.second_element_index][pair.second_piece_index],
         )
-        for pair in pairs
+        for pair in piece_pairs
     ]
 
 
 def touching_contact_points(
-    placed_elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_face_inclination_rad: float = 0.0
+    placed_elements: list[PlacedElement],
+    piece_pairs: list[ConvexPiecePair],
+    max_inclination_of_faces_in_contact_rad: float = 0.0,
 ) -> list[TouchingContactPoint]:
     """Return the contact points of a scene at rest: those at which two elements touch.
 
-    Two faces that touch at one end and are inclined by less than `max_face_inclination_rad` touch at both ends.
+    Two faces that touch at one end and are inclined by less than `max_inclination_of_faces_in_contact_rad` touch at
+    both ends.
     """
     touching = []
-    for index, (a, b) in enumerate(convex_pieces_of_each_pair(placed_elements, pairs)):
+    for index, (a, b) in enumerate(convex_pieces_of_each_pair(placed_elements, piece_pairs)):
         ends, closed = (
             possible_contact_points_of_elements(a, b),
             MAX_GAP_TO_ELEMENT_SIZE_RATIO_AT_CONTACT
             * min(a.smaller_of_width_and_height, b.smaller_of_width_and_height),
         )
         (x, z), (u, w) = ends[0].vertex_position, ends[1].vertex_position
-        far = np.sin(max_face_inclination_rad) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
+        far = np.sin(max_inclination_of_faces_in_contact_rad) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
             if end.signed_gap <= closed or (ends[1 - side].signed_gap <= closed and end.signed_gap < far):
                 touching.append(TouchingContactPoint(index, side, end))

@@ -27,21 +27,21 @@ CF_ATTRIBUTES_BY_DIMENSION: Final[dict[str, dict[str, Any]]] = {
 """Dimensions of models, and their CF attributes."""
 
 
-def checked_finite_values(name: str, values: ArrayLike) -> FloatArray:
-    """Convert the argument `name` of a public function, one or several finite numbers, to an array of shape (n,).
+def checked_finite_values(argument_name: str, values: ArrayLike) -> FloatArray:
+    """Convert an argument of a public function, one or several finite numbers, to an array of shape (n,).
 
     Raises
     ------
     ArgumentError
         If the argument is empty, nested, or not of finite numbers.
     """
-    row = np.atleast_1d(convert_argument_to_float_array(name, values))
-    check_has_no_masked_values(name, row)
+    row = np.atleast_1d(convert_argument_to_float_array(argument_name, values))
+    check_has_no_masked_values(argument_name, row)
     if row.ndim != 1 or row.size == 0:
         remedy = "at least one value" if row.size == 0 else "one row, without rows in it"
-        raise ArgumentError(f"{name}: shape {row.shape}; give {remedy}")
+        raise ArgumentError(f"{argument_name}: shape {row.shape}; give {remedy}")
     if not np.isfinite(row).all():
-        raise ArgumentError(f"{name}: {row[~np.isfinite(row)][0]:g}; it must be finite")
+        raise ArgumentError(f"{argument_name}: {row[~np.isfinite(row)][0]:g}; it must be finite")
     return row
 
 
@@ -64,7 +64,7 @@ class CaseGrid:
     motion_amplitude_factors_if_several: tuple[float, ...] = ()
 
     @classmethod
-    def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
+    def from_values(cls, free_element_names_if_several: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
         """Return the grid of all combinations of given values of each dimension, such as azimuth and height.
 
         Raises
@@ -79,7 +79,7 @@ class CaseGrid:
                 check_direction_magnitudes(name, row)
             checked[name.removesuffix("_deg")] = row
         check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
-        return cls(checked, element)
+        return cls(checked, free_element_names_if_several)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.values_by_dimension[name]
@@ -108,18 +108,18 @@ class CaseGrid:
         """Return a copy of the grid with other values along some dimensions, given by dimension name."""
         return replace(self, values_by_dimension=self.values_by_dimension | new_rows)
 
-    def broadcast_over_grid(self, direction_values: NDArray[Any]) -> NDArray[Any]:
+    def broadcast_over_grid(self, values_by_direction_and_aspect: NDArray[Any]) -> NDArray[Any]:
         """Repeat values by direction and aspect D/B, shape (directions, 1 or aspects), for all cases of the grid."""
         shape = [1] * len(self.dimension_names)
-        shape[0] = direction_values.shape[0]
+        shape[0] = values_by_direction_and_aspect.shape[0]
         if "aspect" in self.dimension_names:
-            shape[self.dimension_names.index("aspect")] = direction_values.shape[1]
-        return np.broadcast_to(direction_values.reshape(shape), self.shape)
+            shape[self.dimension_names.index("aspect")] = values_by_direction_and_aspect.shape[1]
+        return np.broadcast_to(values_by_direction_and_aspect.reshape(shape), self.shape)
 
     def cases_at_grid_indices(
         self,
         indices_along_dimensions: Sequence[NDArray[np.intp]],
-        subtracted_direction_deg: FloatArray | float = 0.0,
+        angle_subtracted_from_direction_deg: FloatArray | float = 0.0,
         **further_columns: ArrayLike,
     ) -> Cases:
         """Return the parameters (direction, height, B/H, …) of the cases at given indices along each dimension.
@@ -127,9 +127,9 @@ class CaseGrid:
         Parameters
         ----------
         indices_along_dimensions : sequence of ndarray
-            Positions along each dimension.
-        subtracted_direction_deg : ndarray or float
-            Angle subtracted from the direction of each cell, degrees.
+            For each dimension, the index of each case along it.
+        angle_subtracted_from_direction_deg : ndarray or float
+            Angle subtracted from the azimuth or orientation of each case, degrees.
         **further_columns
             Further columns of `Cases`.
         """
@@ -137,7 +137,9 @@ class CaseGrid:
             name: self[name][at].astype(np.float64)
             for name, at in zip(self.dimension_names, indices_along_dimensions, strict=True)
         }
-        return Cases(values.pop(self.dimension_names[0]) - subtracted_direction_deg, **values, **further_columns)
+        return Cases(
+            values.pop(self.dimension_names[0]) - angle_subtracted_from_direction_deg, **values, **further_columns
+        )
 
     def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
         """Return the dimension names of an outcome variable in a results dataset, without the dimension of records."""

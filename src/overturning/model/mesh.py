@@ -89,16 +89,19 @@ def read_mesh_surface(path: Path | str, unit: MeshLengthUnit | None = None) -> T
     return TriangleSurface(vertices, triangles)
 
 
-def _check_resolution_of_coordinates(vertices: Any, path: Path) -> None:
+def _check_resolution_of_coordinates(vertices_in_file_unit: Any, path: Path) -> None:
     """Raise an ArgumentError if coordinates in single precision are too coarse for the size of the stone.
 
     STL files, and most PLY files, store 7 digits (single precision): map coordinates would be rounded to centimetres.
     """
-    single = path.suffix.lower() != ".obj" and bool((vertices == vertices.astype(np.float32)).all())
-    step, extent = float(np.spacing(np.float32(np.abs(vertices).max()))), float(np.ptp(vertices, axis=0).max())
+    single = path.suffix.lower() != ".obj" and bool(
+        (vertices_in_file_unit == vertices_in_file_unit.astype(np.float32)).all()
+    )
+    largest, extent = float(np.abs(vertices_in_file_unit).max()), float(np.ptp(vertices_in_file_unit, axis=0).max())
+    step = float(np.spacing(np.float32(largest)))
     if single and step > MAX_COORDINATE_ROUNDING_TO_STONE_SIZE_RATIO * extent:
         raise ArgumentError(
-            f"{path}: coordinates of up to {np.abs(vertices).max():.7g} in single precision are multiples of "
+            f"{path}: coordinates of up to {largest:.7g} in single precision are multiples of "
             f"{step:.2g}, too coarse for a size of {extent:.3g}: move the mesh to the origin before it is exported, or "
             "export it as OBJ"
         )
@@ -132,21 +135,23 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format{hint}") from None
 
 
-def _remove_degenerate_triangles(vertices: Any, triangles: Any) -> Any:
+def _remove_degenerate_triangles(vertex_positions: Any, triangle_vertex_indices: Any) -> Any:
     """Remove degenerate triangles: with two equal corners, or with corners on one line unless that opens a hole.
 
     A face with a corner in the middle of an edge may be divided so that one of its triangles lies on a line; without
     that triangle the surface would be open.
     """
-    a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    a, b, c = triangle_vertex_indices.T
+    triangle_vertex_indices = triangle_vertex_indices[(a != b) & (b != c) & (c != a)]
+    a, b, c = (vertex_positions[triangle_vertex_indices[:, k]] for k in range(3))
     wide = np.cross(b - a, c - a).any(axis=1)
-    opens = len(open_edges(triangles[wide])) > len(open_edges(triangles))
-    return triangles if opens else triangles[wide]
+    opens = len(open_edges(triangle_vertex_indices[wide])) > len(open_edges(triangle_vertex_indices))
+    return triangle_vertex_indices if opens else triangle_vertex_indices[wide]
 
 
-def read_scanned_stone(path: Path | str, unit: MeshLengthUnit | None = None, relief: float | None = None) -> ScanResult:
+def read_scanned_stone(
+    path: Path | str, unit: MeshLengthUnit | None = None, base_relief_m: float | None = None
+) -> ScanResult:
     """Read a scanned stone from a mesh file, and rotate it to the nearest pose in which it can stand.
 
     Parameters
@@ -155,7 +160,7 @@ def read_scanned_stone(path: Path | str, unit: MeshLengthUnit | None = None, rel
         Mesh file: .obj, .ply or .stl; z up.
     unit : {"m", "cm", "mm"}, optional
         Unit of the file's coordinates; metres if not given.
-    relief : float, optional
+    base_relief_m : float, optional
         Height above the lowest point up to which the points of the base bear, m; default
         `overturning.model.scan.DEFAULT_BASE_RELIEF_M`.
 
@@ -166,6 +171,6 @@ def read_scanned_stone(path: Path | str, unit: MeshLengthUnit | None = None, rel
     """
     surface = read_mesh_surface(path, unit)
     try:
-        return stone_from_surface(*repair_surface_and_close_base(surface), Path(path).stem, relief)
+        return stone_from_surface(*repair_surface_and_close_base(surface), Path(path).stem, base_relief_m)
     except ArgumentError as error:
         raise ArgumentError(f"{path}: {error}") from None

@@ -99,8 +99,8 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
-        """Return, for each aspect D/B, the rotation about the vertical (degrees) after which the model looks the same.
+    def symmetry_periods_by_aspect_deg(self, depth_over_width: FloatArray) -> FloatArray:
+        """Return the rotation (degrees) about the vertical after which the model looks the same, for each ratio D/B.
 
         The shape is (aspects,); the rotation is 0 for a body of revolution.
         """
@@ -170,17 +170,17 @@ class Model(ABC):
     @abstractmethod
     def ensemble_statistics_by_case(
         self,
-        member_fall_flags: NDArray[np.int8],
-        fall_azimuth_deg: FloatArray,
+        fall_flag_by_case_and_member: NDArray[np.int8],
+        fall_azimuth_by_case_and_member_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
         """Compute statistics over the ensemble runs of each case, such as the share of runs in which the stone falls.
 
         Parameters
         ----------
-        member_fall_flags : ndarray of int8, shape (cells, members) or (cells, members, elements)
+        fall_flag_by_case_and_member : ndarray of int8, shape (cells, members) or (cells, members, elements)
             Outcome of each member.
-        fall_azimuth_deg : ndarray, shape (cells, members)
+        fall_azimuth_by_case_and_member_deg : ndarray, shape (cells, members)
             Azimuth of the fall in 3-D, degrees.
         sobol_scramble_of_member : ndarray of int, shape (members,)
             Number of the scrambled Sobol sequence of each member.
@@ -225,17 +225,17 @@ class Model(ABC):
     @abstractmethod
     def look_up_square_stone_outcomes(
         self,
-        site_cube: "xr.Dataset",
-        face_azimuth_deg: FloatArray,
+        one_record_cube: "xr.Dataset",
+        front_azimuth_by_stone_deg: FloatArray,
         grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
         """Look up the outcome of each square stone in simulated results, at its size and at the nearest direction.
 
         Parameters
         ----------
-        site_cube : Dataset
+        one_record_cube : Dataset
             Cube of one record, with or without the dimension of amplitudes.
-        face_azimuth_deg : ndarray, shape (n,)
+        front_azimuth_by_stone_deg : ndarray, shape (n,)
             Azimuth that the front of each stone faces, degrees.
         grid_indices_by_dimension : dict of ndarray, shape (n,)
             Positions of each stone along height, B/H and friction.
@@ -243,15 +243,19 @@ class Model(ABC):
 
 
 def values_at_grid_indices(
-    site_cube: "xr.Dataset", variable_names: tuple[str, ...], grid_indices_by_dimension: dict[str, NDArray[np.intp]]
+    one_record_cube: "xr.Dataset",
+    variable_names: tuple[str, ...],
+    grid_indices_by_dimension: dict[str, NDArray[np.intp]],
 ) -> dict[str, FloatArray]:
     """Return the values of some variables, by name, at given grid indices in the results dataset of one record.
 
     Each array has one row per amplitude, and the shape of the positions in the further dimensions.
     """
-    several = ["amplitude"] if "amplitude" in site_cube.dims else []
+    several = ["amplitude"] if "amplitude" in one_record_cube.dims else []
     place = (slice(None) if several else None, *grid_indices_by_dimension.values())
     return {
-        name: np.asarray(site_cube[name].transpose(*several, *grid_indices_by_dimension).to_numpy()[place], np.float64)
+        name: np.asarray(
+            one_record_cube[name].transpose(*several, *grid_indices_by_dimension).to_numpy()[place], np.float64
+        )
         for name in variable_names
     }

@@ -20,7 +20,9 @@ STEEP_FACET_TOLERANCE_FACTOR: Final = 8.0
 
 
 def simplified_convex_hull_vertices(
-    points: FloatArray, tolerance: float, always_kept_point_indices: NDArray[np.intp] | None = None
+    points: FloatArray,
+    max_distance_from_simplified_hull: float,
+    always_kept_point_indices: NDArray[np.intp] | None = None,
 ) -> FloatArray:
     """Simplify the convex hull of points: return few of them, whose hull is smaller by at most a tolerance (m).
 
@@ -28,7 +30,7 @@ def simplified_convex_hull_vertices(
     ----------
     points : ndarray, shape (n, 2) or (n, 3)
         Points, m, that do not lie on one line or in one plane.
-    tolerance : float
+    max_distance_from_simplified_hull : float
         Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is larger by
         `STEEP_FACET_TOLERANCE_FACTOR` for facets that are steeper than 45° or face up.
     always_kept_point_indices : ndarray of int, optional
@@ -40,7 +42,7 @@ def simplified_convex_hull_vertices(
         Vertices of the simplified hull; in 2-D anticlockwise.
     """
     whole = scipy.spatial.ConvexHull(points)
-    if tolerance <= 0.0:
+    if max_distance_from_simplified_hull <= 0.0:
         return points[whole.vertices]
     vertices = candidates = points[whole.vertices]
     chosen = np.unique(np.concatenate([candidates.argmin(axis=0), candidates.argmax(axis=0)]))
@@ -56,16 +58,16 @@ def simplified_convex_hull_vertices(
             return vertices
         beyond = candidates @ hull.equations[:, :-1].T + hull.equations[:, -1]
         # A point inside stays inside, because the hull only grows.
-        outside = beyond.max(axis=1) > tolerance
+        outside = beyond.max(axis=1) > max_distance_from_simplified_hull
         if not outside.any():
             return kept[hull.vertices]
         candidates, beyond = candidates[outside], beyond[outside]
         if points.shape[1] == 3:
             beyond /= np.where(hull.equations[:, 2] > STEEP_FACET_MIN_NORMAL_Z, STEEP_FACET_TOLERANCE_FACTOR, 1.0)
         farthest = beyond.max(axis=0)
-        if not (farthest > tolerance).any():
+        if not (farthest > max_distance_from_simplified_hull).any():
             return kept[hull.vertices]
         # Add the farthest point beyond each facet; small errors wait for the next round, which may not need them.
-        facets = farthest > max(tolerance, 0.5 * float(farthest.max()))
+        facets = farthest > max(max_distance_from_simplified_hull, 0.5 * float(farthest.max()))
         kept = np.concatenate([kept, candidates[np.unique(beyond[:, facets].argmax(axis=0))]])
     return vertices

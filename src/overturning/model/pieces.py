@@ -20,9 +20,14 @@ MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED: Final = 1e-12
 """Twice the area of a corner below which its three vertices are collinear, as a share of the size squared."""
 
 
-def signed_doubled_triangle_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+def signed_doubled_triangle_area(
+    first_vertex: FloatArray, second_vertex: FloatArray, third_vertex: FloatArray
+) -> float:
     """Return twice the area of the triangle abc, m², positive if it runs counter-clockwise."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    return float(
+        (second_vertex[0] - first_vertex[0]) * (third_vertex[1] - first_vertex[1])
+        - (second_vertex[1] - first_vertex[1]) * (third_vertex[0] - first_vertex[0])
+    )
 
 
 def polygon_crosses_itself(vertices: FloatArray) -> bool:
@@ -38,14 +43,14 @@ def polygon_crosses_itself(vertices: FloatArray) -> bool:
     return False
 
 
-def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) -> FloatArray:
+def outline_of_joined_pieces(element_name: str, vertices_of_each_piece: Sequence[FloatArray]) -> FloatArray:
     """Return the outer outline of convex polygons joined along common sides, without these common sides.
 
     Parameters
     ----------
     element_name : str
         Name of the element, for messages.
-    pieces : sequence of ndarray, shape (n, 2)
+    vertices_of_each_piece : sequence of ndarray, shape (n, 2)
         Convex, counter-clockwise, m; in any order.
 
     Returns
@@ -58,7 +63,9 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
     ArgumentError
         If pieces overlap, or do not form one outline without holes.
     """
-    ordered = sorted((np.asarray(piece, dtype=np.float64) for piece in pieces), key=lambda piece: piece.tolist())
+    ordered = sorted(
+        (np.asarray(piece, dtype=np.float64) for piece in vertices_of_each_piece), key=lambda piece: piece.tolist()
+    )
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
     for (i, one), (j, other) in combinations(enumerate(ordered), 2):
         depth = -max(_separation_along_side_normals(one, other), _separation_along_side_normals(other, one))
@@ -102,46 +109,52 @@ def outline_of_joined_pieces(element_name: str, pieces: Sequence[FloatArray]) ->
     )
 
 
-def _first_vertex_as_text(piece: FloatArray) -> str:
+def _first_vertex_as_text(polygon_vertices: FloatArray) -> str:
     """Return the first vertex of a polygon as text for error messages."""
-    return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
+    return f"[{polygon_vertices[0, 0]:g}, {polygon_vertices[0, 1]:g}]"
 
 
-def _separation_along_side_normals(piece: FloatArray, other_piece: FloatArray) -> float:
-    """Return the largest gap (m) between a side of `piece` and another polygon; negative if no side separates them."""
-    edge = np.roll(piece, -1, axis=0) - piece
+def _separation_along_side_normals(polygon_vertices: FloatArray, other_polygon_vertices: FloatArray) -> float:
+    """Return the largest distance (m) of a polygon beyond a side of another one; negative if no side separates them."""
+    edge = np.roll(polygon_vertices, -1, axis=0) - polygon_vertices
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
-    return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
+    return float(((other_polygon_vertices @ normal.T).min(axis=0) - (polygon_vertices * normal).sum(axis=1)).max())
 
 
-def _index_of_known_or_appended_point(point: FloatArray, known_points: list[FloatArray], tolerance: float) -> int:
-    """Return the index of a known point nearer than `tolerance` (m) to `point`; if there is none, append `point`."""
-    for number, other in enumerate(known_points):
-        if np.abs(point - other).max() <= tolerance:
+def _index_of_known_or_appended_point(
+    point: FloatArray, known_points_to_append_to: list[FloatArray], max_coordinate_difference: float
+) -> int:
+    """Return the index of a known point that equals `point` to within a difference (m); else append `point`."""
+    for number, other in enumerate(known_points_to_append_to):
+        if np.abs(point - other).max() <= max_coordinate_difference:
             return number
-    known_points.append(point)
-    return len(known_points) - 1
+    known_points_to_append_to.append(point)
+    return len(known_points_to_append_to) - 1
 
 
 def _split_side_at_points(
-    start_index: int, end_index: int, points: FloatArray, tolerance: float
+    side_start_point_index: int, side_end_point_index: int, points: FloatArray, max_distance_from_side: float
 ) -> list[tuple[int, int]]:
     """Return a polygon side split at each of `points` that lies on it, as pairs of point indices."""
-    edge = points[end_index] - points[start_index]
+    edge = points[side_end_point_index] - points[side_start_point_index]
     length = float(np.sqrt((edge**2).sum()))
-    along = (points - points[start_index]) @ edge / length
-    across = np.abs((points - points[start_index]) @ np.array([-edge[1], edge[0]])) / length
-    on = np.flatnonzero((across <= tolerance) & (along > tolerance) & (along < length - tolerance))
-    stops = [start_index, *on[np.argsort(along[on])].tolist(), end_index]
+    along = (points - points[side_start_point_index]) @ edge / length
+    across = np.abs((points - points[side_start_point_index]) @ np.array([-edge[1], edge[0]])) / length
+    on = np.flatnonzero(
+        (across <= max_distance_from_side)
+        & (along > max_distance_from_side)
+        & (along < length - max_distance_from_side)
+    )
+    stops = [side_start_point_index, *on[np.argsort(along[on])].tolist(), side_end_point_index]
     return list(pairwise(stops))
 
 
-def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
+def convex_piece_vertex_indices(outline_vertices: FloatArray) -> list[list[int]]:
     """Return the convex pieces of a polygon outline, each as vertex indices counter-clockwise.
 
     Parameters
     ----------
-    points : ndarray, shape (n, 2)
+    outline_vertices : ndarray, shape (n, 2)
         Vertices counter-clockwise, no three neighbours collinear, m.
 
     Raises
@@ -149,15 +162,19 @@ def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
     ArgumentError
         If the outline crosses or touches itself.
     """
-    least = MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED * float(np.ptp(points, axis=0).max()) ** 2
-    pieces = _triangulate_polygon(points, least)
+    least = MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED * float(np.ptp(outline_vertices, axis=0).max()) ** 2
+    pieces = _triangulate_polygon(outline_vertices, least)
     merged = True
     while merged:
         merged = False
         for one, other in combinations(pieces, 2):
             joined = _merge_pieces_at_shared_diagonal(one, other)
             if joined and all(
-                signed_doubled_triangle_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]])
+                signed_doubled_triangle_area(
+                    outline_vertices[joined[k - 1]],
+                    outline_vertices[at],
+                    outline_vertices[joined[(k + 1) % len(joined)]],
+                )
                 > least
                 for k, at in enumerate(joined)
             ):
@@ -167,13 +184,13 @@ def convex_piece_vertex_indices(points: FloatArray) -> list[list[int]]:
     return pieces
 
 
-def _triangulate_polygon(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
+def _triangulate_polygon(outline_vertices: FloatArray, min_doubled_triangle_area: float) -> list[list[int]]:
     """Return a triangulation of a polygon outline, by ear clipping, each triangle as three vertex indices."""
-    left, triangles = list(range(len(points))), []
+    left, triangles = list(range(len(outline_vertices))), []
     while len(left) > 3:
         for k, at in enumerate(left):
             ear = [left[k - 1], at, left[(k + 1) % len(left)]]
-            if _can_cut_off_triangle(points, left, ear, min_doubled_area):
+            if _can_cut_off_triangle(outline_vertices, left, ear, min_doubled_triangle_area):
                 triangles.append(ear)
                 del left[k]
                 break
@@ -183,30 +200,39 @@ def _triangulate_polygon(points: FloatArray, min_doubled_area: float) -> list[li
 
 
 def _can_cut_off_triangle(
-    points: FloatArray, remaining_indices: list[int], triangle_indices: list[int], min_doubled_area: float
+    outline_vertices: FloatArray,
+    remaining_vertex_indices: list[int],
+    triangle_vertex_indices: list[int],
+    min_doubled_triangle_area: float,
 ) -> bool:
     """True if a triangle of consecutive vertices contains no other vertex, so that it can be cut off the outline."""
-    a, b, c = points[triangle_indices]
-    if signed_doubled_triangle_area(a, b, c) <= min_doubled_area:
+    a, b, c = outline_vertices[triangle_vertex_indices]
+    if signed_doubled_triangle_area(a, b, c) <= min_doubled_triangle_area:
         return False
-    others = (points[k] for k in remaining_indices if k not in triangle_indices)
+    others = (outline_vertices[k] for k in remaining_vertex_indices if k not in triangle_vertex_indices)
     return not any(
         min(
             signed_doubled_triangle_area(a, b, p),
             signed_doubled_triangle_area(b, c, p),
             signed_doubled_triangle_area(c, a, p),
         )
-        >= -min_doubled_area
+        >= -min_doubled_triangle_area
         for p in others
     )
 
 
-def _merge_pieces_at_shared_diagonal(first_piece: list[int], second_piece: list[int]) -> list[int] | None:
+def _merge_pieces_at_shared_diagonal(
+    first_piece_vertex_indices: list[int], second_piece_vertex_indices: list[int]
+) -> list[int] | None:
     """Return the vertex indices of two polygon pieces merged at their common diagonal; None if there is none."""
-    for k, first in enumerate(first_piece):
-        second = first_piece[(k + 1) % len(first_piece)]
-        for m, at in enumerate(second_piece):
-            if at == second and second_piece[(m + 1) % len(second_piece)] == first:
+    for k, first in enumerate(first_piece_vertex_indices):
+        second = first_piece_vertex_indices[(k + 1) % len(first_piece_vertex_indices)]
+        for m, at in enumerate(second_piece_vertex_indices):
+            if at == second and second_piece_vertex_indices[(m + 1) % len(second_piece_vertex_indices)] == first:
                 # Around the first piece from the diagonal's second end to its first, then around the other.
-                return first_piece[k + 1 :] + first_piece[: k + 1] + (second_piece[m:] + second_piece[:m])[2:]
+                return (
+                    first_piece_vertex_indices[k + 1 :]
+                    + first_piece_vertex_indices[: k + 1]
+                    + (second_piece_vertex_indices[m:] + second_piece_vertex_indices[:m])[2:]
+                )
     return None

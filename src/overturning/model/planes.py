@@ -47,14 +47,16 @@ def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
     return float(cube["azimuth"].attrs.get("period", PLANE_SYMMETRY_PERIOD_DEG))
 
 
-def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG) -> NDArray[np.intp]:
+def distinct_plane_indices(
+    plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
+) -> NDArray[np.intp]:
     """Return the index of one azimuth in each distinct vertical plane, sorted by azimuth modulo the period.
 
     Parameters
     ----------
-    azimuth_deg : array_like, shape (n,)
-        Azimuths, degrees.
-    period_deg : float
+    plane_azimuth_deg : array_like, shape (n,)
+        Azimuths of the planes, degrees.
+    symmetry_period_deg : float
         Period of the azimuth, degrees (see `azimuth_period_of_cube_deg`).
 
     Returns
@@ -62,25 +64,23 @@ def distinct_plane_indices(azimuth_deg: ArrayLike, period_deg: float = PLANE_SYM
     ndarray of int
         Positions; if φ and φ + 180° are one plane and both are given, the one below 180°.
     """
-    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    planes = np.unique(np.round(azimuth % period_deg, 6) % period_deg)
-    return (
-        nearest_simulated_directions(azimuth, planes, period_deg).simulated_direction_index
-        if azimuth.size
-        else np.zeros(0, np.intp)
-    )
+    azimuth = np.asarray(plane_azimuth_deg, dtype=np.float64)
+    planes = np.unique(np.round(azimuth % symmetry_period_deg, 6) % symmetry_period_deg)
+    if not azimuth.size:
+        return np.zeros(0, np.intp)
+    return nearest_simulated_directions(azimuth, planes, symmetry_period_deg).simulated_direction_index
 
 
 def azimuth_gap_mask_and_step(
-    azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
+    plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> tuple[NDArray[np.bool_], float]:
     """Return a mask of the azimuths after which the grid has a gap, and the grid's regular step, degrees.
 
     Parameters
     ----------
-    azimuth_deg : array_like, shape (n,)
+    plane_azimuth_deg : array_like, shape (n,)
         Ascending azimuths modulo the period, each once, degrees.
-    period_deg : float
+    symmetry_period_deg : float
         Period of the azimuth, degrees.
 
     Returns
@@ -92,8 +92,8 @@ def azimuth_gap_mask_and_step(
         Median of the distances without gaps, each weighted by its own length, degrees: the step of a regular grid, also
         if azimuths were added between its points.
     """
-    azimuth = np.round(np.asarray(azimuth_deg, dtype=np.float64), 6)
-    gap = np.diff(azimuth, append=azimuth[:1] + period_deg)
+    azimuth = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64), 6)
+    gap = np.diff(azimuth, append=azimuth[:1] + symmetry_period_deg)
     wide: NDArray[np.bool_] = gap >= 2.0 * np.maximum(np.roll(gap, 1), np.roll(gap, -1)) * (1.0 - 1e-9)
     computed = np.sort(gap[~wide])
     step = float(computed[np.searchsorted(np.cumsum(computed), 0.5 * computed.sum())])
@@ -102,21 +102,21 @@ def azimuth_gap_mask_and_step(
 
 def plane_weights_by_azimuth_spacing(
     plane_azimuth_deg: ArrayLike,
-    period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
+    symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
     *,
     divide_gaps_between_neighbours: bool = False,
 ) -> FloatArray:
     """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
-    A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
-    that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gap_mask_and_step`) represent
-    half a step of it, since the outcome in the gap is unknown.
+    A regular grid gets equal weights; azimuths added between its points share the weight of the azimuths beside them,
+    so that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gap_mask_and_step`)
+    represent half a step of it, since the outcome in the gap is unknown.
 
     Parameters
     ----------
     plane_azimuth_deg : array_like, shape (n,)
         Ascending azimuths of the planes, modulo the period.
-    period_deg : float
+    symmetry_period_deg : float
         Period of the azimuth, degrees; 360 for shares of the whole circle.
     divide_gaps_between_neighbours : bool
         Divide each gap between the planes next to it.
@@ -126,13 +126,14 @@ def plane_weights_by_azimuth_spacing(
     ndarray, shape (n,)
         Weights that sum to 1.
     """
-    plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period_deg, 6)
-    gap = np.diff(plane, append=plane[:1] + period_deg)
+    plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % symmetry_period_deg, 6)
+    gap = np.diff(plane, append=plane[:1] + symmetry_period_deg)
+    represented = symmetry_period_deg
     if not divide_gaps_between_neighbours:
-        not_computed, step = azimuth_gap_mask_and_step(plane, period_deg)
-        period_deg -= float((gap[not_computed] - step).sum())
+        not_computed, step = azimuth_gap_mask_and_step(plane, symmetry_period_deg)
+        represented -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
-    return (gap + np.roll(gap, 1)) / (2.0 * period_deg)
+    return (gap + np.roll(gap, 1)) / (2.0 * represented)
 
 
 MAX_RESULTANT_OF_UNIFORM_PLANES: Final = 0.05
@@ -143,7 +144,7 @@ PLANE_WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
 
 
-def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
+def simulated_planes_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
     """Return True if the choice of azimuths to simulate already gives falls a mean axis, whatever the motion.
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
@@ -153,10 +154,10 @@ def simulated_planes_impose_fall_axis(azimuth_deg: ArrayLike) -> bool:
 
     Parameters
     ----------
-    azimuth_deg : array_like, shape (n,)
+    plane_azimuth_deg : array_like, shape (n,)
         Azimuths of the motion, degrees, in any order.
     """
-    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    azimuth = np.asarray(plane_azimuth_deg, dtype=np.float64)
     plane = azimuth[distinct_plane_indices(azimuth)] % PLANE_SYMMETRY_PERIOD_DEG
     if plane.size <= 1:
         return True
@@ -174,16 +175,18 @@ def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
     return "azimuth" in cube.dims and simulated_planes_impose_fall_axis(cube["azimuth"].to_numpy())
 
 
-def case_weight_at_each_azimuth(azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG) -> FloatArray:
+def case_weight_at_each_azimuth(
+    plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
+) -> FloatArray:
     """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
 
     The azimuths φ and φ + 180° share the weight of their plane (`plane_weights_by_azimuth_spacing`).
     All weights of a regular grid round the half or the full circle are exactly 1.
     """
-    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    index = distinct_plane_indices(azimuth, period_deg)
-    plane = nearest_simulated_directions(azimuth[index], azimuth, period_deg).simulated_direction_index
-    plane_weights = plane_weights_by_azimuth_spacing(azimuth[index], period_deg)
+    azimuth = np.asarray(plane_azimuth_deg, dtype=np.float64)
+    index = distinct_plane_indices(azimuth, symmetry_period_deg)
+    plane = nearest_simulated_directions(azimuth[index], azimuth, symmetry_period_deg).simulated_direction_index
+    plane_weights = plane_weights_by_azimuth_spacing(azimuth[index], symmetry_period_deg)
     weight = (plane_weights / np.bincount(plane, minlength=index.size))[plane]
     return np.ones(azimuth.size) if np.ptp(weight) <= PLANE_WEIGHT_EQUALITY_TOLERANCE else weight * azimuth.size
 
@@ -256,9 +259,9 @@ class PlanarModel(SceneModel):
         return {"period": azimuth_period_of_outcome_deg(self.scene)}
 
     @override
-    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
-        if (aspect != 1.0).any():
-            raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle in space has one")
+    def symmetry_periods_by_aspect_deg(self, depth_over_width: FloatArray) -> FloatArray:
+        if (depth_over_width != 1.0).any():
+            raise ArgumentError(f"aspect: {depth_over_width.tolist()}; only a rectangle in space has one")
         return np.array([azimuth_period_of_outcome_deg(self.scene)])
 
     @override
@@ -308,15 +311,15 @@ class PlanarModel(SceneModel):
     @override
     def ensemble_statistics_by_case(
         self,
-        member_fall_flags: NDArray[np.int8],
-        fall_azimuth_deg: FloatArray,
+        fall_flag_by_case_and_member: NDArray[np.int8],
+        fall_azimuth_by_case_and_member_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
         """Compute, for each case, the shares of ensemble runs that fall towards the motion's azimuth and away from it.
 
         For each share, the difference between both Sobol scrambles (two independent halves of the runs) is added.
         """
-        known = member_fall_flags != INT8_MISSING
+        known = fall_flag_by_case_and_member != INT8_MISSING
         counted = known.sum(axis=1)
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
         for name, side in (("towards", 1), ("away", -1)):
@@ -326,7 +329,8 @@ class PlanarModel(SceneModel):
                 sobol_scramble_of_member == 0,
                 sobol_scramble_of_member == 1,
             ):
-                count, fell = known[:, chosen].sum(axis=1), (member_fall_flags[:, chosen] == side).sum(axis=1)
+                count = known[:, chosen].sum(axis=1)
+                fell = (fall_flag_by_case_and_member[:, chosen] == side).sum(axis=1)
                 with np.errstate(invalid="ignore"):
                     shares.append(np.where(count > 0, fell / np.maximum(count, 1), np.nan))
             found[f"probability_{name}"], found[f"scramble_difference_{name}"] = shares[0], shares[1] - shares[2]
@@ -373,18 +377,19 @@ class PlanarModel(SceneModel):
     @override
     def look_up_square_stone_outcomes(
         self,
-        site_cube: "xr.Dataset",
-        face_azimuth_deg: FloatArray,
+        one_record_cube: "xr.Dataset",
+        front_azimuth_by_stone_deg: FloatArray,
         grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
         """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
-        faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
-        planes = nearest_simulated_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_of_cube_deg(site_cube))
+        faces = np.stack([front_azimuth_by_stone_deg, front_azimuth_by_stone_deg + 90])
+        period = azimuth_period_of_cube_deg(one_record_cube)
+        planes = nearest_simulated_planes(one_record_cube["azimuth"].to_numpy(), faces, period)
         both = {
             "azimuth": planes.simulated_direction_index,
             **{name: np.stack([at, at]) for name, at in grid_indices_by_dimension.items()},
         }
-        found = values_at_grid_indices(site_cube, self.variable_names_read_for_square_stones, both)
+        found = values_at_grid_indices(one_record_cube, self.variable_names_read_for_square_stones, both)
         side = np.where(planes.is_mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.is_in_gap_of_at_most_180_deg, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)

@@ -175,16 +175,16 @@ def _polygon_from_vertex_bytes(element_name: str, vertex_bytes: bytes) -> Polygo
 
 
 def _convex_pieces_of_polygon(
-    element_name: str, vertices: FloatArray, has_reflex_end: NDArray[np.bool_]
+    element_name: str, vertices: FloatArray, has_reflex_end_by_side: NDArray[np.bool_]
 ) -> tuple[Polygon, ...]:
     """Divide the outline of a non-convex polygon into convex pieces.
 
-    `has_reflex_end`, shape (n,), is True for each side that ends in a reflex vertex. A cut may pass through a convex
-    vertex. Only one of the two pieces then has a contact point there, since the corner would otherwise count twice: the
-    piece whose side at this vertex has the outward normal that points further down. At a reflex vertex, each of the two
-    adjacent sides has a contact point at its end.
+    `has_reflex_end_by_side`, shape (n,), is True for each side that ends in a reflex vertex. A cut may pass through a
+    convex vertex. Only one of the two pieces then has a contact point there, since the corner would otherwise count
+    twice: the piece whose side at this vertex has the outward normal that points further down. At a reflex vertex, each
+    of the two adjacent sides has a contact point at its end.
     """
-    count, turns_in = len(vertices), np.roll(has_reflex_end, 1)
+    count, turns_in = len(vertices), np.roll(has_reflex_end_by_side, 1)
     try:
         loops = convex_piece_vertex_indices(vertices)
     except ArgumentError as error:
@@ -214,9 +214,15 @@ def _convex_pieces_of_polygon(
     return tuple(shapes)
 
 
-def _vertex_index_pairs_of_loop(vertex_loop: list[int]) -> list[tuple[int, int]]:
+def _vertex_index_pairs_of_loop(vertex_indices_around_polygon: list[int]) -> list[tuple[int, int]]:
     """Return the pairs of successive vertex indices around a closed polygon."""
-    return list(zip(vertex_loop, vertex_loop[1:] + vertex_loop[:1], strict=True))
+    return list(
+        zip(
+            vertex_indices_around_polygon,
+            vertex_indices_around_polygon[1:] + vertex_indices_around_polygon[:1],
+            strict=True,
+        )
+    )
 
 
 def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple[int, int]:
@@ -224,18 +230,18 @@ def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple
     count = len(vertices)
     both = [((vertex_index - 1) % count, vertex_index), (vertex_index, (vertex_index + 1) % count)]
 
-    def normal_upward_component(side: tuple[int, int]) -> float:
-        x, z = vertices[side[1]] - vertices[side[0]]
+    def normal_upward_component(side_vertex_indices: tuple[int, int]) -> float:
+        x, z = vertices[side_vertex_indices[1]] - vertices[side_vertex_indices[0]]
         return float(-x / np.sqrt(x * x + z * z))
 
     return min(both, key=normal_upward_component)
 
 
-def _remove_rounding_asymmetry(vertices: FloatArray, size: float) -> FloatArray:
+def _remove_rounding_asymmetry(vertices: FloatArray, largest_extent: float) -> FloatArray:
     """Return vertices corrected for rounding, so that a nearly symmetric polygon is exactly mirror-symmetric."""
     x, z = vertices.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
-    if (distance.min(axis=1) > MAX_ASYMMETRY_TO_POLYGON_SIZE_RATIO * size).any():
+    if (distance.min(axis=1) > MAX_ASYMMETRY_TO_POLYGON_SIZE_RATIO * largest_extent).any():
         return vertices
     # Both vertices of a pair are computed from the same two numbers, in the same order.
     partner = distance.argmin(axis=1)

@@ -116,7 +116,7 @@ def _hull_of_checked_convex_vertices(vertices: FloatArray) -> ConvexHull:
 def hull_with_origin_at_centre_of_mass(
     vertices: FloatArray,
     hull: "scipy.spatial.ConvexHull",
-    centre_and_inertia: tuple[FloatArray, FloatArray] | None = None,
+    centre_of_mass_and_inertia_per_mass: tuple[FloatArray, FloatArray] | None = None,
 ) -> ConvexHull:
     """Return the hull of vertices, shape (n, 3), m, about the centre of mass of a body.
 
@@ -130,9 +130,9 @@ def hull_with_origin_at_centre_of_mass(
     simplices, neighbours = hull.simplices.astype(np.int64), hull.neighbors.astype(np.int64)
     turned = outward < 0
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
-    if centre_and_inertia is None:
-        centre_and_inertia = mass_properties_inside_surface(vertices[simplices])[1:]
-    centre, inertia = centre_and_inertia
+    if centre_of_mass_and_inertia_per_mass is None:
+        centre_of_mass_and_inertia_per_mass = mass_properties_inside_surface(vertices[simplices])[1:]
+    centre, inertia = centre_of_mass_and_inertia_per_mass
     normals = hull.equations[:, :3]
     return ConvexHull(
         vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia
@@ -140,9 +140,9 @@ def hull_with_origin_at_centre_of_mass(
 
 
 def _least_resting_tilt_and_resting_face_normals(
-    hull: ConvexHull, size: float, min_resting_tilt_of_fallen_body_rad: float
+    hull: ConvexHull, largest_extent: float, min_resting_tilt_of_fallen_body_rad: float
 ) -> tuple[float, FloatArray]:
-    """Return the least tilt (rad) at which a body rests on a face other than its base; and all such face normals.
+    """Return the least tilt (rad) at which a body can rest on a face other than base and top, and such face normals.
 
     Faces on which it rests at less than `min_resting_tilt_of_fallen_body_rad`, rad, are left out.
     """
@@ -150,7 +150,7 @@ def _least_resting_tilt_and_resting_face_normals(
     normals, offsets = hull.outward_triangle_normals[first], hull.plane_distances_from_centre[first]
     down = -normals[:, 2]
     # Exclude the base and a face opposite to it: a body falls onto a side first.
-    stable = mask_of_resting_faces(normals, offsets, size) & (
+    stable = mask_of_resting_faces(normals, offsets, largest_extent) & (
         np.abs(down) < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
     )
     stable &= down <= np.cos(min_resting_tilt_of_fallen_body_rad)
@@ -165,8 +165,8 @@ def _least_resting_tilt_and_resting_face_normals(
     return tilt, np.round(faces[np.argsort(turn, kind="stable")], DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO)
 
 
-def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float) -> NDArray[np.int64]:
-    """Return the indices of the vertices that become the body's lowest point at a tilt below `max_tilt`, rad.
+def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt_rad: float) -> NDArray[np.int64]:
+    """Return the indices of the vertices that become the body's lowest point at a tilt below `max_tilt_rad`, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
     of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
@@ -175,7 +175,7 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float
     n1 = hull.outward_triangle_normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.outward_triangle_normals[hull.triangle_opposite_each_vertex].reshape(-1, 3)
     nearest = _max_downward_cosine_on_great_circle_arcs(n1, n2).reshape(-1, 3)
-    reached = nearest > np.cos(max_tilt) + 1e-9  # vertices that only touch after the fall are not needed
+    reached = nearest > np.cos(max_tilt_rad) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
         pair = hull.triangle_vertex_indices[:, [(k + 1) % 3, (k + 2) % 3]]
@@ -183,10 +183,12 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt: float
     return np.unique(np.concatenate(vertices))
 
 
-def _max_downward_cosine_on_great_circle_arcs(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
+def _max_downward_cosine_on_great_circle_arcs(
+    unit_normals_at_first_arc_ends: FloatArray, unit_normals_at_second_arc_ends: FloatArray
+) -> FloatArray:
     """Return, for m great-circle arcs between unit normals, the largest cosine of the angle to straight down."""
-    ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
-    axis = np.cross(first_normals, second_normals)
+    ends = np.maximum(-unit_normals_at_first_arc_ends[:, 2], -unit_normals_at_second_arc_ends[:, 2])
+    axis = np.cross(unit_normals_at_first_arc_ends, unit_normals_at_second_arc_ends)
     length = np.sqrt(np.sum(axis * axis, axis=1))
     arc = length > 1e-9
     axis = axis / np.where(arc, length, 1.0)[:, None]
@@ -194,8 +196,8 @@ def _max_downward_cosine_on_great_circle_arcs(first_normals: FloatArray, second_
     point = np.array([0.0, 0.0, -1.0]) + axis[:, 2:] * axis
     norm = np.sqrt(np.sum(point * point, axis=1))
     point = point / np.where(norm > 1e-12, norm, 1.0)[:, None]
-    between = (np.sum(np.cross(first_normals, point) * axis, axis=1) >= 0) & (
-        np.sum(np.cross(point, second_normals) * axis, axis=1) >= 0
+    between = (np.sum(np.cross(unit_normals_at_first_arc_ends, point) * axis, axis=1) >= 0) & (
+        np.sum(np.cross(point, unit_normals_at_second_arc_ends) * axis, axis=1) >= 0
     )
     return np.where(arc & between, norm, ends)
 

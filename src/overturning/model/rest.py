@@ -17,7 +17,7 @@ MAX_SINE_OF_COPLANAR_FACES: Final = 1e-6
 def mask_of_resting_faces(
     face_normals: FloatArray,
     face_distances_from_centre_of_mass: FloatArray,
-    body_size: float,
+    largest_extent: float,
     tested_faces: slice = slice(None),
 ) -> NDArray[np.bool_]:
     """Return a mask of the faces on which a body can rest: the foot of the centre of mass lies inside the face.
@@ -30,7 +30,7 @@ def mask_of_resting_faces(
         stands on their edge, too.
     face_distances_from_centre_of_mass : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
-    body_size : float
+    largest_extent : float
         Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × size does not carry
         the body.
     tested_faces : slice
@@ -53,6 +53,6 @@ def mask_of_resting_faces(
             -FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO,
             FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO,
         )
-        * body_size
+        * largest_extent
     )
     return np.asarray((margin > least).all(axis=1))

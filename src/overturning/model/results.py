@@ -30,28 +30,32 @@ class CaseResults:
         def __getattr__(self, name: str) -> NDArray[Any]: ...
 
     @classmethod
-    def of_unmoved_cases(cls, variables: tuple[OutcomeVariable, ...], case_count: int, element_count: int = 1) -> Self:
+    def of_unmoved_cases(
+        cls, outcome_variables: tuple[OutcomeVariable, ...], case_count: int, free_element_count: int = 1
+    ) -> Self:
         """Return the outcomes (no fall, no displacement) of cases whose base motion is too weak to move the object."""
-        shape = (case_count, element_count) if element_count > 1 else (case_count,)
+        shape = (case_count, free_element_count) if free_element_count > 1 else (case_count,)
         arrays = {
             item.name: np.zeros(shape if item.has_element_dimension else case_count, item.dtype_in_file)
-            for item in variables
+            for item in outcome_variables
         }
-        for item in variables:
+        for item in outcome_variables:
             if item.is_missing_for_standing_cases:
                 arrays[item.name][:] = item.missing_value_in_memory
         arrays["status"][:] = CaseStatus.AT_REST
         return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in CASE_COUNTER_NAMES})
 
-    def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
-        """Store outcomes, arrays by variable name, for the cases `case_numbers`; failed cases get missing values."""
-        status = np.asarray(outcomes["status"]).astype(np.int8)
+    def store_outcomes(
+        self, case_indices: NDArray[np.int64], outcome_values_by_variable_name: Mapping[str, Any]
+    ) -> None:
+        """Store outcomes, arrays by variable name, for the cases `case_indices`; failed cases get missing values."""
+        status = np.asarray(outcome_values_by_variable_name["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
-            for name, values in outcomes.items():
+            for name, values in outcome_values_by_variable_name.items():
                 kept: NDArray[Any] = vars(self)[name]
                 answered = (status == CaseStatus.SIMULATED).reshape(-1, *(1,) * (kept.ndim - 1))
                 if name == "overturned":
                     values = np.where(answered, values, INT8_MISSING)
                 if name == "overturning_time":
                     values = np.where(answered, values, np.nan)
-                kept[case_numbers] = values
+                kept[case_indices] = values

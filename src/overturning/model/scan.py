@@ -24,10 +24,10 @@ from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyCon
 from overturning.model.surface import MassProperties, TriangleSurface, mass_properties_inside_surface
 
 DEFAULT_BASE_RELIEF_M: Final = 0.002
-"""Relief of a footprint if none is given, m."""
+"""Default relief, m: height above the lowest point of a scanned base up to which its points bear load."""
 
 MAX_BASE_RELIEF_M: Final = 0.03
-"""Largest relief, m; more would raise a small stone visibly."""
+"""Largest relief (see `DEFAULT_BASE_RELIEF_M`), m; more would raise a small stone visibly."""
 
 FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 1e-3
 """Largest distance by which a simplified footprint is smaller, as a share of the body's size."""
@@ -154,39 +154,39 @@ class ScannedStone(Shape):
                     raise
                 tolerance *= 2.0
 
-    def with_base_relief(self, relief: float) -> Self:
+    def with_base_relief(self, base_relief_m: float) -> Self:
         """Return a copy with another relief: the height (m) above its lowest point up to which its points bear load."""
         known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.base_relief_m: self})
-        if relief not in known:
-            known[relief] = replace(self, base_relief_m=relief)
-        return known[relief]
+        if base_relief_m not in known:
+            known[base_relief_m] = replace(self, base_relief_m=base_relief_m)
+        return known[base_relief_m]
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
         return self.unscaled_solid.scaled_by(height / self.unscaled_height)
 
     @override
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, depth_over_width: float) -> CornersAndEdges:
         points = simplified_convex_hull_vertices(self.possible_ground_contact_points, 0.004 * self.unscaled_height)
         hull = scipy.spatial.ConvexHull(points)
         edges = np.unique(np.sort(np.concatenate([hull.simplices[:, [k, (k + 1) % 3]] for k in range(3)])), axis=0)
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
 
 
-def _lower_footprint_to_lowest_plane(points: FloatArray, relief: float) -> FloatArray:
-    """Lower the footprint (convex outline of points up to `relief`) to the lowest level; keep all higher points.
+def _lower_footprint_to_lowest_plane(points: FloatArray, base_relief_m: float) -> FloatArray:
+    """Lower the footprint (convex outline of the points up to the relief) to the lowest level; keep all higher points.
 
     The result has the corners of the footprint first; shape (n, 3), m.
     """
     size = float(np.ptp(points, axis=0).max())
     bottom = float(points[:, 2].min())
-    low = points[:, 2] <= bottom + max(relief, FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
+    low = points[:, 2] <= bottom + max(base_relief_m, FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
     try:
         outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO * size)
     except (scipy.spatial.QhullError, ValueError):
         raise ArgumentError(
-            f"body: fewer than three points, or points on one line, bear within a relief of {1000 * relief:g} mm; "
-            "give a larger relief"
+            f"body: fewer than three points, or points on one line, bear within a relief of "
+            f"{1000 * base_relief_m:g} mm; give a larger relief"
         ) from None
     return np.concatenate([np.column_stack([outline, np.full(len(outline), bottom)]), points[~low]])
 
@@ -216,10 +216,10 @@ def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> Rotat
     return _pose_with_face_down(normals[offsets.argmin()])  # the face with the lowest centre of mass is always stable
 
 
-def _pose_with_face_down(normal: FloatArray) -> RotationToStablePose:
-    """Return the pose of a body after the smallest rotation that makes an outward normal, shape (3,), point down."""
-    normal = normal / np.sqrt(normal @ normal)
-    axis, cosine = np.cross(normal, [0.0, 0.0, -1.0]), float(-normal[2])
+def _pose_with_face_down(outward_face_normal: FloatArray) -> RotationToStablePose:
+    """Return the smallest rotation that makes an outward face normal, shape (3,), of a body point down."""
+    outward_face_normal = outward_face_normal / np.sqrt(outward_face_normal @ outward_face_normal)
+    axis, cosine = np.cross(outward_face_normal, [0.0, 0.0, -1.0]), float(-outward_face_normal[2])
     sine = float(np.sqrt(axis @ axis))
     # A tilt below rounding leaves the scan as it is, so that a mesh that stands on a face keeps its coordinates.
     if cosine > 0.0 and sine < 1e-9:
@@ -305,7 +305,7 @@ class ScanResult(NamedTuple):
 
 
 def stone_from_surface(
-    surface: TriangleSurface, notes: list[str], name: str, relief: float | None = None
+    surface: TriangleSurface, mesh_change_notes: list[str], stone_name: str, base_relief_m: float | None = None
 ) -> ScanResult:
     """Return the stone bounded by a closed surface, rotated to the nearest pose in which it can stand.
 
@@ -320,11 +320,11 @@ def stone_from_surface(
     used = surface.vertices[np.unique(surface.triangles)]
     pose = nearest_stable_pose(used, found.centre_of_mass)
     if (
-        relief is None
+        base_relief_m is None
         and pose.scan_tilt_from_stable_pose_deg == 0.0
-        and (solid := _scan_as_polyhedron_if_convex(used, found, name)) is not None
+        and (solid := _scan_as_polyhedron_if_convex(used, found, stone_name)) is not None
     ):
-        return ScanResult(solid, found.signed_volume, pose, notes)
+        return ScanResult(solid, found.signed_volume, pose, mesh_change_notes)
     placed = used @ pose.rotation_matrix_from_scan_axes.T
     origin = pose.rotation_matrix_from_scan_axes @ found.centre_of_mass
     origin[2] = placed[:, 2].min()
@@ -337,16 +337,18 @@ def stone_from_surface(
             pose.rotation_matrix_from_scan_axes @ found.centre_of_mass - origin, STORED_POSITION_DECIMALS_OF_METRE
         ),
         np.round(six, 9),
-        DEFAULT_BASE_RELIEF_M if relief is None else relief,
-        name,
+        DEFAULT_BASE_RELIEF_M if base_relief_m is None else base_relief_m,
+        stone_name,
     )
-    return ScanResult(shape, found.signed_volume, pose, notes)
+    return ScanResult(shape, found.signed_volume, pose, mesh_change_notes)
 
 
-def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, name: str) -> Polyhedron | None:
+def _scan_as_polyhedron_if_convex(
+    points: FloatArray, mass_properties: MassProperties, stone_name: str
+) -> Polyhedron | None:
     """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""
     hull = scipy.spatial.ConvexHull(points)
-    if abs(hull.volume - found.signed_volume) > MAX_HULL_VOLUME_EXCESS_RATIO_OF_CONVEX_BODY * hull.volume:
+    if abs(hull.volume - mass_properties.signed_volume) > MAX_HULL_VOLUME_EXCESS_RATIO_OF_CONVEX_BODY * hull.volume:
         return None
     size = float(np.ptp(points, axis=0).max())
     inside = -(points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
@@ -358,4 +360,4 @@ def _scan_as_polyhedron_if_convex(points: FloatArray, found: MassProperties, nam
         return None
     if len(points) > MAX_CONTACT_VERTICES:
         return None
-    return Polyhedron(points, name)
+    return Polyhedron(points, stone_name)

@@ -230,19 +230,19 @@ def load_scene(name: str | Path, root: str | Path = Path()) -> Scene:
     return parse_scene_content(read_yaml_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
 
-def parse_scene_content(content: dict[str, Any], file_name: str = "scene") -> Scene:
+def parse_scene_content(scene_file_content: dict[str, Any], file_name_in_messages: str = "scene") -> Scene:
     """Return the scene described by a scene file's content; an error message has one line per wrong key."""
     try:
-        return Scene.model_validate(content)
+        return Scene.model_validate(scene_file_content)
     except ValidationError as error:
-        lines = describe_invalid_keys(error, Scene, partial(_key_path_with_element_name, content))
-        raise ConfigError("\n       ".join(f"{file_name}: {line}" for line in lines)) from None
+        lines = describe_invalid_keys(error, Scene, partial(_key_path_with_element_name, scene_file_content))
+        raise ConfigError("\n       ".join(f"{file_name_in_messages}: {line}" for line in lines)) from None
 
 
-def _key_path_with_element_name(scene_content: Any, key_path: list[int | str]) -> list[int | str]:
+def _key_path_with_element_name(scene_file_content: Any, key_path: list[int | str]) -> list[int | str]:
     """Replace the index of an element by its name in the path of a wrong key in a scene file, for an error message."""
     if len(key_path) > 1 and key_path[0] == "elements" and isinstance(key_path[1], int):
-        element = scene_content["elements"][key_path[1]]
+        element = scene_file_content["elements"][key_path[1]]
         if isinstance(element, dict) and "name" in element:
             return [key_path[0], str(element["name"]), *key_path[2:]]
     return key_path

@@ -39,12 +39,14 @@ class Shape(ABC):
         """Name of the shape in datasets, such as "rectangle"."""
 
     @abstractmethod
-    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
         """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, depth_over_width: float) -> CornersAndEdges:
         """Return the corners of the body for drawing, shape (corners, 3), m, and its edges as corner index pairs."""
-        return _prism_corners_and_edges(self.solid(height, b_over_h, aspect).contact_points_from_centre_of_mass)
+        return _prism_corners_and_edges(
+            self.solid(height, b_over_h, depth_over_width).contact_points_from_centre_of_mass
+        )
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,9 @@ class RectangularPrism(Shape):
     aspect_is_parameter: ClassVar[bool] = True
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
         B = b_over_h * height
-        D = aspect * B
+        D = depth_over_width * B
         b, d, h = 0.5 * B, 0.5 * D, 0.5 * height
         points = np.array([[b, d, -h], [-b, d, -h], [-b, -d, -h], [b, -d, -h]])
         x, y, z = B * B / 12.0, D * D / 12.0, height * height / 12.0
@@ -84,7 +86,7 @@ class RegularPrism(Shape):
         return f"{self.sides} sides"
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
         n, apothem, h = self.sides, 0.5 * b_over_h * height, 0.5 * height
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
@@ -110,14 +112,14 @@ class Cylinder(Shape):
     name: ClassVar[str] = "circle"
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
         R, h = 0.5 * b_over_h * height, 0.5 * height
         points = np.concatenate([R * UNIT_RADIUS_RIM_CONTACT_POINTS, np.full((4, 1), -h)], axis=1)
         across = (3.0 * R * R + height * height) / 12.0
         return RigidSolid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
     @override
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, depth_over_width: float) -> CornersAndEdges:
         turn = 2.0 * np.pi * np.arange(DRAWN_CYLINDER_SIDES) / DRAWN_CYLINDER_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return _prism_corners_and_edges(
@@ -164,11 +166,11 @@ class Polyhedron(Shape):
         return made
 
     @override
-    def solid(self, height: float, b_over_h: float, aspect: float) -> RigidSolid:
+    def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
         return self.unscaled_solid.scaled_by(height / self.unscaled_height)
 
     @override
-    def drawn_corners_and_edges(self, height: float, b_over_h: float, aspect: float) -> CornersAndEdges:
+    def drawn_corners_and_edges(self, height: float, b_over_h: float, depth_over_width: float) -> CornersAndEdges:
         corners, edges = hull_vertices_and_edges(np.asarray(self.vertices))
         return corners * (height / self.unscaled_height), edges
 
@@ -205,17 +207,19 @@ def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_
     return name_sides_or_shape
 
 
-def _prism_corners_and_edges(base_vertices: FloatArray) -> CornersAndEdges:
+def _prism_corners_and_edges(base_vertices_from_centre: FloatArray) -> CornersAndEdges:
     """Return corners and edges of a right prism, for drawing, from the vertices of its base, shape (n, 3), m."""
-    n = len(base_vertices)
+    n = len(base_vertices_from_centre)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)
     edges = np.concatenate(
         [np.stack(pair, axis=1) for pair in ((lower, after), (lower + n, after + n), (lower, lower + n))]
     )
-    return np.concatenate([base_vertices, base_vertices * [1.0, 1.0, -1.0]]), edges
+    return np.concatenate([base_vertices_from_centre, base_vertices_from_centre * [1.0, 1.0, -1.0]]), edges
 
 
-def orientations_over_symmetry_period_deg(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
+def orientations_over_symmetry_period_deg(
+    orientation_step_deg: float, shape: Shape, depth_over_width: ArrayLike = 1.0
+) -> FloatArray:
     """Return equally spaced orientations, degrees, over the longest symmetry period of a body at some aspects D/B.
 
     Raises
@@ -223,18 +227,23 @@ def orientations_over_symmetry_period_deg(step_deg: float, shape: Shape, aspect:
     ArgumentError
         If the step does not divide that period, or there are too many orientations.
     """
-    turns = {shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in np.atleast_1d(np.asarray(aspect))}
+    turns = {
+        shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in np.atleast_1d(np.asarray(depth_over_width))
+    }
     turn = max(turns)
     if turn == 0.0:
         return np.zeros(1)
-    count = round(turn / step_deg) if step_deg > 0 else 0
-    if count < 1 or abs(count * step_deg - turn) > 1e-9 * turn:
+    count = round(turn / orientation_step_deg) if orientation_step_deg > 0 else 0
+    if count < 1 or abs(count * orientation_step_deg - turn) > 1e-9 * turn:
         raise ArgumentError(
-            f"orientation: a step of {step_deg:g}° does not divide {turn:g}°, after which the body looks the same"
+            f"orientation: a step of {orientation_step_deg:g}° does not divide {turn:g}°, after which the body "
+            "looks the same"
         )
     if count > 36_000:
-        raise ArgumentError(f"orientation: {count:,} with a step of {step_deg:g}°, at most 36,000; take a larger step")
-    return np.asarray(np.arange(count) * step_deg, np.float64)
+        raise ArgumentError(
+            f"orientation: {count:,} with a step of {orientation_step_deg:g}°, at most 36,000; take a larger step"
+        )
+    return np.asarray(np.arange(count) * orientation_step_deg, np.float64)
 
 
 def _regular_prism_side_normals(side_count: int) -> FloatArray:

@@ -136,11 +136,11 @@ class RigidSolid:
         cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
         return np.asarray(cofactors / np.sum(a[0] * cofactors[0]))
 
-    def scaled_by(self, factor: float) -> Self:
+    def scaled_by(self, length_factor: float) -> Self:
         """Return the body with all lengths multiplied by a factor."""
         return replace(
             self,
-            contact_points_from_centre_of_mass=self.contact_points_from_centre_of_mass * factor,
-            inertia_per_mass=self.inertia_per_mass * factor**2,
-            rim_radius=self.rim_radius * factor,
+            contact_points_from_centre_of_mass=self.contact_points_from_centre_of_mass * length_factor,
+            inertia_per_mass=self.inertia_per_mass * length_factor**2,
+            rim_radius=self.rim_radius * length_factor,
         )

@@ -32,7 +32,10 @@ _ENSEMBLE_MEAN_VARIABLE_BY_STATISTIC: Final = {
 
 
 def case_weight_in_direction_statistics(
-    fall_share: ArrayLike, mean_fall_north: ArrayLike, mean_fall_east: ArrayLike, member_count: ArrayLike
+    member_fall_share_by_case: ArrayLike,
+    mean_northward_fall_component_by_case: ArrayLike,
+    mean_eastward_fall_component_by_case: ArrayLike,
+    member_count_by_case: ArrayLike,
 ) -> FloatArray:
     """Return each case's weight in fall-direction statistics: 1 if ensemble runs agree, 0 if falls are random.
 
@@ -42,15 +45,18 @@ def case_weight_in_direction_statistics(
 
     Parameters
     ----------
-    fall_share, mean_fall_north, mean_fall_east : array_like
+    member_fall_share_by_case, mean_northward_fall_component_by_case, mean_eastward_fall_component_by_case : array_like
         ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
-    member_count : array_like
+    member_count_by_case : array_like
         Members with an outcome.
     """
-    fell = np.nan_to_num(np.asarray(fall_share, np.float64))
-    count = fell * np.asarray(member_count, np.float64)
+    fell = np.nan_to_num(np.asarray(member_fall_share_by_case, np.float64))
+    count = fell * np.asarray(member_count_by_case, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        square = (np.asarray(mean_fall_north, np.float64) ** 2 + np.asarray(mean_fall_east, np.float64) ** 2) / fell**2
+        square = (
+            np.asarray(mean_northward_fall_component_by_case, np.float64) ** 2
+            + np.asarray(mean_eastward_fall_component_by_case, np.float64) ** 2
+        ) / fell**2
         known = np.sqrt(np.clip((count * square - 1.0) / (count - 1.0), 0.0, 1.0))
     return np.asarray(np.where(count > 1.5, known, 1.0))
 
@@ -86,21 +92,24 @@ class ThreeDimensionalModel(Model):
     @override
     def ensemble_statistics_by_case(
         self,
-        member_fall_flags: NDArray[np.int8],
-        fall_azimuth_deg: FloatArray,
+        fall_flag_by_case_and_member: NDArray[np.int8],
+        fall_azimuth_by_case_and_member_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
         """Compute the share of each case's ensemble runs that fall, and their mean cosine and sine of azimuth."""
-        known, fell, angle = member_fall_flags != INT8_MISSING, member_fall_flags == 1, np.radians(fall_azimuth_deg)
+        known, fell = fall_flag_by_case_and_member != INT8_MISSING, fall_flag_by_case_and_member == 1
+        angle = np.radians(fall_azimuth_by_case_and_member_deg)
         first, second = (
             (sobol_scramble_of_member == number).reshape(-1, *(1,) * (known.ndim - 2)) for number in (0, 1)
         )
 
-        def mean_over_runs_with_standing_as_zero(member_values: Any, selected_members: Any = True) -> FloatArray:
+        def mean_over_runs_with_standing_as_zero(
+            values_by_case_and_member: Any, selected_member_mask: Any = True
+        ) -> FloatArray:
             """Return each case's mean over the selected ensemble runs with an outcome; a standing stone counts as 0."""
-            count = (known & selected_members).sum(axis=1)
+            count = (known & selected_member_mask).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
-            total = np.round(np.where(fell & selected_members, member_values, 0.0), 9).sum(axis=1)
+            total = np.round(np.where(fell & selected_member_mask, values_by_case_and_member, 0.0), 9).sum(axis=1)
             return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
         return {
@@ -161,16 +170,18 @@ class ThreeDimensionalModel(Model):
     @override
     def look_up_square_stone_outcomes(
         self,
-        site_cube: "xr.Dataset",
-        face_azimuth_deg: FloatArray,
+        one_record_cube: "xr.Dataset",
+        front_azimuth_by_stone_deg: FloatArray,
         grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
         """Return, for each stone, the outcome of the square prism simulated with the nearest orientation."""
-        square = site_cube
-        if "aspect" in site_cube.dims:
-            square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
+        square = one_record_cube
+        if "aspect" in one_record_cube.dims:
+            square = one_record_cube.isel(aspect=int(np.flatnonzero(one_record_cube["aspect"].to_numpy() == 1.0)[0]))
         sources = nearest_simulated_directions(
-            site_cube[self.direction_dimension_name].to_numpy(), face_azimuth_deg, SQUARE_SYMMETRY_PERIOD_DEG
+            one_record_cube[self.direction_dimension_name].to_numpy(),
+            front_azimuth_by_stone_deg,
+            SQUARE_SYMMETRY_PERIOD_DEG,
         )
         found = values_at_grid_indices(
             square,

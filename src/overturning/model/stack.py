@@ -104,9 +104,9 @@ class Stack(SceneModel, ThreeDimensionalModel):
         return 60.0 * sum((stone.base_corners_xy_from_centre_of_mass.shape[0] / 4.0) ** 3 for stone in self.stones())
 
     @override
-    def symmetry_periods_by_aspect_deg(self, aspect: FloatArray) -> FloatArray:
-        if aspect.tolist() != [1.0]:
-            raise ArgumentError(f"aspect: {aspect.tolist()}; a stack has the depths of its scene")
+    def symmetry_periods_by_aspect_deg(self, depth_over_width: FloatArray) -> FloatArray:
+        if depth_over_width.tolist() != [1.0]:
+            raise ArgumentError(f"aspect: {depth_over_width.tolist()}; a stack has the depths of its scene")
         return np.array([self.rotational_symmetry_period_deg])
 
     @property
@@ -148,11 +148,13 @@ class Stack(SceneModel, ThreeDimensionalModel):
     @override
     def ensemble_statistics_by_case(
         self,
-        member_fall_flags: NDArray[np.int8],
-        fall_azimuth_deg: FloatArray,
+        fall_flag_by_case_and_member: NDArray[np.int8],
+        fall_azimuth_by_case_and_member_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        found = super().ensemble_statistics_by_case(member_fall_flags, fall_azimuth_deg, sobol_scramble_of_member)
+        found = super().ensemble_statistics_by_case(
+            fall_flag_by_case_and_member, fall_azimuth_by_case_and_member_deg, sobol_scramble_of_member
+        )
         members = found["members"]
         return found | {"members": members if members.ndim == 1 else members.min(axis=1)}
 

@@ -129,13 +129,13 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     ]
 
 
-def _contact_tilt_text(touch: ContactBeforeTipping) -> str:
+def _contact_tilt_text(contact_before_tipping: ContactBeforeTipping) -> str:
     """Return a text for a warning: the tilt at which a stone touches a face below, before it tips."""
-    return f"at a tilt of {math.degrees(touch.tilt_at_touch_rad):.3g}°, before it tips"
+    return f"at a tilt of {math.degrees(contact_before_tipping.tilt_at_touch_rad):.3g}°, before it tips"
 
 
-def _length_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> float:
+def _length_of_lowest_or_highest_face(placed_element: PlacedElement, use_lowest_face: bool) -> float:
     """Return the total length (m) of an element's outline at its lowest, or highest, level."""
-    x, z = item.shape.vertices_from_centroid.T
-    on = np.abs(z - (z.min() if lowest else z.max())) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)
+    x, z = placed_element.shape.vertices_from_centroid.T
+    on = np.abs(z - (z.min() if use_lowest_face else z.max())) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)
     return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())

@@ -78,15 +78,17 @@ class StackStone:
         return corners, np.concatenate([ring, ring + count, across])
 
 
-def stack_stones(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> list[StackStone]:
+def stack_stones(
+    scene: Scene, reference_element_height: float | None = None, reference_element_b_over_h: float | None = None
+) -> list[StackStone]:
     """Return the stones of a scene from the lowest up, scaled to height (m) and B/H of the reference element.
 
     A change of B/H changes width and depth of the reference element in the same proportion.
     """
-    placed = place_elements(scene, height, b_over_h)
+    placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
     own_width, own_height = scene.element(scene.size_reference_element_name).unrotated_width_and_height
-    scale = 1.0 if height is None else height / own_height
-    wider = 1.0 if b_over_h is None else b_over_h * own_height / own_width
+    scale = 1.0 if reference_element_height is None else reference_element_height / own_height
+    wider = 1.0 if reference_element_b_over_h is None else reference_element_b_over_h * own_height / own_width
     stones = []
     for below, item in zip(scene.elements, placed[1:], strict=False):
         element = scene.element(item.element.name)  # with the depth of the scene
@@ -101,65 +103,73 @@ def _density_of_element(scene: Scene, element: Element) -> float:
     return scene.materials[element.material].density
 
 
-def polygon_side_distances_from_point(corners: FloatArray, point_x: float = 0.0) -> FloatArray:
-    """Return the distances (m) of an anticlockwise convex polygon's sides from the point (point_x, 0) inside it."""
-    side = np.roll(corners, -1, axis=0) - corners
-    inward = side[:, 1] * (corners[:, 0] - point_x) - side[:, 0] * corners[:, 1]
+def polygon_side_distances_from_point(polygon_vertices: FloatArray, x_of_point_on_x_axis: float = 0.0) -> FloatArray:
+    """Return the distances (m) of an anticlockwise convex polygon's sides from a point (x, 0) inside it."""
+    side = np.roll(polygon_vertices, -1, axis=0) - polygon_vertices
+    inward = side[:, 1] * (polygon_vertices[:, 0] - x_of_point_on_x_axis) - side[:, 0] * polygon_vertices[:, 1]
     return np.asarray(inward / np.sqrt((side**2).sum(axis=1)))
 
 
-def _plan_corners_and_inertia_per_mass(plan: PlanShape, width: float, height: float) -> tuple[FloatArray, FloatArray]:
+def _plan_corners_and_inertia_per_mass(
+    plan: PlanShape, inscribed_circle_diameter: float, height: float
+) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
 
     The first side of a polygon faces +x. A circle becomes the polygon of `POLYGON_SIDES_FOR_CIRCLE` sides with its
     area, with the inertia of the cylinder.
     """
     shape = Cylinder() if plan == "circle" else RegularPrism(int(plan))
-    solid = ring = shape.solid(height, width / height, 1.0)
+    solid = ring = shape.solid(height, inscribed_circle_diameter / height, 1.0)
     if plan == "circle":
         # Rounded, since libm differs between processors in the last digit.
         wider = round(
             math.sqrt(math.pi / (POLYGON_SIDES_FOR_CIRCLE * math.tan(math.pi / POLYGON_SIDES_FOR_CIRCLE))), 12
         )
-        ring = RegularPrism(POLYGON_SIDES_FOR_CIRCLE).solid(height, wider * width / height, 1.0)
+        ring = RegularPrism(POLYGON_SIDES_FOR_CIRCLE).solid(height, wider * inscribed_circle_diameter / height, 1.0)
     return np.asarray(ring.contact_points_from_centre_of_mass[:, :2]), np.asarray(solid.inertia_per_mass)
 
 
-def stack_stone_of_element(item: PlacedElement, depth: float, law: ContactLaw, density: float = 1.0) -> StackStone:
-    """Convert a scene element to a 3-D stone with a depth (m), density (kg/m³) and contact law with its support."""
-    outline = item.shape.vertices_from_centroid
-    xx, zz, xz = _second_moments_of_polygon_area(outline) / item.shape.area
-    yy, half = depth * depth / 12.0, 0.5 * depth
+def stack_stone_of_element(
+    placed_element: PlacedElement, depth_across_plane: float, joint_law: ContactLaw, density: float = 1.0
+) -> StackStone:
+    """Convert a scene element to a 3-D stone with a depth (m), density (kg/m³) and contact law of the joint below."""
+    outline = placed_element.shape.vertices_from_centroid
+    xx, zz, xz = _second_moments_of_polygon_area(outline) / placed_element.shape.area
+    yy, half = depth_across_plane * depth_across_plane / 12.0, 0.5 * depth_across_plane
     faces = []
     for lowest in (True, False):
-        left, right = end_x_of_lowest_or_highest_face(item, lowest)
+        left, right = end_x_of_lowest_or_highest_face(placed_element, lowest)
         # A stone on which nothing can stand has no upper face; the base stands in for it.
-        left, right = (left, right) if right > left else end_x_of_lowest_or_highest_face(item, True)
+        left, right = (left, right) if right > left else end_x_of_lowest_or_highest_face(placed_element, True)
         faces.append(np.array([[right, -half], [right, half], [left, half], [left, -half]]))
-    plan = item.element.plan
-    is_square = len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth
+    plan = placed_element.element.plan
+    is_square = (
+        len(outline) == 4 and np.array_equal(faces[0], faces[1]) and np.ptp(faces[0][:, 0]) == depth_across_plane
+    )
     symmetry = 4 if is_square else 2
     inertia = np.array([[yy + zz, 0.0, -xz], [0.0, xx + zz, 0.0], [-xz, 0.0, xx + yy]])
     if plan != "rectangle":
         ring, inertia = _plan_corners_and_inertia_per_mass(plan, *(float(side) for side in np.ptp(outline, axis=0)))
         faces, symmetry = [ring, ring], (0 if plan == "circle" else int(plan))
+    stiffness_ratio = joint_law.stiffness_ratio if "stiffness_ratio" in joint_law.model_fields_set else None
     return StackStone(
-        name=item.element.name, mass=density * depth * item.shape.area, rotational_symmetry_order=symmetry,
-        inertia_per_mass=inertia,
-        centre_of_mass_x_at_rest=item.centre_of_mass_x, centre_height_above_base=-float(outline[:, 1].min()),
+        name=placed_element.element.name, mass=density * depth_across_plane * placed_element.shape.area,
+        inertia_per_mass=inertia, rotational_symmetry_order=symmetry,
+        centre_of_mass_x_at_rest=placed_element.centre_of_mass_x, centre_height_above_base=-float(outline[:, 1].min()),
         upper_face_height_above_centre=float(outline[:, 1].max()),
         base_corners_xy_from_centre_of_mass=faces[0], upper_face_corners_xy_from_centre_of_mass=faces[1],
         outline_xz_from_centre_of_mass=outline,
-        depth_along_y=depth, fall_threshold_drop=item.fall_threshold_drop, base_joint_friction=law.friction,
-        base_joint_stiffness_ratio=law.stiffness_ratio if "stiffness_ratio" in law.model_fields_set else None,
-        base_joint_damping_ratio=law.damping_ratio,
+        depth_along_y=depth_across_plane, fall_threshold_drop=placed_element.fall_threshold_drop,
+        base_joint_friction=joint_law.friction,
+        base_joint_stiffness_ratio=stiffness_ratio,
+        base_joint_damping_ratio=joint_law.damping_ratio,
     )  # fmt: skip
 
 
-def end_x_of_lowest_or_highest_face(item: PlacedElement, lowest: bool) -> FloatArray:
+def end_x_of_lowest_or_highest_face(placed_element: PlacedElement, use_lowest_face: bool) -> FloatArray:
     """Return x (m, from the centre of mass) of both ends of an element's lowest or highest face; equal at a vertex."""
-    x, z = item.shape.vertices_from_centroid.T
-    level = z.min() if lowest else z.max()
+    x, z = placed_element.shape.vertices_from_centroid.T
+    level = z.min() if use_lowest_face else z.max()
     on = x[np.abs(z - level) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)]
     return np.array([on.min(), on.max()])
 
@@ -187,27 +197,29 @@ class ContactPatchAtRest:
     height_of_centre_of_all_mass_above: float  # height of their centre of mass above the patch, m
 
 
-def _rectangular_contact_corners(stone: StackStone, below: StackStone | None) -> FloatArray | None:
-    """Return the corners of the contact area below a box, on a box or the ground; None if a face is not a rectangle."""
-    if not (stone.has_rectangular_faces and (below is None or below.has_rectangular_faces)):
+def _rectangular_contact_corners(stone: StackStone, stone_below: StackStone | None) -> FloatArray | None:
+    """Return the corners of the contact area below a box on a box or the ground; None if a face is not a rectangle."""
+    if not (stone.has_rectangular_faces and (stone_below is None or stone_below.has_rectangular_faces)):
         return None
     base = stone.base_corners_xy_from_centre_of_mass + np.array([stone.centre_of_mass_x_at_rest, 0.0])
     low, high = base.min(axis=0), base.max(axis=0)
-    if below is not None:
-        face = below.upper_face_corners_xy_from_centre_of_mass + np.array([below.centre_of_mass_x_at_rest, 0.0])
+    if stone_below is not None:
+        face = stone_below.upper_face_corners_xy_from_centre_of_mass + np.array(
+            [stone_below.centre_of_mass_x_at_rest, 0.0]
+        )
         low, high = np.maximum(low, face.min(axis=0)), np.minimum(high, face.max(axis=0))
     return np.array([[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]])
 
 
-def _polygonal_contact_corners(stone: StackStone, below: StackStone | None) -> FloatArray:
+def _polygonal_contact_corners(stone: StackStone, stone_below: StackStone | None) -> FloatArray:
     """Return the corners of the contact area (overlap of a stone's base and the face below); empty without overlap.
 
     The base is clipped by one side of the face after the other (Sutherland & Hodgman 1974).
     """
     patch = stone.base_corners_xy_from_centre_of_mass + np.array([stone.centre_of_mass_x_at_rest, 0.0])
-    if below is None:
+    if stone_below is None:
         return patch
-    face = below.upper_face_corners_xy_from_centre_of_mass + np.array([below.centre_of_mass_x_at_rest, 0.0])
+    face = stone_below.upper_face_corners_xy_from_centre_of_mass + np.array([stone_below.centre_of_mass_x_at_rest, 0.0])
     for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
         inside = (b[0] - a[0]) * (patch[:, 1] - a[1]) - (b[1] - a[1]) * (patch[:, 0] - a[0])
         kept = []

@@ -87,15 +87,15 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBefore
 
 
 def _first_contact_with_face(
-    stone: StackStone, patch_corners: FloatArray, face: FaceBelowStone
+    stone: StackStone, contact_patch_corners: FloatArray, face: FaceBelowStone
 ) -> ContactBeforeTipping | None:
     """Return the first contact of a tilting stone with a face below; None if the stone tips without touching it.
 
-    `patch_corners` has the corners (m) of the stone's contact area at rest.
+    `contact_patch_corners` has the corners (m) of the stone's contact area at rest.
     """
     azimuth = 2.0 * np.pi * np.arange(TILT_DIRECTION_COUNT) / TILT_DIRECTION_COUNT
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth)])
-    edge = (patch_corners @ ahead).max(axis=0)
+    edge = (contact_patch_corners @ ahead).max(axis=0)
     critical = np.arctan2(edge - stone.centre_of_mass_x_at_rest * ahead[0], stone.centre_height_above_base)
     # On a plane without end, a vertex touches before all points between vertices.
     tilt = _least_tilt_for_point_to_touch_face(
@@ -126,21 +126,22 @@ def _first_contact_with_face(
 def _least_tilt_for_point_to_touch_face(
     stone: StackStone,
     points: FloatArray,
-    tilt_unit_vectors: FloatArray,
-    tilting_edge_distances: FloatArray,
+    horizontal_unit_vector_by_tilt_direction: FloatArray,
+    edge_distance_by_tilt_direction: FloatArray,
     face: FaceBelowStone,
 ) -> FloatArray:
     """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
 
-    The shape is (directions,). A direction has its unit vector in `tilt_unit_vectors`, (2, directions), and the
-    distance of the edge about which the stone tilts in `tilting_edge_distances`, (directions,).
+    The shape is (directions,). `horizontal_unit_vector_by_tilt_direction` has the shape (2, directions).
+    `edge_distance_by_tilt_direction`, (directions,), is the distance (m), from the origin of the stack's axes, of the
+    edge about which the stone tilts.
     """
     if face.depth_below_base_of_tipping_stone == 0.0:
         points = points[
             points[:, 2]
             > LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(stone.outline_xz_from_centre_of_mass[:, 1])
         ]
-    beyond = points[:, :2] @ tilt_unit_vectors - tilting_edge_distances
+    beyond = points[:, :2] @ horizontal_unit_vector_by_tilt_direction - edge_distance_by_tilt_direction
     radius = np.sqrt(beyond**2 + points[:, 2:] ** 2)
     reaches = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y) & (
         radius > face.depth_below_base_of_tipping_stone
@@ -149,7 +150,7 @@ def _least_tilt_for_point_to_touch_face(
     if face.corners_or_none_if_unbounded is not None:
         # The point turns about the edge until it has the depth of the face.
         shift = radius * np.sqrt(1.0 - sine**2) - beyond
-        place = points[:, :2, None] + shift[:, None] * tilt_unit_vectors
+        place = points[:, :2, None] + shift[:, None] * horizontal_unit_vector_by_tilt_direction
         reaches &= _mask_of_points_inside_polygon(
             place, face.corners_or_none_if_unbounded, RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y
         )
@@ -159,34 +160,45 @@ def _least_tilt_for_point_to_touch_face(
 
 def _least_tilt_for_base_to_touch_face_corner(
     stone: StackStone,
-    tilt_unit_vectors: FloatArray,
-    tilting_edge_distances: FloatArray,
-    corners: FloatArray,
-    depth: float,
+    horizontal_unit_vector_by_tilt_direction: FloatArray,
+    edge_distance_by_tilt_direction: FloatArray,
+    face_corners: FloatArray,
+    face_depth_below_base: float,
 ) -> FloatArray:
     """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
 
     Shape and directions are those of `_least_tilt_for_point_to_touch_face`.
     """
-    beyond = corners @ tilt_unit_vectors - tilting_edge_distances
+    beyond = face_corners @ horizontal_unit_vector_by_tilt_direction - edge_distance_by_tilt_direction
     # The point of the base that meets the corner, before the tilt.
-    place = corners[:, :, None] + (np.sqrt(beyond**2 + depth**2) - beyond)[:, None] * tilt_unit_vectors
+    place = (
+        face_corners[:, :, None]
+        + (np.sqrt(beyond**2 + face_depth_below_base**2) - beyond)[:, None] * horizontal_unit_vector_by_tilt_direction
+    )
     base = stone.base_corners_xy_from_centre_of_mass + np.array([stone.centre_of_mass_x_at_rest, 0.0])
     meets = (beyond > RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y) & _mask_of_points_inside_polygon(
         place, base, RELATIVE_ROUNDING_TOLERANCE * stone.depth_along_y
     )
-    return np.asarray(np.where(meets, np.arctan2(depth, beyond), np.inf).min(axis=0))
+    return np.asarray(np.where(meets, np.arctan2(face_depth_below_base, beyond), np.inf).min(axis=0))
 
 
-def _mask_of_points_inside_polygon(points: FloatArray, corners: FloatArray, margin: float) -> NDArray[np.bool_]:
-    """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a margin, m."""
-    inside = np.ones((len(points), points.shape[2]), np.bool_)
-    for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
-        inside &= dx * (points[:, 1] - y) - dy * (points[:, 0] - x) > margin * np.sqrt(dx * dx + dy * dy)
+def _mask_of_points_inside_polygon(
+    points_by_tilt_direction: FloatArray, polygon_vertices: FloatArray, min_distance_inside: float
+) -> NDArray[np.bool_]:
+    """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a distance (m)."""
+    inside = np.ones((len(points_by_tilt_direction), points_by_tilt_direction.shape[2]), np.bool_)
+    for (x, y), (dx, dy) in zip(
+        polygon_vertices, np.roll(polygon_vertices, -1, axis=0) - polygon_vertices, strict=True
+    ):
+        inside &= dx * (points_by_tilt_direction[:, 1] - y) - dy * (
+            points_by_tilt_direction[:, 0] - x
+        ) > min_distance_inside * np.sqrt(dx * dx + dy * dy)
     return inside
 
 
-def _surface_points_to_test_for_contact(stone: StackStone, parts_per_side: int, parts_per_depth: int) -> FloatArray:
+def _surface_points_to_test_for_contact(
+    stone: StackStone, parts_per_outline_side: int, parts_per_depth_or_radius: int
+) -> FloatArray:
     """Return points on the surface of a stone, to test for contact with faces below, shape (n, 3), m.
 
     Coordinates are the horizontal position and the height above the base of the stone.
@@ -200,12 +212,14 @@ def _surface_points_to_test_for_contact(stone: StackStone, parts_per_side: int, 
         if stone.has_rectangular_faces
         else stone.base_corners_xy_from_centre_of_mass
     )
-    share = np.arange(parts_per_side)[:, None, None] / parts_per_side
+    share = np.arange(parts_per_outline_side)[:, None, None] / parts_per_outline_side
     sides = (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 2)
     if not stone.has_rectangular_faces:
-        base = (sides * (np.arange(1, parts_per_depth + 1)[:, None, None] / parts_per_depth)).reshape(-1, 2)
+        base = (
+            sides * (np.arange(1, parts_per_depth_or_radius + 1)[:, None, None] / parts_per_depth_or_radius)
+        ).reshape(-1, 2)
         return np.column_stack([base + np.array([stone.centre_of_mass_x_at_rest, 0.0]), np.zeros(len(base))])
-    depths = stone.depth_along_y * (np.arange(parts_per_depth + 1) / parts_per_depth - 0.5)
+    depths = stone.depth_along_y * (np.arange(parts_per_depth_or_radius + 1) / parts_per_depth_or_radius - 0.5)
     x, z = sides.T
     return np.stack([
         np.repeat(x + stone.centre_of_mass_x_at_rest, depths.size), np.tile(depths, x.size),

@@ -17,7 +17,7 @@ class CaseStatus(IntEnum):
     FAILED = 4
     """Not computed because of an error."""
     OVER_BUDGET = 5
-    """Needs more block steps than the budget of a case."""
+    """Needs more block steps (time steps × free elements) than a case may take; see `NumericalOptions`."""
 
     @property
     def has_outcome(self) -> bool:

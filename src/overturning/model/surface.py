@@ -74,13 +74,13 @@ def mass_properties_inside_surface(triangle_corners: FloatArray) -> MassProperti
     return MassProperties(float(total) / 6.0, origin + mean, np.trace(second) * np.eye(3) - second)
 
 
-def open_edges(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+def open_edges(triangle_vertex_indices: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the directed edges, shape (n, 2), at which a triangle surface is open: no triangle has the reverse edge.
 
     An edge of four triangles, two in each direction, is closed: the surface touches itself there.
     """
-    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-    number = int(triangles.max(initial=0)) + 1
+    edges = np.concatenate([triangle_vertex_indices[:, [k, (k + 1) % 3]] for k in range(3)])
+    number = int(triangle_vertex_indices.max(initial=0)) + 1
     forward, reverse = edges[:, 0] * number + edges[:, 1], edges[:, 1] * number + edges[:, 0]
     codes, counts = np.unique(forward, return_counts=True)
     place = np.minimum(np.searchsorted(codes, reverse), codes.size - 1)
@@ -152,14 +152,14 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
         )
 
 
-def _are_points_inside_body(body_corners: FloatArray, points: FloatArray) -> bool:
+def _are_points_inside_body(body_triangle_corners: FloatArray, points: FloatArray) -> bool:
     """True if points, shape (n, 3), lie inside a body given by its triangles; only extreme points are tested.
 
     The tested points are the farthest ones in 26 directions.
     """
     directions = [one for one in itertools.product((-1, 0, 1), repeat=3) if any(one)]
     outermost = points[np.unique((points @ np.transpose(directions)).argmax(axis=0))]
-    return all(_winding_number(body_corners, point) > 0.5 for point in outermost)
+    return all(_winding_number(body_triangle_corners, point) > 0.5 for point in outermost)
 
 
 def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
@@ -202,7 +202,9 @@ def _connected_part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int
 
 
 def _triangle_pairs_of_same_solid_at_edge(
-    surface: TriangleSurface, edges: NDArray[np.int64], triangles: NDArray[np.int64]
+    surface: TriangleSurface,
+    edge_vertex_pair_by_triangle: NDArray[np.int64],
+    triangle_indices_at_edge: NDArray[np.int64],
 ) -> NDArray[np.int64]:
     """Return the pairs of triangles, shape (n, 2), that bound the same solid at an edge of more than two triangles.
 
@@ -210,34 +212,36 @@ def _triangle_pairs_of_same_solid_at_edge(
     ----------
     surface : TriangleSurface
         Surface whose triangles are anticlockwise from outside.
-    edges : ndarray, shape (k, 2)
+    edge_vertex_pair_by_triangle : ndarray, shape (k, 2)
         The edge as a vertex pair in the sense of each triangle.
-    triangles : ndarray, shape (k,)
+    triangle_indices_at_edge : ndarray, shape (k,)
         Numbers of the triangles at the edge.
     """
-    begin, end = np.sort(edges[0])
-    third = surface.triangles[triangles].sum(axis=1) - begin - end
+    begin, end = np.sort(edge_vertex_pair_by_triangle[0])
+    third = surface.triangles[triangle_indices_at_edge].sum(axis=1) - begin - end
     axis = surface.vertices[end] - surface.vertices[begin]
     axis = axis / np.sqrt(axis @ axis)
     arm = surface.vertices[third] - surface.vertices[begin]
     across = arm[0] - (arm[0] @ axis) * axis
     angle = np.arctan2(arm @ np.cross(axis, across), arm @ across)
-    with_axis = edges[:, 0] == begin
+    with_axis = edge_vertex_pair_by_triangle[:, 0] == begin
     pairs = []
     for one in np.flatnonzero(with_axis):
         # The solid lies clockwise of a triangle that has the edge in the sense of the axis.
         turn = (angle[one] - angle[~with_axis] - MAX_ANGLE_OF_COINCIDENT_FACES_RAD) % (2.0 * np.pi)
         if turn.size:
-            pairs.append((triangles[one], triangles[~with_axis][turn.argmin()]))
+            pairs.append((triangle_indices_at_edge[one], triangle_indices_at_edge[~with_axis][turn.argmin()]))
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
-def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.int64]) -> tuple[TriangleSurface, float]:
+def _close_base_with_triangle_fan(
+    surface: TriangleSurface, directed_open_edges: NDArray[np.int64]
+) -> tuple[TriangleSurface, float]:
     """Close the open base of a surface with a fan of triangles; also return how far (m) its rim deviates from a plane.
 
     The fan is flat, so that its volume and moments are right for a rim of any outline, also for several rims.
     """
-    rim, points = surface.vertices[edges], surface.vertices
+    rim, points = surface.vertices[directed_open_edges], surface.vertices
     size = float(np.ptp(points, axis=0).max())
     centre = rim.reshape(-1, 3).mean(axis=0)
     area = 0.5 * np.cross(rim[:, 1] - centre, rim[:, 0] - centre).sum(axis=0)
@@ -248,7 +252,7 @@ def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.in
         points, centre, normal, MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size
     )
     # An edge twice without its reverse belongs to a face of the wrong sense.
-    single = len(np.unique(edges, axis=0)) == len(edges)
+    single = len(np.unique(directed_open_edges, axis=0)) == len(directed_open_edges)
     if not (deviation <= MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size and below and single):
         first = ", ".join(
             f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_OPEN_EDGES_IN_MESSAGE]
@@ -259,11 +263,15 @@ def _close_base_with_triangle_fan(surface: TriangleSurface, edges: NDArray[np.in
             "make all faces point outwards (only an open base in one plane, inclined by at most 45°, is closed here)"
         )
     vertices = np.concatenate([points, centre[None]])
-    lid = np.column_stack([edges[:, 1], edges[:, 0], np.full(len(edges), len(points))])
+    lid = np.column_stack(
+        [directed_open_edges[:, 1], directed_open_edges[:, 0], np.full(len(directed_open_edges), len(points))]
+    )
     return TriangleSurface(vertices, np.concatenate([surface.triangles, lid])), deviation
 
 
-def _plane_is_below_points(points: FloatArray, centre: FloatArray, normal: FloatArray, tolerance: float) -> bool:
-    """True if no point is below a plane through `centre` by more than a tolerance (m); `normal` may point down."""
-    upward = normal * np.sign(normal[2])
-    return bool(((points - centre) @ upward).min() >= -tolerance)
+def _plane_is_below_points(
+    points: FloatArray, point_in_plane: FloatArray, plane_normal: FloatArray, max_depth_below_plane: float
+) -> bool:
+    """True if no point is below a plane by more than a length (m); the normal of the plane may point down."""
+    upward = plane_normal * np.sign(plane_normal[2])
+    return bool(((points - point_in_plane) @ upward).min() >= -max_depth_below_plane)

@@ -50,26 +50,29 @@ class EquivalentSimulatedDirections:
 
 
 def nearest_simulated_planes(
-    azimuth_deg: ArrayLike, requested_azimuth_deg: ArrayLike, period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
+    simulated_azimuth_deg: ArrayLike,
+    requested_azimuth_deg: ArrayLike,
+    symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
 ) -> EquivalentSimulatedDirections:
     """Return the simulated vertical plane nearest to each azimuth, marked as mirrored if it is rotated by 180°."""
     return mark_mirrored_planes(
-        nearest_simulated_directions(azimuth_deg, requested_azimuth_deg, period_deg), period_deg
+        nearest_simulated_directions(simulated_azimuth_deg, requested_azimuth_deg, symmetry_period_deg),
+        symmetry_period_deg,
     )
 
 
 def nearest_simulated_directions(
-    direction_deg: ArrayLike, requested_direction_deg: ArrayLike, period_deg: float
+    simulated_direction_deg: ArrayLike, requested_direction_deg: ArrayLike, symmetry_period_deg: float
 ) -> EquivalentSimulatedDirections:
     """Return the simulated directions that, rotated by whole symmetry periods, are nearest to given directions.
 
     Parameters
     ----------
-    direction_deg : array_like, shape (n,)
+    simulated_direction_deg : array_like, shape (n,)
         Azimuths or orientations of a grid, degrees clockwise from north, in any order; at least one.
     requested_direction_deg : array_like, shape (m,)
         Requested directions, any real numbers. Half way between two cells the anticlockwise one is taken.
-    period_deg : float
+    symmetry_period_deg : float
         Rotation period of a case: `PLANE_SYMMETRY_PERIOD_DEG` in 2-D, the body's own in 3-D, 360 without symmetry, 0
         for a body of revolution.
 
@@ -78,11 +81,11 @@ def nearest_simulated_directions(
     EquivalentSimulatedDirections
         Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
     """
-    direction, asked = np.asarray(direction_deg, np.float64), np.asarray(requested_direction_deg, np.float64)
-    if period_deg == 0.0:
+    direction, asked = np.asarray(simulated_direction_deg, np.float64), np.asarray(requested_direction_deg, np.float64)
+    if symmetry_period_deg == 0.0:
         cell = np.zeros(asked.shape, np.intp)
         return EquivalentSimulatedDirections(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
-    turns: FloatArray = period_deg * np.arange(round(FULL_TURN_DEG / period_deg), dtype=np.float64)
+    turns: FloatArray = symmetry_period_deg * np.arange(round(FULL_TURN_DEG / symmetry_period_deg), dtype=np.float64)
     # Ends of the turned cells round the compass; of equal ones the first, which is turned least.
     end, first = np.unique(_reduce_to_period(turns[:, None] + direction, FULL_TURN_DEG), return_index=True)
     wanted = _reduce_to_period(asked, FULL_TURN_DEG)
@@ -97,26 +100,26 @@ def nearest_simulated_directions(
 
 
 def mark_mirrored_planes(
-    equivalent_directions: EquivalentSimulatedDirections, period_deg: float
+    equivalent_directions: EquivalentSimulatedDirections, symmetry_period_deg: float
 ) -> EquivalentSimulatedDirections:
     """Mark the simulated vertical planes that are rotated by 180°: their outcomes have to be mirrored."""
     return replace(
         equivalent_directions,
         is_mirrored=(equivalent_directions.clockwise_rotation_from_simulated_deg == PLANE_SYMMETRY_PERIOD_DEG)
-        & (period_deg == PLANE_SYMMETRY_PERIOD_DEG),
+        & (symmetry_period_deg == PLANE_SYMMETRY_PERIOD_DEG),
     )
 
 
 def first_equivalent_of_each_direction(
-    direction_deg: ArrayLike, periods_deg: ArrayLike
+    grid_direction_deg: ArrayLike, symmetry_periods_deg: ArrayLike
 ) -> EquivalentSimulatedDirections:
     """Return, for each direction of a grid, the first direction of the grid that is equivalent by symmetry.
 
     Parameters
     ----------
-    direction_deg : array_like, shape (n,)
+    grid_direction_deg : array_like, shape (n,)
         Azimuths or orientations, degrees clockwise from north.
-    periods_deg : array_like, shape (p,)
+    symmetry_periods_deg : array_like, shape (p,)
         Rotation periods (see `nearest_simulated_directions`), for instance one for each aspect of a body.
 
     Returns
@@ -125,7 +128,8 @@ def first_equivalent_of_each_direction(
         Shape (n, p). Only a direction i whose `simulated_direction_index[i, k]` is i itself needs to be computed for
         the period k.
     """
-    direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(periods_deg, np.float64))
+    direction = np.asarray(grid_direction_deg, np.float64)
+    periods = np.atleast_1d(np.asarray(symmetry_periods_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)
     for column, period in enumerate(periods):
         within = _reduce_to_period(direction, period) if period > 0.0 else np.zeros(direction.size)

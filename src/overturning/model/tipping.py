@@ -77,7 +77,7 @@ class LowestVertexChangesOnLeaning(NamedTuple):
 
 def fall_tilt_by_lean_direction(
     hull: ConvexHull,
-    size: float,
+    largest_extent: float,
     least_tilt_to_rest_on_another_face_rad: float,
     resting_face_normals_after_fall: FloatArray,
     min_resting_tilt_of_fallen_body_rad: float = 0.0,
@@ -88,7 +88,7 @@ def fall_tilt_by_lean_direction(
     ----------
     hull : ConvexHull
         Convex hull of the body.
-    size : float
+    largest_extent : float
         Largest extent of the body, m.
     least_tilt_to_rest_on_another_face_rad : float
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
@@ -100,13 +100,21 @@ def fall_tilt_by_lean_direction(
     ends, sides = _hull_edge_vertices_and_triangles(hull)
     found = _lowest_vertex_changes(hull, ends, sides)
     off_base = (
-        -hull.outward_triangle_normals[_final_resting_triangles(hull, size)[found.triangle_index_rolled_towards], 2]
+        -hull.outward_triangle_normals[
+            _final_resting_triangles(hull, largest_extent)[found.triangle_index_rolled_towards], 2
+        ]
         < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
     )
     rests = (
         off_base
-        & (found.centre_height_derivatives_on_edge_ends.min(axis=1) < -FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
-        & (found.centre_height_derivatives_on_edge_ends.max(axis=1) > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
+        & (
+            found.centre_height_derivatives_on_edge_ends.min(axis=1)
+            < -FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * largest_extent
+        )
+        & (
+            found.centre_height_derivatives_on_edge_ends.max(axis=1)
+            > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * largest_extent
+        )
     )
     rests &= found.tilt_at_change_rad >= min_resting_tilt_of_fallen_body_rad
     limits, rows = np.full(LEAN_DIRECTION_COUNT, np.pi), np.zeros((LEAN_DIRECTION_COUNT, 4))
@@ -148,23 +156,28 @@ def fall_tilt_by_lean_direction(
 
 
 def _lower_fall_limits_for_resting_faces(
-    fall_limits_rad: FloatArray, sector_rows: FloatArray, resting_face_normals_after_fall: FloatArray
+    fall_tilt_by_lean_direction_rad: FloatArray,
+    vector_and_dot_limit_by_lean_direction: FloatArray,
+    resting_face_normals_after_fall: FloatArray,
 ) -> None:
     """Lower fall limits (tilt from which a body is fallen), in place, so that rest on any other face is a fall."""
     for normal in resting_face_normals_after_fall:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT), LEAN_DIRECTION_COUNT - 1)
-        if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
+        if (
+            vector_and_dot_limit_by_lean_direction[number, :3] @ normal
+            < vector_and_dot_limit_by_lean_direction[number, 3]
+        ):
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            sector_rows[number], fall_limits_rad[number] = (
+            vector_and_dot_limit_by_lean_direction[number], fall_tilt_by_lean_direction_rad[number] = (
                 np.append(ahead, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * tilt),
                 tilt,
             )
 
 
-def _pseudo_angle_in_quarter_turns(angle: FloatArray) -> FloatArray:
+def _pseudo_angle_in_quarter_turns(angles_rad: FloatArray) -> FloatArray:
     """Return, for each angle (rad), a number from 0 to 4 that increases with it and is computed without arctangent."""
-    x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
+    x, y = np.round(np.cos(angles_rad), 15), np.round(np.sin(angles_rad), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
         np.where(y >= 0, np.where(x >= 0, 1.0 - share, 1.0 + share), np.where(x < 0, 3.0 - share, 3.0 + share))
@@ -183,7 +196,7 @@ def _hull_edge_vertices_and_triangles(hull: ConvexHull) -> tuple[NDArray[np.int6
 
 
 def _lowest_vertex_changes(
-    hull: ConvexHull, edge_vertices: NDArray[np.int64], edge_triangles: NDArray[np.int64]
+    hull: ConvexHull, vertex_indices_by_edge: NDArray[np.int64], triangle_indices_by_edge: NDArray[np.int64]
 ) -> LowestVertexChangesOnLeaning:
     """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
@@ -194,8 +207,8 @@ def _lowest_vertex_changes(
     cosine, sine = np.cos(turn), np.sin(turn)
     aside = hull.outward_triangle_normals[:, 1] * cosine[:, None] - hull.outward_triangle_normals[:, 0] * sine[:, None]
     left = aside >= 0.0
-    direction, edge = np.nonzero(left[:, edge_triangles[:, 0]] != left[:, edge_triangles[:, 1]])
-    one, other = edge_triangles[edge].T
+    direction, edge = np.nonzero(left[:, triangle_indices_by_edge[:, 0]] != left[:, triangle_indices_by_edge[:, 1]])
+    one, other = triangle_indices_by_edge[edge].T
     down = (
         hull.outward_triangle_normals[one] * np.abs(aside[direction, other])[:, None]
         + hull.outward_triangle_normals[other] * np.abs(aside[direction, one])[:, None]
@@ -207,7 +220,7 @@ def _lowest_vertex_changes(
     down /= np.sqrt(np.sum(down * down, axis=1))[:, None]
     level, upward = np.cos(tilt), np.sin(tilt)
     path = np.stack([level * cosine[direction], level * sine[direction], upward], axis=1)
-    corners = hull.vertices_from_centre_of_mass[edge_vertices[edge]]
+    corners = hull.vertices_from_centre_of_mass[vertex_indices_by_edge[edge]]
     rises = np.sum(corners * path[:, None, :], axis=2)
     # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)
@@ -215,7 +228,7 @@ def _lowest_vertex_changes(
     return LowestVertexChangesOnLeaning(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
-def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]:
+def _final_resting_triangles(hull: ConvexHull, largest_extent: float) -> NDArray[np.int64]:
     """Return, for each triangle of a hull, the triangle on which a body placed on it comes to rest after rolling.
 
     The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
@@ -229,7 +242,7 @@ def _final_resting_triangles(hull: ConvexHull, size: float) -> NDArray[np.int64]
     farthest = np.argmax(beyond, axis=0)
     own = np.arange(len(hull.triangle_vertex_indices))
     onto = np.where(
-        np.max(beyond, axis=0) > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size,
+        np.max(beyond, axis=0) > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * largest_extent,
         hull.triangle_opposite_each_vertex[own, farthest],
         own,
     )

@@ -25,9 +25,9 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-def mask_of_known_outcomes(outcome_flag: Any) -> Any:
+def mask_of_known_outcomes(stored_or_decoded_overturning_flag: Any) -> Any:
     """Return a mask that is True where an overturning flag, as stored or decoded, states an outcome."""
-    return np.abs(outcome_flag.astype("float32")) <= 1
+    return np.abs(stored_or_decoded_overturning_flag.astype("float32")) <= 1
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,11 @@ class OutcomeVariable:
         """CF attributes of the variable, by name: long name, units and further ones."""
         return {"long_name": self.long_name, "units": self.units, **self.further_cf_attributes}
 
-    def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
+    def mirrored_values(
+        self, outcome_arrays: Mapping[str, NDArray[Any]], case_index_or_mask: Any = ...
+    ) -> NDArray[Any]:
         """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""
-        values = np.asarray(outcome_arrays[self.mirror_counterpart_name or self.name][selection])
+        values = np.asarray(outcome_arrays[self.mirror_counterpart_name or self.name][case_index_or_mask])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return (
             np.where((values == 0) | (values == self.fill_value_in_file), values, -values)

@@ -21,12 +21,12 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
 
 
-def convert_argument_to_float_array(name: str, values: Any, *, copy: bool = False) -> FloatArray:
-    """Convert the argument `name` of a public function to a float array; a masked array keeps its mask.
+def convert_argument_to_float_array(argument_name: str, values: Any, *, copy: bool = False) -> FloatArray:
+    """Convert the argument `argument_name` of a public function to a float array; a masked array keeps its mask.
 
     Parameters
     ----------
-    name : str
+    argument_name : str
         Name of the argument in the error message.
     values : array_like
         A number or numbers.
@@ -43,32 +43,34 @@ def convert_argument_to_float_array(name: str, values: Any, *, copy: bool = Fals
             return np.array(given, dtype=np.float64, copy=copy or None, subok=np.ma.is_masked(values))
     except (TypeError, ValueError, OverflowError):
         pass
-    raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
+    raise ArgumentError(f"{argument_name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
 
 
-def check_has_no_masked_values(name: str, values: FloatArray) -> None:
-    """Raise an ArgumentError for the argument `name` if it is an array with masked values."""
+def check_has_no_masked_values(argument_name: str, values: FloatArray) -> None:
+    """Raise an ArgumentError for the argument `argument_name` if it is an array with masked values."""
     if np.ma.is_masked(values):
         count = int(np.ma.getmaskarray(values).sum())
-        raise ArgumentError(f"{name}: {count} masked values; leave them out")
+        raise ArgumentError(f"{argument_name}: {count} masked values; leave them out")
 
 
-def convert_argument_to_finite_array(name: str, values: Any, shape: tuple[int, ...]) -> FloatArray:
-    """Convert the argument `name` of a public function to a new array of finite numbers with the given shape.
+def convert_argument_to_finite_array(argument_name: str, values: Any, required_shape: tuple[int, ...]) -> FloatArray:
+    """Convert the argument `argument_name` of a public function to a new array of finite numbers with the given shape.
 
-    A size of −1 in `shape` stands for any number of rows.
+    A size of −1 in `required_shape` stands for any number of rows.
 
     Raises
     ------
     ArgumentError
         If a value is no number or not finite, or the shape is another.
     """
-    array = np.asarray(convert_argument_to_float_array(name, values, copy=True))
-    if array.ndim != len(shape) or any(size not in (-1, own) for size, own in zip(shape, array.shape, strict=True)):
-        wanted = str(shape).replace("-1", "n")
-        raise ArgumentError(f"{name}: shape {array.shape}; give numbers of shape {wanted}")
+    array = np.asarray(convert_argument_to_float_array(argument_name, values, copy=True))
+    if array.ndim != len(required_shape) or any(
+        size not in (-1, own) for size, own in zip(required_shape, array.shape, strict=True)
+    ):
+        wanted = str(required_shape).replace("-1", "n")
+        raise ArgumentError(f"{argument_name}: shape {array.shape}; give numbers of shape {wanted}")
     if not np.isfinite(array).all():
-        raise ArgumentError(f"{name}: {float(array[~np.isfinite(array)][0])}; all numbers must be finite")
+        raise ArgumentError(f"{argument_name}: {float(array[~np.isfinite(array)][0])}; all numbers must be finite")
     return array
 
 
@@ -81,11 +83,11 @@ def create_xarray_dataset(
     """
     import xarray as xr
 
-    def to_xarray_variables(arrays: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
+    def to_xarray_variables(array_tuples_by_name: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
         """Convert tuples (dimensions, array, optional attributes) to xarray variables, by name."""
         return {
             name: xr.Variable(dimensions, np.asarray(values), attrs=about[0] if about else None, fastpath=True)
-            for name, (dimensions, values, *about) in arrays.items()
+            for name, (dimensions, values, *about) in array_tuples_by_name.items()
         }
 
     return xr.Dataset(to_xarray_variables(variables), to_xarray_variables(coordinates), attributes)

@@ -57,10 +57,10 @@ class RecordError(OverturningError, ValueError):
     """Raised if a record file cannot be read or contradicts itself. The message names file, line and remedy."""
 
 
-def closest_name_hint(name: str, known_names: Iterable[str], hint_if_none_is_close: str = "") -> str:
+def closest_name_hint(unknown_name: str, known_names: Iterable[str], hint_if_none_is_close: str = "") -> str:
     """Return a hint for an error message: the known name closest to an unknown one, or all known names."""
     names = list(known_names)
-    near = difflib.get_close_matches(name, names, n=1)
+    near = difflib.get_close_matches(unknown_name, names, n=1)
     return f"did you mean {near[0]}?" if near else hint_if_none_is_close or f"known are {', '.join(names[:40])}"
 
 

@@ -39,13 +39,15 @@ def check_output_path(path: Path | None, argument_name: str, *suffixes: str) -> 
         raise ArgumentError(f"{argument_name} {path}: {why}; name another file")
 
 
-def check_outputs_are_separate_files(outputs: Mapping[str, Path | None], inputs: Iterable[Path | None]) -> None:
+def check_outputs_are_separate_files(
+    output_paths_by_option: Mapping[str, Path | None], input_paths: Iterable[Path | None]
+) -> None:
     """Raise an `ArgumentError` if an output of a command is one of its input files, or two outputs are one file.
 
-    `outputs` has the output paths by the name of their option; None stands for no file.
+    `output_paths_by_option` has the output paths by the name of their option; None stands for no file.
     """
-    read, written = {path.resolve() for path in inputs if path is not None}, dict[Path, str]()
-    for option, path in outputs.items():
+    read, written = {path.resolve() for path in input_paths if path is not None}, dict[Path, str]()
+    for option, path in output_paths_by_option.items():
         if path is None:
             continue
         if path.resolve() in read:
@@ -171,13 +173,15 @@ _MAX_FREE_BYTES_OF_FULL_DISK = 1_000_000  # bytes; a disk with less free space c
 _READ_CHUNK_BYTES = 1 << 20  # bytes read at a time
 
 
-def convert_argument_to_path(name: str, value: Any, wanted: str = "the path of a file") -> Path:
-    """Convert the argument `name` of a public function to a path.
+def convert_argument_to_path(
+    argument_name: str, value: Any, description_of_valid_argument: str = "the path of a file"
+) -> Path:
+    """Convert the argument `argument_name` of a public function to a path.
 
-    Raise an `ArgumentError` that asks for `wanted` if it is not a path.
+    Raise an `ArgumentError` that asks for `description_of_valid_argument` if it is not a path.
     """
     if not isinstance(value, str | os.PathLike):
-        raise ArgumentError(f"{name}: a {type(value).__name__}; give {wanted}")
+        raise ArgumentError(f"{argument_name}: a {type(value).__name__}; give {description_of_valid_argument}")
     return Path(os.fsdecode(value))
 
 
@@ -195,22 +199,28 @@ def _strict_yaml_loader_class() -> Any:
     class StrictYamlLoader(yaml.SafeLoader):
         """YAML loader that rejects repeated keys, and numbers that are not decimal (octal, hexadecimal, base 60)."""
 
-    def construct_mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
+    def construct_mapping(yaml_loader: Any, yaml_node: Any) -> Iterator[dict[Any, Any]]:
         """Yield the mapping of a YAML node; raise an error if a key is repeated."""
         seen = set()
-        for key, _ in node.value:
+        for key, _ in yaml_node.value:
             if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
                 raise yaml.MarkedYAMLError(problem=f"{name} is given twice; keep one", problem_mark=key.start_mark)
             seen.add(name)
-        return loader.construct_yaml_map(node)
+        return yaml_loader.construct_yaml_map(yaml_node)
 
-    def construct_number(loader: Any, node: Any) -> float:
+    def construct_number(yaml_loader: Any, yaml_node: Any) -> float:
         """Return the number of a YAML node; raise an error unless it is a plain decimal number."""
-        octal = re.match(r"[-+]?0[0-9_]+$", node.value)
-        found: float = loader.construct_yaml_int(node) if "." not in node.value else loader.construct_yaml_float(node)
-        if octal or ":" in node.value:
-            what = f"YAML reads {node.value} as {found:g}; write it without {'leading zeros' if octal else 'colons'}"
-            raise yaml.MarkedYAMLError(problem=what, problem_mark=node.start_mark)
+        octal = re.match(r"[-+]?0[0-9_]+$", yaml_node.value)
+        found: float = (
+            yaml_loader.construct_yaml_int(yaml_node)
+            if "." not in yaml_node.value
+            else yaml_loader.construct_yaml_float(yaml_node)
+        )
+        if octal or ":" in yaml_node.value:
+            what = (
+                f"YAML reads {yaml_node.value} as {found:g}; write it without {'leading zeros' if octal else 'colons'}"
+            )
+            raise yaml.MarkedYAMLError(problem=what, problem_mark=yaml_node.start_mark)
         return found
 
     StrictYamlLoader.add_constructor("tag:yaml.org,2002:map", construct_mapping)

@@ -20,12 +20,12 @@ _SOURCE_PATHS_IN_KERNEL_DIGEST = (
 """Modules whose functions or constants are compiled into the kernels, and this one."""
 
 
-def sources_digest(source_folder: Path) -> str:
+def sources_digest(kernel_source_folder: Path) -> str:
     """Return a digest (16 hex digits) of all source files on which the compiled kernels of a folder depend."""
     digest = hashlib.sha256()
-    for path in sorted({*_SOURCE_PATHS_IN_KERNEL_DIGEST, *source_folder.rglob("*.py")}):
+    for path in sorted({*_SOURCE_PATHS_IN_KERNEL_DIGEST, *kernel_source_folder.rglob("*.py")}):
         digest.update(
-            path.relative_to(_PACKAGE_FOLDER if path.is_relative_to(_PACKAGE_FOLDER) else source_folder)
+            path.relative_to(_PACKAGE_FOLDER if path.is_relative_to(_PACKAGE_FOLDER) else kernel_source_folder)
             .as_posix()
             .encode()
         )
@@ -40,7 +40,7 @@ _SOURCES_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_SOURCE_FOLDER: sources_di
 """Digest of the kernels' sources at import time; this module is imported before all that is compiled."""
 
 
-def kernel_cache_directory(source_folder: Path | None = None) -> Path:
+def kernel_cache_directory(kernel_source_folder: Path | None = None) -> Path:
     """Return the cache folder for the compiled kernels of a source folder, by default that of the package `dem`.
 
     Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
@@ -52,7 +52,7 @@ def kernel_cache_directory(source_folder: Path | None = None) -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(source_folder or _DEFAULT_KERNEL_SOURCE_FOLDER)}"
+    return Path(base) / f"overturning-{sources_digest(kernel_source_folder or _DEFAULT_KERNEL_SOURCE_FOLDER)}"
 
 
 def subpackage_folder_of_module(module_path: Path) -> Path:
@@ -65,36 +65,39 @@ def subpackage_folder_of_module(module_path: Path) -> Path:
     return module_path.parent
 
 
-def _make_cache_file_use_checksums(cache_file: Any) -> None:
+def _make_cache_file_use_checksums(numba_cache_file: Any) -> None:
     """Make a Numba cache file store its SHA-256 when it is saved, and verify it before the file is loaded."""
-    dump, load_index, load_data = cache_file._dump, cache_file._load_index, cache_file._load_data
+    dump, load_index, load_data = numba_cache_file._dump, numba_cache_file._load_index, numba_cache_file._load_data
 
-    def serialise_with_checksum(content: Any) -> bytes:
-        data: bytes = dump(content)  # unpickling ignores the digest that follows
+    def serialise_with_checksum(object_to_serialise: Any) -> bytes:
+        data: bytes = dump(object_to_serialise)  # unpickling ignores the digest that follows
         return data + hashlib.sha256(data).digest()
 
-    def verify_checksum(data: bytes) -> None:
-        if hashlib.sha256(data[:-_CHECKSUM_SIZE_BYTES]).digest() != data[-_CHECKSUM_SIZE_BYTES:]:
+    def verify_checksum(data_with_checksum: bytes) -> None:
+        if (
+            hashlib.sha256(data_with_checksum[:-_CHECKSUM_SIZE_BYTES]).digest()
+            != data_with_checksum[-_CHECKSUM_SIZE_BYTES:]
+        ):
             raise ValueError("damaged")
 
     def load_checked_index() -> Any:
-        with suppress(FileNotFoundError), open(cache_file._index_path, "rb") as index:
+        with suppress(FileNotFoundError), open(numba_cache_file._index_path, "rb") as index:
             pickle.load(index)  # Numba's version, written before the sealed content
             verify_checksum(index.read())
         return load_index()
 
-    def load_checked_data(data_name: str) -> Any:
-        verify_checksum(Path(cache_file._data_path(data_name)).read_bytes())
-        return load_data(data_name)
+    def load_checked_data(machine_code_file_name: str) -> Any:
+        verify_checksum(Path(numba_cache_file._data_path(machine_code_file_name)).read_bytes())
+        return load_data(machine_code_file_name)
 
-    cache_file._dump, cache_file._load_index, cache_file._load_data = (
+    numba_cache_file._dump, numba_cache_file._load_index, numba_cache_file._load_data = (
         serialise_with_checksum,
         load_checked_index,
         load_checked_data,
     )
 
 
-def cache_compiled_kernel(dispatcher: Any) -> Any:
+def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
     """Let Numba cache the machine code of a compiled function in `kernel_cache_directory`; return the same function.
 
     The function is compiled without ``cache=True``.
@@ -103,12 +106,12 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     is removed and the kernel compiled again. If the folder cannot be written, the kernel is compiled in every process.
     """
     try:
-        dispatcher.enable_caching()
+        numba_dispatcher.enable_caching()
     except RuntimeError:  # Numba finds no writable folder
-        return dispatcher
-    cache = dispatcher._cache
+        return numba_dispatcher
+    cache = numba_dispatcher._cache
     file = cache._cache_file
-    layer = subpackage_folder_of_module(Path(dispatcher.py_func.__code__.co_filename))
+    layer = subpackage_folder_of_module(Path(numba_dispatcher.py_func.__code__.co_filename))
     folder, imported = (
         kernel_cache_directory(layer),
         _SOURCES_DIGEST_AT_IMPORT_BY_FOLDER.get(layer) or sources_digest(layer),
@@ -120,31 +123,31 @@ def cache_compiled_kernel(dispatcher: Any) -> Any:
     # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def set_cache_index_paths_for_input_type(signature: Any) -> None:
+    def set_cache_index_paths_for_input_type(numba_argument_types: Any) -> None:
         # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
-        model = getattr(next(iter(signature), None), "instance_class", None)
+        model = getattr(next(iter(numba_argument_types), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
         file._index_path, file._data_name_pattern = str(folder / f"{base}.nbi"), f"{base}.{{number:d}}.nbc"
 
-    def load_kernel_or_none(signature: Any, target_context: Any) -> Any:
+    def load_kernel_or_none(numba_argument_types: Any, target_context: Any) -> Any:
         try:
-            set_cache_index_paths_for_input_type(signature)
+            set_cache_index_paths_for_input_type(numba_argument_types)
             rtsys.initialize(target_context)
-            return load(signature, target_context)
+            return load(numba_argument_types, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
             _LOG.debug("cached kernel %s cannot be loaded and is compiled again", file._index_path, exc_info=True)
             for path in folder.glob(f"{Path(file._index_path).stem}.*"):
                 path.unlink(missing_ok=True)
             return None
 
-    def save_kernel_if_possible(signature: Any, data: Any) -> None:
+    def save_kernel_if_possible(numba_argument_types: Any, numba_compile_result: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            set_cache_index_paths_for_input_type(signature)
+            set_cache_index_paths_for_input_type(numba_argument_types)
             with suppress(OSError):
-                save(signature, data)
+                save(numba_argument_types, numba_compile_result)
 
     _make_cache_file_use_checksums(file)
     cache.load_overload = load_kernel_or_none
     cache.save_overload = save_kernel_if_possible
-    return dispatcher
+    return numba_dispatcher

@@ -39,7 +39,7 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> DrawFunction:
+def _with_project_style(draw_figure: DrawFunction, first_argument_is_cube: bool = False) -> DrawFunction:
     """Decorate a drawing function to use the project's Matplotlib settings and to check that its argument is a cube."""
 
     @refuse_unknown_keywords()
@@ -48,7 +48,7 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
         from overturning.figures.content import check_is_results_cube
         from overturning.figures.style import use_package_matplotlib_settings
 
-        if takes_cube and (arguments or "cube" in keywords):
+        if first_argument_is_cube and (arguments or "cube" in keywords):
             check_is_results_cube(arguments[0] if arguments else keywords["cube"], draw_figure.__name__)
         with use_package_matplotlib_settings():
             return draw_figure(*arguments, **keywords)
@@ -56,9 +56,9 @@ def _with_project_style(draw_figure: DrawFunction, takes_cube: bool = False) -> 
     return cast(DrawFunction, draw_with_project_style)
 
 
-def _register_cube_figure(kind: str, draw_figure: DrawFunction) -> DrawFunction:
+def _register_cube_figure(figure_kind: str, draw_figure: DrawFunction) -> DrawFunction:
     """Register a function that draws a kind of figure from a results cube; return it with the project's style."""
-    CUBE_FIGURE_FUNCTIONS[kind] = styled = _with_project_style(draw_figure, takes_cube=kind != "history")
+    CUBE_FIGURE_FUNCTIONS[figure_kind] = styled = _with_project_style(draw_figure, figure_kind != "history")
     return styled
 
 
@@ -84,7 +84,9 @@ def fall_maps_by_block(
     return _draw_fall_map("blocks", cube, record, title)
 
 
-def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None) -> "Figure":
+def _draw_fall_map(
+    figure_kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None
+) -> "Figure":
     """Draw maps of the falls under one record, or of one block under several records on a common scale."""
     from overturning.figures.content import check_has_outcomes
     from overturning.figures.maps import fall_map_figure
@@ -95,14 +97,12 @@ def _draw_fall_map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | 
         raise ArgumentError("record: none; give an id of the cube, or leave it out")
     several = [_select_outcomes_under_record(cube, name) for name in names]
     for one in several:
-        check_has_outcomes(one, kind)
+        check_has_outcomes(one, figure_kind)
     first = several[0]
     if len(several) == 1:
-        return fall_map_figure(
-            first, _record_title(first) + _scene_and_element_title(first) if title is None else title,
-            _read_pgv_by_azimuth(first),
-        )  # fmt: skip
-    _check_cube_has_coordinate_for_figure(cube, "azimuth", f"{kind} of several records")
+        shown = _record_title(first) + _scene_and_element_title(first) if title is None else title
+        return fall_map_figure(first, shown, _read_pgv_by_azimuth(first))
+    _check_cube_has_coordinate_for_figure(cube, "azimuth", f"{figure_kind} of several records")
     own = (_record_title(first, ()) + _scene_and_element_title(first)).strip() if title is None else title
     return fall_map_by_azimuth_figure(several, own, [_read_pgv_by_azimuth(one) for one in several])
 
@@ -339,7 +339,7 @@ def _motion_amplitude_factor(cube: "xr.Dataset") -> float:
 
 
 def _check_cube_has_coordinate_for_figure(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
-    """Raise an ArgumentError if a kind of figure needs results of the other model (2-D instead of 3-D, or reverse)."""
+    """Raise an ArgumentError if a cube lacks the coordinate azimuth (2-D) or orientation (3-D) that a figure needs."""
     if coordinate_name not in cube.coords:
         raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
 

@@ -22,23 +22,23 @@ _FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT: dict[str, dict[str, float]] = {
 }
 
 
-def parse_quantity(value: object, unit: str) -> float:
-    """Convert a number in `unit`, or a text such as ``"60 cm"``, to a number in `unit`.
+def parse_quantity(number_or_text_with_unit: object, target_unit: str) -> float:
+    """Convert a number in `target_unit`, or a text such as ``"60 cm"``, to a number in `target_unit`.
 
     A text with a unit of another kind raises a ValueError.
     """
-    if isinstance(value, bool) or not isinstance(value, Real | str):
-        raise ValueError(f"give a number in {unit}")
-    if not isinstance(value, str):
-        return float(value)
-    match = re.fullmatch(rf"\s*({_NUMBER_PATTERN})\s*(.*?)\s*", value)
+    if isinstance(number_or_text_with_unit, bool) or not isinstance(number_or_text_with_unit, Real | str):
+        raise ValueError(f"give a number in {target_unit}")
+    if not isinstance(number_or_text_with_unit, str):
+        return float(number_or_text_with_unit)
+    match = re.fullmatch(rf"\s*({_NUMBER_PATTERN})\s*(.*?)\s*", number_or_text_with_unit)
     if match is None:
-        raise ValueError(f"give a number in {unit}")
-    factor = 1.0 if match[2] == "" else _FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT[unit].get(match[2])
+        raise ValueError(f"give a number in {target_unit}")
+    factor = 1.0 if match[2] == "" else _FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT[target_unit].get(match[2])
     if factor is None:
         raise ValueError(
-            f"unit {match[2]!r} does not fit; use {unit} or one of "
-            f"{', '.join(_FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT[unit])}"
+            f"unit {match[2]!r} does not fit; use {target_unit} or one of "
+            f"{', '.join(_FACTORS_BY_KEY_UNIT_AND_GIVEN_UNIT[target_unit])}"
         )
     # Dividing by the inverse keeps 60 cm at exactly 0.6 m.
     return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
@@ -46,7 +46,7 @@ def parse_quantity(value: object, unit: str) -> float:
 
 def _unit_validator_and_schema_field(unit: str) -> tuple[Any, Any]:
     """Return pydantic annotations for a quantity: a validator that converts to `unit`, and the unit in the schema."""
-    read = BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str)
+    read = BeforeValidator(partial(parse_quantity, target_unit=unit), json_schema_input_type=float | str)
     return read, Field(json_schema_extra={"unit": unit})
 
 

@@ -12,7 +12,7 @@ RELATIVE_TOLERANCE_OUTSIDE_GRID: Final = 0.02
 """Share of a height, B/H or friction by which a stone may lie outside the simulated values: rounding, 1/3 as 0.33."""
 
 MAX_BASE_RELIEF_M: Final = 0.03
-"""Largest relief of a scanned stone, m; see `overturning.model.scan`."""
+"""Largest relief of a scanned stone (height up to which points of its base bear), m; see `overturning.model.scan`."""
 
 
 class UniformRange(StrictModel):
@@ -86,19 +86,19 @@ class EnsembleSettings(StrictModel):
 
     @field_validator("relief")
     @classmethod
-    def _check_relief_is_within_limit(cls, relief: LengthRange | None) -> LengthRange | None:
+    def _check_relief_is_within_limit(cls, relief_range: LengthRange | None) -> LengthRange | None:
         """Raise a ValueError if the height up to which points of a scanned base bear exceeds `MAX_BASE_RELIEF_M`."""
-        if relief is not None and relief.high > MAX_BASE_RELIEF_M:
-            raise ValueError(f"high {relief.high:g} m; at most {MAX_BASE_RELIEF_M:g} m (the unit is the metre)")
-        return relief
+        if relief_range is not None and relief_range.high > MAX_BASE_RELIEF_M:
+            raise ValueError(f"high {relief_range.high:g} m; at most {MAX_BASE_RELIEF_M:g} m (the unit is the metre)")
+        return relief_range
 
     @field_validator("members")
     @classmethod
-    def _check_member_count_is_even(cls, members: int) -> int:
+    def _check_member_count_is_even(cls, member_count: int) -> int:
         """Raise a ValueError if the number of ensemble members is odd; each Sobol sequence gives half of them."""
-        if members % 2:
+        if member_count % 2:
             raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
-        return members
+        return member_count
 
 
 class StonePopulation(StrictModel):

@@ -32,18 +32,19 @@ StoredIntegerArray = Annotated[
 Result = TypeVar("Result")
 
 
-def write_result_as_json(result: Any, path: Path, *, indent: int | None = 1) -> None:
+def write_result_as_json(result_or_list: Any, path: Path, *, indent: int | None = 1) -> None:
     """Write a dataclass or pydantic model, or a list of them, as JSON; on one line if `indent` is None."""
-    kind: Any = list[type(result[0])] if isinstance(result, list) and result else type(result)  # type: ignore[misc]
-    write_text(path, TypeAdapter(kind).dump_json(result, indent=indent).decode() + "\n")
+    several = isinstance(result_or_list, list) and bool(result_or_list)
+    kind: Any = list[type(result_or_list[0])] if several else type(result_or_list)  # type: ignore[misc]
+    write_text(path, TypeAdapter(kind).dump_json(result_or_list, indent=indent).decode() + "\n")
 
 
-def read_json_result(result_class: type[Result], path: Path, result_name: str) -> Result:
+def read_json_result(result_type: type[Result], path: Path, result_name: str) -> Result:
     """Read a JSON file from `write_result_as_json`; a `ResultError` if it is missing, damaged, or from another version.
 
     Parameters
     ----------
-    result_class : type
+    result_type : type
         Class of the result, or ``list[…]`` of it.
     path : Path
         The file.
@@ -51,7 +52,7 @@ def read_json_result(result_class: type[Result], path: Path, result_name: str) -
         Name of the result in messages, such as "convergence check".
     """
     try:
-        return TypeAdapter(result_class).validate_json(path.read_bytes())
+        return TypeAdapter(result_type).validate_json(path.read_bytes())
     except OSError:
         raise ResultError(f"{path}: no result of the {result_name}; run the study again to create it") from None
     except ValidationError as error:

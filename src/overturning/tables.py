@@ -25,8 +25,8 @@ def read_table_rows(
     delimiter: str,
     error_class: type[OverturningError],
     table_kind: str,
-    required_alternatives: Sequence[str] = (),
-    unknown_column_message: Callable[[str], str] | None = None,
+    columns_of_which_one_is_required: Sequence[str] = (),
+    reason_to_refuse_unknown_column: Callable[[str], str] | None = None,
 ) -> Iterator[tuple[int, Row]]:
     """Yield the line number and the validated content of each row of a table in a UTF-8 text file.
 
@@ -41,9 +41,9 @@ def read_table_rows(
         Model whose fields are the columns that the table may have.
     error_class : type of OverturningError
         Exception to raise; its message names file, line, column, value and remedy.
-    required_alternatives : sequence of str
+    columns_of_which_one_is_required : sequence of str
         Columns at least one of which must be in the header.
-    unknown_column_message : callable, optional
+    reason_to_refuse_unknown_column : callable, optional
         Function that receives the name of an unknown column and returns the reason to refuse the table, or "" to ignore
         the column. By default unknown columns are refused.
     """
@@ -62,7 +62,9 @@ def read_table_rows(
             f"{path} line {lines[0][0]}: columns are separated by {_NAME_BY_DELIMITER[other]}; use "
             f"{_NAME_BY_DELIMITER[delimiter]}"
         )
-    if why := _column_error_message(columns, row_model, required_alternatives, unknown_column_message):
+    if why := _column_error_message(
+        columns, row_model, columns_of_which_one_is_required, reason_to_refuse_unknown_column
+    ):
         raise error_class(f"{path} line {lines[0][0]}: {why}")
     adapter = TypeAdapter(row_model)
     for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
@@ -115,15 +117,15 @@ def _unexpected_delimiter(header_line: str, expected_delimiter: str) -> str:
 def _column_error_message(
     column_names: Sequence[str],
     row_model: type[BaseModel],
-    required_alternatives: Sequence[str],
-    unknown_column_message: Callable[[str], str] | None,
+    columns_of_which_one_is_required: Sequence[str],
+    reason_to_refuse_unknown_column: Callable[[str], str] | None,
 ) -> str:
     """Return a message for the first unknown or missing column in a table's header; "" if it is correct."""
     for column in column_names:
         if column not in row_model.model_fields:
             why = (
-                unknown_column_message(column)
-                if unknown_column_message
+                reason_to_refuse_unknown_column(column)
+                if reason_to_refuse_unknown_column
                 else closest_name_hint(column, row_model.model_fields)
             )
             if why:
@@ -131,13 +133,13 @@ def _column_error_message(
     known = [column for column in column_names if column in row_model.model_fields]
     if len(set(known)) < len(known):
         return f"a column is named twice; name each column once: {', '.join(column_names)}"
-    if required_alternatives and not set(required_alternatives) & set(column_names):
-        return f"no column {' or '.join(required_alternatives)}; name one of them in the header"
+    if columns_of_which_one_is_required and not set(columns_of_which_one_is_required) & set(column_names):
+        return f"no column {' or '.join(columns_of_which_one_is_required)}; name one of them in the header"
     return ""
 
 
 def cell_error_messages(
-    validation_error: ValidationError, row_model: type[BaseModel], cells: dict[str, str]
+    validation_error: ValidationError, row_model: type[BaseModel], cell_texts_by_column: dict[str, str]
 ) -> list[str]:
     """Return a message for each invalid cell of a table row: column, value and the expected value.
 
@@ -157,5 +159,5 @@ def cell_error_messages(
         )
         if low is not None and high is not None and entry["type"] != "value_error":
             message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
-        messages.append(f"column {column} {cells.get(column, '')!r}: {message}")
+        messages.append(f"column {column} {cell_texts_by_column.get(column, '')!r}: {message}")
     return messages

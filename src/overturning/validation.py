@@ -106,12 +106,14 @@ class StrictModel(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _replace_booleans_in_number_fields(cls, content: Any) -> Any:
+    def _replace_booleans_in_number_fields(cls, unvalidated_content: Any) -> Any:
         """Replace true and false by texts if a number is needed, so that pydantic does not read them as 1 and 0."""
-        if not isinstance(content, dict):
-            return content
+        if not isinstance(unvalidated_content, dict):
+            return unvalidated_content
         numbers = _keys_whose_values_are_numbers(cls)
-        return {key: _replace_booleans_by_texts(one) if key in numbers else one for key, one in content.items()}
+        return {
+            key: _replace_booleans_by_texts(one) if key in numbers else one for key, one in unvalidated_content.items()
+        }
 
 
 @cache
@@ -181,26 +183,26 @@ KeyPath = list[int | str]
 
 def describe_invalid_keys(
     error: ValidationError,
-    root_model: Any,
-    rename_keys: Callable[[KeyPath], KeyPath] = list,
-    file_description: str = "",
+    validated_model_or_type: Any,
+    make_printed_key_path: Callable[[KeyPath], KeyPath] = list,
+    name_of_value_without_key: str = "",
 ) -> list[str]:
     """Return a line for each invalid key of a file: the key, its value and the expected value.
 
     Parameters
     ----------
     error : ValidationError
-        Error from the validation of `root_model`.
-    root_model : type
+        Error from the validation of `validated_model_or_type`.
+    validated_model_or_type : type
         Model or type that was validated; it gives the known keys.
-    rename_keys : callable, optional
+    make_printed_key_path : callable, optional
         Function from the path of a value (keys and list positions) to the path that is printed.
-    file_description : str, optional
+    name_of_value_without_key : str, optional
         Name of a value without a key.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for fault in _omit_redundant_length_errors(error.errors()):
-        steps, forms = _key_path_and_models_of_error(fault, root_model)
+        steps, forms = _key_path_and_models_of_error(fault, validated_model_or_type)
         given, kind = fault["input"], fault["type"]
         message = format_validation_error(fault)
         if kind == "extra_forbidden":
@@ -211,7 +213,11 @@ def describe_invalid_keys(
         elif kind == "literal_error" and forms:
             message += f", or keys with values: {', '.join(forms[0].model_fields)}"
         odd = kind == "extra_forbidden" and not _is_key_of_file(str(steps[-1]))  # not even similar to a key
-        key = short_text_of_value(steps[-1]) if odd else ".".join(map(str, rename_keys(steps))) or file_description
+        key = (
+            short_text_of_value(steps[-1])
+            if odd
+            else ".".join(map(str, make_printed_key_path(steps))) or name_of_value_without_key
+        )
         quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")
         messages = found.setdefault((_shorten_text(key), "" if quiet else f"{short_text_of_value(given)} – "), [])
         messages += [message] if message not in messages else []
@@ -249,13 +255,15 @@ def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Mod
     return model_class
 
 
-def _key_path_and_models_of_error(error_entry: Any, root_model: Any) -> tuple[KeyPath, list[type[BaseModel]]]:
+def _key_path_and_models_of_error(
+    error_entry: Any, validated_model_or_type: Any
+) -> tuple[KeyPath, list[type[BaseModel]]]:
     """Return the keys that lead to a wrong value, and the pydantic models in which its last key is defined.
 
     Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
     steps: KeyPath = []
-    forms = _pydantic_models_in_annotation(root_model)
+    forms = _pydantic_models_in_annotation(validated_model_or_type)
     for place, part in enumerate(error_entry["loc"]):
         last = place == len(error_entry["loc"]) - 1
         if isinstance(part, int) or (last and error_entry["type"] == "extra_forbidden"):
@@ -286,13 +294,13 @@ def _discriminator_key_and_values(union_models: Sequence[type[BaseModel]]) -> tu
     return "", []
 
 
-def _is_key_of_file(location_part: str) -> bool:
+def _is_key_of_file(error_location_part: str) -> bool:
     """True if a part of the location of a pydantic error is a key in the file, not a name added by pydantic."""
     members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
     return (
-        location_part.replace("_", "").replace("-", "").isalnum()
-        and location_part not in members
-        and location_part[:12] != "constrained-"
+        error_location_part.replace("_", "").replace("-", "").isalnum()
+        and error_location_part not in members
+        and error_location_part[:12] != "constrained-"
     )
 
 
@@ -338,16 +346,20 @@ def _plain_python_types(annotation: Any) -> set[Any]:
 def short_text_of_value(value: object) -> str:
     """Return the text of a value for messages, at most 60 characters and three nested levels long."""
 
-    def shorten_nested(nested_value: object, levels_left: int) -> object:
+    def shorten_nested(nested_value: object, nesting_levels_left: int) -> object:
         """Return a value with long texts, and lists and dictionaries below the last level, shortened."""
         if isinstance(nested_value, list | tuple):
-            return [shorten_nested(one, levels_left - 1) for one in nested_value[:20]] if levels_left else "…"
+            return (
+                [shorten_nested(one, nesting_levels_left - 1) for one in nested_value[:20]]
+                if nesting_levels_left
+                else "…"
+            )
         if isinstance(nested_value, RefusedBooleanText):
             return nested_value == "true"
         if isinstance(nested_value, dict):
             return (
-                {str(key): shorten_nested(one, levels_left - 1) for key, one in nested_value.items()}
-                if levels_left
+                {str(key): shorten_nested(one, nesting_levels_left - 1) for key, one in nested_value.items()}
+                if nesting_levels_left
                 else "…"
             )
         return (

@@ -37,7 +37,7 @@ def study_from_content(content: Mapping[str, Any], study_file: str) -> Study:
     try:
         return Study.model_validate(dict(content))
     except ValidationError as error:
-        lines = describe_invalid_keys(error, Study, file_description="the study")
+        lines = describe_invalid_keys(error, Study, name_of_value_without_key="the study")
         # Settings that do not go together are one error of pydantic, of several lines.
         lines = [each for line in lines for each in line.replace(REASON_SEPARATOR, "\nthe study: ").split("\n")]
         raise ConfigError(REASON_SEPARATOR.join(f"{study_file}: {line}" for line in lines)) from None

@@ -56,7 +56,7 @@ def test_the_spectra_include_the_periods_of_a_population(tmp_path: Path) -> None
     write_intensity_measures(study_from_content(given, "x.yaml"), [sine], tmp_path / "one.nc")
     with xr.open_dataset(tmp_path / "one.nc") as table:
         assert table.period.size == 62  # 1 s is one of the twenty per decade
-        (psa,) = rotd_percentile_measures(Motion.of(sine), [0.5], percentiles=[50])["psa"]
+        (psa,) = rotd_percentile_measures(Motion.of(sine), [0.5], percentiles_over_azimuths=[50])["psa"]
         assert table.psa_rotd.sel(percentile=50, period=0.5).values == pytest.approx(psa)
 
 

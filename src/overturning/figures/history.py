@@ -301,7 +301,9 @@ def _draw_signal_to_noise_ratio(
 
 def rotd_pseudo_acceleration_spectra(record: Record) -> FloatArray:
     """Return RotD00, RotD50, RotD100 of pseudo-acceleration at `RESPONSE_SPECTRUM_PERIODS_S`, m/s², shape (3, n)."""
-    return rotd_percentile_measures(Motion.of(record), RESPONSE_SPECTRUM_PERIODS_S, percentiles=ROTD_PERCENTILES)["psa"]
+    return rotd_percentile_measures(
+        Motion.of(record), RESPONSE_SPECTRUM_PERIODS_S, percentiles_over_azimuths=ROTD_PERCENTILES
+    )["psa"]
 
 
 def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:

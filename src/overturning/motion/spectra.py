@@ -103,7 +103,7 @@ def _peak_oscillator_responses(
 
 
 def rotd_percentile_measures(
-    motion: Accelerogram, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
+    motion: Accelerogram, period_s: ArrayLike, *, percentiles_over_azimuths: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
     """Return percentiles over all azimuths (RotD) of PGA, PGV and pseudo-acceleration at 5 % damping.
 
@@ -122,9 +122,11 @@ def rotd_percentile_measures(
     psa = _pseudo_acceleration_from_displacement(displacement, periods)
     velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     return {
-        "pga": np.percentile(largest_motion_along_azimuths(motion.horizontal_components, cosines), percentiles),
-        "pgv": np.percentile(largest_motion_along_azimuths(velocity, cosines), percentiles),
-        "psa": np.percentile(psa, percentiles, axis=1),
+        "pga": np.percentile(
+            largest_motion_along_azimuths(motion.horizontal_components, cosines), percentiles_over_azimuths
+        ),
+        "pgv": np.percentile(largest_motion_along_azimuths(velocity, cosines), percentiles_over_azimuths),
+        "psa": np.percentile(psa, percentiles_over_azimuths, axis=1),
     }
 
 

@@ -69,7 +69,9 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
         jma_intensity_and_peaks_of_record(motion, record.processing)
         for motion, record in zip(motions, records, strict=True)
     ]
-    spectra = [rotd_percentile_measures(motion, periods, percentiles=ROTD_PERCENTILES) for motion in motions]
+    spectra = [
+        rotd_percentile_measures(motion, periods, percentiles_over_azimuths=ROTD_PERCENTILES) for motion in motions
+    ]
     variables: dict[str, Any] = {}
 
     def add_variable(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:

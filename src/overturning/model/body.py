@@ -58,7 +58,7 @@ class InitialState:
 @refuse_unknown_keywords()
 @dataclass(frozen=True)
 class Body(ThreeDimensionalModel):
-    """3-D model of one rigid body on a flat base; its initial orientations about the vertical have equal weight.
+    """3-D model of one rigid body on a flat base; its initial orientations have equal weight in statistics.
 
     Parameters
     ----------

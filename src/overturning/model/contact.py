@@ -192,7 +192,7 @@ class VertexContact(StrictModel):
 
 
 def check_static_penetration_exceeds_rounding(
-    normal_stiffness_per_mass_by_case: FloatArray, height_by_case: FloatArray, largest_displacement: float
+    normal_stiffness_per_mass_by_case: FloatArray, height_by_case: FloatArray, largest_block_displacement: float
 ) -> None:
     """Raise an `ArgumentError` if a contact is so stiff that double precision cannot resolve its static penetration.
 
@@ -202,7 +202,7 @@ def check_static_penetration_exceeds_rounding(
         Normal stiffness per mass K_n/m, 1/s².
     height_by_case : ndarray
         Height H, m.
-    largest_displacement : float
+    largest_block_displacement : float
         Largest displacement of the block, m.
 
     Raises
@@ -214,7 +214,7 @@ def check_static_penetration_exceeds_rounding(
     bound = (
         MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
         * np.finfo(np.float64).eps
-        * np.maximum(height_by_case, largest_displacement)
+        * np.maximum(height_by_case, largest_block_displacement)
     )
     if (penetration < bound).any():
         worst = int(np.argmin(penetration / bound))

@@ -73,7 +73,7 @@ class PlacedElement:
 
     @property
     def fall_rotations_to_minus_and_plus_x_rad(self) -> tuple[float, float]:
-        """Rotations to −x and +x (rad) from which the element counts as fallen: as stated, else by its shape."""
+        """Rotations to −x and +x (rad) from which the element counts as fallen: of the scene file, or by shape."""
         asked = self.element.fallen_rotation_deg
         return (
             self.shape.smallest_rotations_to_other_resting_face_rad

@@ -29,9 +29,9 @@ class StoneOutcomesByAmplitudeFactor(NamedTuple):
     fall_azimuth_deg: FloatArray
     """Azimuth towards which a stone fell, degrees clockwise from north; NaN for a stone that stands."""
     residual_slip_m: FloatArray
-    """Residual displacement, m; NaN for planar models, which do not compute slip out of their plane."""
+    """Final distance of the base from its initial place, m; NaN for planar models, without slip across the plane."""
     residual_twist_deg: FloatArray
-    """Residual rotation about the vertical, degrees; NaN for a stone that fell and for models without twist."""
+    """Final rotation about the vertical, degrees clockwise from above; NaN if the stone fell or the model has none."""
 
     def select_stones(self, stone_mask: NDArray[np.bool_]) -> "StoneOutcomesByAmplitudeFactor":
         """Return the outcomes of the stones at which a mask of shape (n,) is True."""
@@ -48,7 +48,7 @@ class Model(ABC):
     outcome_variables: ClassVar[tuple[OutcomeVariable, ...]]
     """Outcome variables."""
     ensemble_variables: ClassVar[tuple[OutcomeVariable, ...]]
-    """Variables that summarise the ensemble members of a cell (see `ensemble_statistics_by_case`)."""
+    """Statistics over the ensemble of a case: runs with slightly changed input (see `ensemble_statistics_by_case`)."""
     overturned_variable_comment: ClassVar[str]
     """Meaning of ``overturned``, for the attributes of a cube."""
     direction_dimension_name: ClassVar[str]

@@ -23,7 +23,7 @@ MAX_DOUBLED_COLLINEAR_AREA_TO_SIZE_SQUARED: Final = 1e-12
 def signed_doubled_triangle_area(
     first_vertex: FloatArray, second_vertex: FloatArray, third_vertex: FloatArray
 ) -> float:
-    """Return twice the area of the triangle abc, m², positive if it runs counter-clockwise."""
+    """Return twice the area of the triangle of three vertices [x, z], m², positive if it runs counter-clockwise."""
     return float(
         (second_vertex[0] - first_vertex[0]) * (third_vertex[1] - first_vertex[1])
         - (second_vertex[1] - first_vertex[1]) * (third_vertex[0] - first_vertex[0])

@@ -74,7 +74,7 @@ def distinct_plane_indices(
 def azimuth_gap_mask_and_step(
     plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return a mask of the azimuths after which the grid has a gap, and the grid's regular step, degrees.
+    """Return a mask of the azimuths that a gap in the grid of azimuths follows, and the step of the grid, degrees.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def plane_weights_by_azimuth_spacing(
 
 
 MAX_RESULTANT_OF_UNIFORM_PLANES: Final = 0.05
-"""Largest resultant of doubled plane azimuths with which planes count as spread over the half circle."""
+"""Largest mean resultant length of doubled plane azimuths with which planes count as spread over the half circle."""
 
 
 PLANE_WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9

@@ -18,7 +18,7 @@ def mask_of_resting_faces(
     face_normals: FloatArray,
     face_distances_from_centre_of_mass: FloatArray,
     largest_extent: float,
-    tested_faces: slice = slice(None),
+    slice_of_tested_faces: slice = slice(None),
 ) -> NDArray[np.bool_]:
     """Return a mask of the faces on which a body can rest: the foot of the centre of mass lies inside the face.
 
@@ -33,15 +33,15 @@ def mask_of_resting_faces(
     largest_extent : float
         Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × size does not carry
         the body.
-    tested_faces : slice
+    slice_of_tested_faces : slice
         Faces to test; default: all.
 
     Returns
     -------
     ndarray of bool, shape (tested faces,)
     """
-    tested = face_normals[tested_faces]
-    feet = tested * face_distances_from_centre_of_mass[tested_faces, None]
+    tested = face_normals[slice_of_tested_faces]
+    feet = tested * face_distances_from_centre_of_mass[slice_of_tested_faces, None]
     within = face_distances_from_centre_of_mass - feet @ face_normals.T
     cosine = tested @ face_normals.T
     sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))

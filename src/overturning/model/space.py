@@ -1,4 +1,4 @@
-"""Common base class of the 3-D models, whose stones fall towards any azimuth: one cell for each orientation."""
+"""Common base class of the 3-D models, whose stones fall towards any azimuth: one case for each orientation."""
 
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -62,7 +62,7 @@ def case_weight_in_direction_statistics(
 
 
 class ThreeDimensionalModel(Model):
-    """Abstract base class of the 3-D models; all initial orientations about the vertical have equal weight."""
+    """Abstract base class of the 3-D models; all initial orientations have equal weight in statistics."""
 
     direction_dimension_name: ClassVar = "orientation"
     symmetry_copy_flag_variable_name: ClassVar = "repeated"

@@ -47,7 +47,7 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
 
 
 def note_on_size_reference_stone(cube: "xr.Dataset") -> str:
-    """Return a note naming the stone to which height and B/H refer; "" if it is the stone whose outcomes are shown."""
+    """Return a note if height and B/H are those of another stone than the one whose outcomes are shown; else ""."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name
     if element_name_to_show(cube) != reference:

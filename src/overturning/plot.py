@@ -171,7 +171,7 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
 
 @partial(_register_cube_figure, "axes")
 def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
-    """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
+    """Draw the mean of cos 2Δ over falls (Δ: angle from fault normal) by earthquake, and means with intervals."""
     from overturning.figures.alignment import fall_alignment_by_earthquake_figure
     from overturning.figures.content import check_has_falls_and_fault_normal
     from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
@@ -204,7 +204,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 
 @partial(_register_cube_figure, "plane")
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
-    """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D only)."""
+    """Draw outcomes by PGA and PGV/PGA at the largest friction, with logistic fit and published criteria (2-D)."""
     from overturning.figures.content import check_has_outcomes_and_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
     from overturning.labels import note_on_size_reference_stone

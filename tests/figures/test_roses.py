@@ -59,7 +59,7 @@ def test_a_rose_of_2d_falls_counts_opposite_directions_as_one_axis() -> None:
     """A sector of axes holds the sector of directions and the opposite one; all areas add to 1."""
     one = cube_of_falls_around_azimuth_40().isel(record=[0])
     found = rose_sector_areas(draw_rose_of_falls_with_mean_axis(one))
-    directions = fall_rose(one, from_normal=True)
+    directions = fall_rose(one, measure_from_fault_normal=True)
     for middle in range(0, 90, 15):
         both = (
             directions.mean_fall_share_by_sector[middle // 15]
@@ -105,7 +105,7 @@ def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> Non
         both.share_interval_low_by_sector[0],
         both.share_interval_high_by_sector[0],
     ) == (1.0, pytest.approx(0.05 ** (1 / 10)), 1.0)
-    alone = fall_rose(one, from_normal=True)
+    alone = fall_rose(one, measure_from_fault_normal=True)
     assert alone.share_interval_low_by_sector[0] < 0.5 < alone.share_interval_high_by_sector[0]
 
 

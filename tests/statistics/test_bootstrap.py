@@ -29,7 +29,7 @@ def test_records_are_averaged_within_their_earthquake() -> None:
 
 
 def test_interval_of_a_mean_over_earthquakes_matches_scipy() -> None:
-    found = mean_over_earthquakes(RECORD_VALUES, EARTHQUAKE_NAMES_BY_RECORD, draws=20_000)
+    found = mean_over_earthquakes(RECORD_VALUES, EARTHQUAKE_NAMES_BY_RECORD, bootstrap_sample_count=20_000)
     assert (found.earthquake_count, found.mean) == (8, pytest.approx(EARTHQUAKE_MEANS.mean()))
     # The expanded percentile by SciPy: its percentile interval of the wider level that Hesterberg (2015) gives.
     level = 1 - 2 * stats.norm.cdf(-math.sqrt(8 / 7) * stats.t.ppf(0.975, 7))
@@ -71,7 +71,7 @@ def test_interval_of_a_share_of_0_in_most_earthquakes_covers_the_true_share() ->
     """
     generator = np.random.default_rng(7)
     samples = (generator.random((400, 9)) < 0.2).astype(float)
-    ends = np.array([mean_share_interval(shares, draws=2000) for shares in samples])
+    ends = np.array([mean_share_interval(shares, bootstrap_sample_count=2000) for shares in samples])
     assert ((ends[:, 0] <= 0.2) & (ends[:, 1] >= 0.2)).mean() > 0.95
     empty = ends[samples.sum(axis=1) == 0]
     assert len(empty) > 40
@@ -87,7 +87,7 @@ def test_interval_of_a_difference_equal_in_most_earthquakes_covers_its_mean(usua
     """
     generator = np.random.default_rng(7)
     samples = np.where(generator.random((400, 9)) < 0.2, other, usual)
-    found = [mean_over_earthquakes(sample, [*"ABCDEFGHI"], draws=2000) for sample in samples]
+    found = [mean_over_earthquakes(sample, [*"ABCDEFGHI"], bootstrap_sample_count=2000) for sample in samples]
     mean = usual + 0.2 * (other - usual)
     assert np.mean([one.interval_low <= mean <= one.interval_high for one in found]) > 0.95
     same = [one for one, sample in zip(found, samples, strict=True) if (sample == usual).all()]
@@ -114,7 +114,10 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
         low, high = bootstrap_interval(
-            mean_of_each_bootstrap_sample, generator.normal(size=MIN_EARTHQUAKES_FOR_INTERVAL), draws=1000, seed=seed
+            mean_of_each_bootstrap_sample,
+            generator.normal(size=MIN_EARTHQUAKES_FOR_INTERVAL),
+            bootstrap_sample_count=1000,
+            seed=seed,
         )
         held += low <= 0 <= high
     assert held / 1000 == pytest.approx(0.94, abs=0.02)
@@ -126,7 +129,9 @@ def test_bounds_at_99_percent_do_not_depend_on_the_number_of_draws() -> None:
     With 100 resamples, the bounds would be the extremes.
     """
     few, many = (
-        bootstrap_interval(mean_of_each_bootstrap_sample, EARTHQUAKE_MEANS, level=0.99, draws=draws)
+        bootstrap_interval(
+            mean_of_each_bootstrap_sample, EARTHQUAKE_MEANS, confidence_level=0.99, bootstrap_sample_count=draws
+        )
         for draws in (100, 300_000)
     )
     assert few == pytest.approx(many, abs=0.03)

@@ -268,13 +268,13 @@ def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(
     All falls lie along the fault normal (regression: the intervals had zero width).
     """
     cube = make_cube_from_fall_rules([make_sector_fall_rule(60, 5)] * 9, events="ABCDEFGHI", fault_normal=60.0)
-    rose = fall_rose(cube, from_normal=True, axial=True)
+    rose = fall_rose(cube, measure_from_fault_normal=True, axial=True)
     bound = 0.05 ** (1 / 9)  # nine of nine earthquakes have it with a probability of 5 %
     assert rose.mean_fall_share_by_sector.tolist() == [1.0] + [0.0] * 11
     assert (rose.share_interval_low_by_sector[0], rose.share_interval_high_by_sector[0]) == (pytest.approx(bound), 1.0)
     assert rose.share_interval_low_by_sector[1:].tolist() == [0.0] * 11
     assert rose.share_interval_high_by_sector[1:] == pytest.approx(np.full(11, 1 - bound))
-    few = fall_rose(cube.isel(record=range(7)), from_normal=True, axial=True)
+    few = fall_rose(cube.isel(record=range(7)), measure_from_fault_normal=True, axial=True)
     assert np.isnan([few.share_interval_low_by_sector, few.share_interval_high_by_sector]).all()
 
 
@@ -289,7 +289,7 @@ def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
 
     cube = make_cube_from_fall_rules(falls_in_all_directions, azimuth=range(0, 360, step), fault_normal=60.0)
-    assert fall_rose(cube, from_normal=from_normal).mean_fall_share_by_sector == pytest.approx(
+    assert fall_rose(cube, measure_from_fault_normal=from_normal).mean_fall_share_by_sector == pytest.approx(
         np.full(ROSE_SECTOR_COUNT, 1 / ROSE_SECTOR_COUNT)
     )
 
@@ -329,7 +329,7 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
         axes = xr.Dataset(
             {name: ("event", values) for name, values in parts.items()}, {"event": [str(i) for i in range(12)]}
         )
-        summary = summarise_fall_axes(axes, level=0.9, draws=400)
+        summary = summarise_fall_axes(axes, confidence_level=0.9, bootstrap_sample_count=400)
         held += (
             abs((summary.mean_axis_from_fault_normal_deg - 20 + 90) % 180 - 90)
             <= summary.mean_axis_interval_half_width_deg

@@ -118,7 +118,7 @@ def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
         overturning_indicator,
         mask_of_blocks_for_direction_statistics,
         mean_fall_probability_over_directions,
-        lambda one: mean_fall_directions(one, informative_only=True),
+        lambda one: mean_fall_directions(one, only_informative_blocks=True),
     ):
         assert found(whole).equals(found(read))
     assert (

@@ -132,7 +132,7 @@ def fall_shares_by_sector_of_record(cube: xr.Dataset, record: int, zero: float =
 @pytest.mark.parametrize("from_normal", [False, True])
 def test_fall_rose_is_the_mean_over_earthquakes_of_their_sector_shares(from_normal: bool) -> None:
     cube = random_3d_cube()
-    rose = fall_rose(cube, from_normal=from_normal)
+    rose = fall_rose(cube, measure_from_fault_normal=from_normal)
     shares = [
         fall_shares_by_sector_of_record(cube, record, FAULT_NORMALS_DEG[record] if from_normal else 0.0)
         for record in range(5)
@@ -178,7 +178,7 @@ def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> No
 
 def test_rose_intervals_match_scipy() -> None:
     cube = random_3d_cube(events="ABCDEFGH", normals=np.arange(8) * 20.0)
-    half = fall_rose(cube, level=0.5, draws=20_000)
+    half = fall_rose(cube, confidence_level=0.5, bootstrap_sample_count=20_000)
     means = np.array([fall_shares_by_sector_of_record(cube, record) for record in range(8)])
     scipys = bootstrap((means,), np.mean, method="percentile", confidence_level=0.5, n_resamples=20_000, rng=5)
     assert (half.share_interval_low_by_sector, half.share_interval_high_by_sector) == tuple(
@@ -357,7 +357,7 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
     ((shape, turned),) = twists_by_b_over_h_and_friction_deg(cube).items()
     assert shape == (0.2, 0.6)
-    found = summarise_twists(turned, quantile=0.5)
+    found = summarise_twists(turned, probability_of_upper_quantile=0.5)
     assert (found.stone_count, found.median_deg, found.upper_quantile_deg, found.largest_deg) == (3, 3.0, 3.0, 10.0)
     assert summarise_twists(twists_by_b_over_h_and_friction_deg(cube.isel(record=[3, 4]))[shape]).stone_count == 0
 

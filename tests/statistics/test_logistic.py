@@ -52,7 +52,10 @@ SHUTTLE_JOINT_DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 
 def test_fit_matches_published_estimates_for_challenger_launches() -> None:
     """The published estimates for joint distress by temperature are those of maximum likelihood."""
     fit = fit_logistic_model(
-        np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], SHUTTLE_JOINT_DISTRESS, np.arange(23), intervals=False
+        np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None],
+        SHUTTLE_JOINT_DISTRESS,
+        np.arange(23),
+        compute_jackknife_intervals=False,
     )
     assert fit.coefficient_estimates == pytest.approx([15.0429, -0.2322], abs=1e-4)
     assert np.isnan([*fit.coefficient_interval_lows, *fit.standard_errors]).all()
@@ -97,7 +100,7 @@ def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, r
     for seed in range(12):
         x, y = random_predictors_and_falls_with_slope(seed, slope, rows)
         design = np.column_stack([np.ones(rows), x])
-        fit = fit_logistic_model(x, y, np.zeros(rows), intervals=False)
+        fit = fit_logistic_model(x, y, np.zeros(rows), compute_jackknife_intervals=False)
         assert (
             "predictors separate falls from stands" in fit.reason_without_estimate_or_interval
         ) == is_separated_by_a_plane(design, y), (
@@ -129,7 +132,7 @@ def test_reference_check_of_separation_handles_ties_and_shares(outcome: list[flo
     """
     x = np.repeat([[0.0], [1.0]], 3, axis=0)
     assert is_separated_by_a_plane(np.column_stack([np.ones(6), x]), np.array(outcome)) == separated
-    fit = fit_logistic_model(x, outcome, np.arange(6), intervals=False)
+    fit = fit_logistic_model(x, outcome, np.arange(6), compute_jackknife_intervals=False)
     assert (fit.reason_without_estimate_or_interval, bool(np.isnan(fit.coefficient_estimates).all())) == (
         "no fit: predictors separate falls from stands" if separated else "", separated
     )  # fmt: skip
@@ -209,7 +212,7 @@ def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
     """
     generator = np.random.default_rng(42)
     truth = fit_logistic_model(
-        *random_predictors_falls_and_earthquakes(generator, 4000), intervals=False
+        *random_predictors_falls_and_earthquakes(generator, 4000), compute_jackknife_intervals=False
     ).coefficient_estimates
     fits = [fit_logistic_model(*random_predictors_falls_and_earthquakes(generator, 14)) for _ in range(600)]
     fits = [fit for fit in fits if not fit.reason_without_estimate_or_interval]
@@ -261,7 +264,7 @@ def test_repeating_all_rows_of_clusters_leaves_standard_errors_unchanged() -> No
 
 def test_weight_of_a_row_counts_as_repetition() -> None:
     x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F)[:, None], np.array(SHUTTLE_JOINT_DISTRESS)
-    weighted = fit_logistic_model(x, y, np.arange(23), weight=1 + y)
+    weighted = fit_logistic_model(x, y, np.arange(23), weights=1 + y)
     repeated = fit_logistic_model(np.repeat(x, 1 + y, axis=0), np.repeat(y, 1 + y), np.repeat(np.arange(23), 1 + y))
     assert weighted.coefficient_estimates == pytest.approx(repeated.coefficient_estimates, rel=1e-8)
     assert weighted.standard_errors == pytest.approx(repeated.standard_errors, rel=1e-8)
@@ -275,11 +278,11 @@ def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
     x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F, np.float64)[:, None], np.array(SHUTTLE_JOINT_DISTRESS, np.float64)
     whole = fit_logistic_model(x, y, np.arange(23))
     more = fit_logistic_model(
-        np.vstack([x, x[:4]]), np.append(y, 1 - y[:4]), np.arange(27), weight=np.append(np.ones(23), np.zeros(4))
+        np.vstack([x, x[:4]]), np.append(y, 1 - y[:4]), np.arange(27), weights=np.append(np.ones(23), np.zeros(4))
     )
     assert (more.row_count, more.earthquake_cluster_count) == (23, 23)
     np.testing.assert_array_equal(more.standard_errors, whole.standard_errors)
-    alike = fit_logistic_model(x[:3], [1, 1, 0], range(3), weight=[1, 1, 0])
+    alike = fit_logistic_model(x[:3], [1, 1, 0], range(3), weights=[1, 1, 0])
     assert alike.reason_without_estimate_or_interval == "no fit: everything falls"
 
 

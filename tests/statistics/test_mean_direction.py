@@ -59,7 +59,7 @@ def test_intervals_of_the_mean_direction_cover_the_true_direction(count: int, co
     covered = list[bool]()
     for _ in range(300):
         falls = np.degrees(generator.vonmises(math.radians(355), concentration, count))
-        found = mean_direction_with_interval(falls, draws=500)
+        found = mean_direction_with_interval(falls, bootstrap_sample_count=500)
         if math.isfinite(found.significant_mean_deg):
             covered.append(abs((found.significant_mean_deg - 355 + 180) % 360 - 180) <= found.interval_half_width_deg)
     assert len(covered) > 250
@@ -75,7 +75,7 @@ def test_intervals_cover_the_true_direction_of_azimuths_noted_in_steps(step: flo
     generator, covered = np.random.default_rng(6), list[bool]()
     for true in generator.uniform(0, 360, 200):
         falls = step * np.round((true + spread * generator.normal(size=20)) / step)
-        found = mean_direction_with_interval(falls, step, draws=500)
+        found = mean_direction_with_interval(falls, step, bootstrap_sample_count=500)
         covered.append(abs((found.significant_mean_deg - true + 180) % 360 - 180) <= found.interval_half_width_deg)
     assert np.mean(covered) >= 0.9
 
@@ -103,7 +103,7 @@ def test_intervals_of_many_compass_directions_cover_the_true_direction(
     for true in generator.uniform(0, full, 100):
         falls = true + spread * generator.normal(size=count) + 180.0 * axial * generator.integers(0, 2, count)
         falls = np.where(generator.random(count) < anywhere, generator.uniform(0, 360, count), falls)
-        found = mean_direction_with_interval(45 * np.round(falls / 45), 45.0, axial=axial, draws=300)
+        found = mean_direction_with_interval(45 * np.round(falls / 45), 45.0, axial=axial, bootstrap_sample_count=300)
         covered.append(
             abs((found.significant_mean_deg - true + full / 2) % full - full / 2) <= found.interval_half_width_deg
         )

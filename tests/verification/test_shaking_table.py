@@ -66,7 +66,7 @@ def test_score_intervals_resample_motions_and_are_wider_for_few_motions() -> Non
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
     samples = bootstrap_samples_of_test_indices(motions, 20_000)
     found = bootstrap_interval_over_motions(np.array([tests[drawn].mean() for drawn in samples]), 10)
-    packages = bootstrap_interval(mean_of_each_bootstrap_sample, values, draws=20_000, seed=4)
+    packages = bootstrap_interval(mean_of_each_bootstrap_sample, values, bootstrap_sample_count=20_000, seed=4)
     assert tuple(found) == pytest.approx(tuple(packages), abs=0.04 * values.std())
     plain = np.quantile([tests[drawn].mean() for drawn in samples], [0.025, 0.975])
     assert found.high - found.low > 1.15 * (plain[1] - plain[0])

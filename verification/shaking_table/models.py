@@ -114,7 +114,7 @@ def _fall_probabilities_by_logistic_regression(
     """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
     fell = tests.fell_by_specimen[specimen][learning_tests].astype(np.float64)
     fit = fit_logistic_model(
-        predictors[learning_tests], fell, tests.played_record_names[learning_tests], intervals=False
+        predictors[learning_tests], fell, tests.played_record_names[learning_tests], compute_jackknife_intervals=False
     )
     return fit.fall_probability(predictors[predicted_tests])
 

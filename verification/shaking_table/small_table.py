@@ -110,7 +110,10 @@ def predict_each_half_from_the_other(
     centres = []
     for learn, other in (halves, halves[::-1]):
         fit = fit_logistic_model(
-            peaks[learn], fell[learn].astype(float), motion_name_by_test(tests)[learn], intervals=False
+            peaks[learn],
+            fell[learn].astype(float),
+            motion_name_by_test(tests)[learn],
+            compute_jackknife_intervals=False,
         )
         best = index_of_most_likely_size_neighbourhood(fall_shares_by_neighbourhood, fell, learn)
         logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fall_shares_by_neighbourhood[best][other]

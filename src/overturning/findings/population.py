@@ -360,7 +360,7 @@ def share_of_agreeing_motions(
     )
     interval = exact_interval_if_all_0_or_all_1(counts[:, 0] / counts[:, 1]) or ConfidenceInterval(
         *bootstrap_interval(
-            lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts, bounds=(0.0, 1.0)
+            lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts, statistic_bounds=(0.0, 1.0)
         )
     )
     return ShareOfMotions(

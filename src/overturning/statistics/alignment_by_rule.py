@@ -46,13 +46,13 @@ class FaultNormalAlignmentOfSelectedBlocks:
 
 def fault_normal_alignments_by_record_group(
     cube: xr.Dataset,
-    block_rules: Sequence[BlockSelectionRule] = BLOCK_SELECTION_RULES_IN_REPORT,
+    block_selection_rules: Sequence[BlockSelectionRule] = BLOCK_SELECTION_RULES_IN_REPORT,
     *,
-    draws: int = 10_000,
+    bootstrap_sample_count: int = 10_000,
 ) -> dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]:
     """Compute the alignment of falls with the fault normal, for each group of records and each block selection rule.
 
-    The result has a list for each name of a group, with one entry for each rule of `block_rules`.
+    The result has a list for each name of a group, with one entry for each rule of `block_selection_rules`.
 
     Alignments are missing if the planes of the cube impose the axis of the falls (`simulated_planes_impose_fall_axis`),
     and so are those of records whose unknown outcomes do (`unknown_outcomes_may_bias_fall_axis`).
@@ -64,13 +64,13 @@ def fault_normal_alignments_by_record_group(
     ----------
     cube : Dataset
         Cube with the coordinates ``fault_normal(record)``, degrees, and ``event(record)``.
-    block_rules : sequence of BlockSelectionRule
+    block_selection_rules : sequence of BlockSelectionRule
         Rules to compare.
-    draws : int
+    bootstrap_sample_count : int
         Bootstrap samples.
     """
     sums = apply_to_record_batches(
-        partial(_sum_fall_vectors_by_block_selection, block_rules),
+        partial(_sum_fall_vectors_by_block_selection, block_selection_rules),
         cube,
         default_model_for_results_cube(cube).variable_names_read_for_fall_probability,
     ).transpose("record", "rule")
@@ -82,17 +82,19 @@ def fault_normal_alignments_by_record_group(
     found = dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]()
     for group, members in record_masks_by_group(cube).items():
         found[group] = []
-        for place, rule in enumerate(block_rules):
+        for place, rule in enumerate(block_selection_rules):
             own, most = (np.where(members, values[:, place], np.nan) for values in (cosine, lengths))
-            alignment = mean_over_earthquakes(own, events, draws=draws)
-            largest = mean_over_earthquakes(most, events, draws=1).mean
+            alignment = mean_over_earthquakes(own, events, bootstrap_sample_count=bootstrap_sample_count)
+            largest = mean_over_earthquakes(most, events, bootstrap_sample_count=1).mean
             found[group].append(
                 FaultNormalAlignmentOfSelectedBlocks(rule, int(np.isfinite(own).sum()), alignment, largest)
             )
     return found
 
 
-def _sum_fall_vectors_by_block_selection(block_rules: Sequence[BlockSelectionRule], cube: xr.Dataset) -> xr.Dataset:
+def _sum_fall_vectors_by_block_selection(
+    block_selection_rules: Sequence[BlockSelectionRule], cube: xr.Dataset
+) -> xr.Dataset:
     """Count falls and sum cosines and sines of doubled fall azimuths, for each record and block selection rule.
 
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
@@ -100,4 +102,6 @@ def _sum_fall_vectors_by_block_selection(block_rules: Sequence[BlockSelectionRul
     model, share = default_model_for_results_cube(cube), share_of_directions_with_overturning(cube)
     weighted = weighted_fall_vectors_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
     over = (model.direction_dimension_name, *model.case_dims_without_direction)
-    return xr.concat([weighted.where(rule.selected_block_mask(share)).sum(over) for rule in block_rules], "rule")
+    return xr.concat(
+        [weighted.where(rule.selected_block_mask(share)).sum(over) for rule in block_selection_rules], "rule"
+    )

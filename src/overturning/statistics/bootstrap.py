@@ -47,43 +47,52 @@ class MeanOverEarthquakes:
     interval_high: float
 
 
-def means_by_earthquake(record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
+def means_by_earthquake(
+    value_by_record: FloatArray, earthquake_name_by_record: Sequence[str] | NDArray[np.str_]
+) -> FloatArray:
     """Average a quantity of each record over the records of each earthquake, shape (earthquakes, …).
 
     Earthquakes are in the order of `distinct_earthquake_names`.
 
     Parameters
     ----------
-    record_values : ndarray, shape (records, …)
+    value_by_record : ndarray, shape (records, …)
         NaN where a record has no value; such a record does not count. A mean of no values is NaN.
-    record_events : sequence of str, length records
+    earthquake_name_by_record : sequence of str, length records
         Earthquake of each record.
     """
-    of_record, means = np.asarray(record_events), []
-    for name in distinct_earthquake_names(record_events):
-        own = record_values[of_record == name]
+    of_record, means = np.asarray(earthquake_name_by_record), []
+    for name in distinct_earthquake_names(earthquake_name_by_record):
+        own = value_by_record[of_record == name]
         known = np.isfinite(own)
         count = known.sum(axis=0)
         means.append(np.where(count > 0, np.where(known, own, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan))
-    return np.array(means).reshape(len(means), *record_values.shape[1:])
+    return np.array(means).reshape(len(means), *value_by_record.shape[1:])
 
 
-def distinct_earthquake_names(record_events: Sequence[str] | NDArray[np.str_]) -> list[str]:
-    """Return each earthquake name in `record_events` (one per record) once, in order of first appearance."""
-    return list(dict.fromkeys(str(event) for event in record_events))
+def distinct_earthquake_names(earthquake_name_by_record: Sequence[str] | NDArray[np.str_]) -> list[str]:
+    """Return each earthquake name in `earthquake_name_by_record` once, in order of first appearance."""
+    return list(dict.fromkeys(str(event) for event in earthquake_name_by_record))
 
 
 @lru_cache(maxsize=4)
-def _random_earthquake_indices_of_bootstrap_samples(earthquake_count: int, draws: int, seed: int) -> NDArray[np.int64]:
+def _random_earthquake_indices_of_bootstrap_samples(
+    earthquake_count: int, bootstrap_sample_count: int, seed: int
+) -> NDArray[np.int64]:
     """Draw with replacement the earthquakes of each bootstrap sample, as indices of shape (draws, earthquakes).
 
     The last results are cached, since many statistics use the same samples.
     """
-    return np.random.Generator(np.random.PCG64(seed)).integers(0, earthquake_count, size=(draws, earthquake_count))
+    return np.random.Generator(np.random.PCG64(seed)).integers(
+        0, earthquake_count, size=(bootstrap_sample_count, earthquake_count)
+    )
 
 
 def statistic_of_bootstrap_samples(
-    statistic: Callable[[NDArray[Any]], FloatArray], earthquake_data: NDArray[Any], draws: int, seed: int = 1
+    statistic: Callable[[NDArray[Any]], FloatArray],
+    data_by_earthquake: NDArray[Any],
+    bootstrap_sample_count: int,
+    seed: int = 1,
 ) -> FloatArray:
     """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); values of NaN are omitted.
 
@@ -91,24 +100,26 @@ def statistic_of_bootstrap_samples(
     ----------
     statistic : callable
         Maps samples, shape (draws, earthquakes, …), to values, shape (draws,); NaN if a sample has no value.
-    earthquake_data : ndarray, shape (earthquakes, …)
+    data_by_earthquake : ndarray, shape (earthquakes, …)
         Data of each earthquake. The result is empty for fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` earthquakes, or if
         fewer than half of the samples have a value.
-    draws, seed : int
+    bootstrap_sample_count, seed : int
         Number of samples, and seed. Each sample has as many earthquakes as the data, drawn with replacement.
     """
-    n = len(earthquake_data)
+    n = len(data_by_earthquake)
     if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return np.zeros(0)
     # For rows of several values, take is ten times as fast as an index.
     values = statistic(
-        np.take(earthquake_data, _random_earthquake_indices_of_bootstrap_samples(n, draws, seed), axis=0)
+        np.take(
+            data_by_earthquake, _random_earthquake_indices_of_bootstrap_samples(n, bootstrap_sample_count, seed), axis=0
+        )
     )
     known = values[np.isfinite(values)]
-    return known if 2 * known.size >= draws else np.zeros(0)
+    return known if 2 * known.size >= bootstrap_sample_count else np.zeros(0)
 
 
-def interval_tail_share_for_few_earthquakes(earthquake_count: int, level: float = 0.95) -> float:
+def interval_tail_share_for_few_earthquakes(earthquake_count: int, confidence_level: float = 0.95) -> float:
     """Return the share of bootstrap values to cut off at each end of an interval, corrected for few earthquakes.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
@@ -121,22 +132,22 @@ def interval_tail_share_for_few_earthquakes(earthquake_count: int, level: float 
     ----------
     earthquake_count : int
         Number of independent values (earthquakes), at least 2.
-    level : float
+    confidence_level : float
         Probability of the interval.
     """
-    quantile = float(scipy.special.stdtrit(earthquake_count - 1, (1 + level) / 2))
+    quantile = float(scipy.special.stdtrit(earthquake_count - 1, (1 + confidence_level) / 2))
     return float(scipy.special.ndtr(-math.sqrt(earthquake_count / (earthquake_count - 1)) * quantile))
 
 
 def bootstrap_interval(
     statistic: Callable[[NDArray[Any]], FloatArray],
-    earthquake_data: NDArray[Any],
+    data_by_earthquake: NDArray[Any],
     *,
-    level: float = 0.95,
-    draws: int = 4000,
+    confidence_level: float = 0.95,
+    bootstrap_sample_count: int = 4000,
     seed: int = 1,
-    earthquake_count: int | None = None,
-    bounds: tuple[float, float] | None = None,
+    count_of_earthquakes_that_matter: int | None = None,
+    statistic_bounds: tuple[float, float] | None = None,
 ) -> ConfidenceInterval:
     """Compute a confidence interval from bootstrap samples of earthquakes: percentiles, widened for small samples.
 
@@ -144,35 +155,46 @@ def bootstrap_interval(
 
     Parameters
     ----------
-    statistic, earthquake_data, draws, seed
+    statistic, data_by_earthquake, bootstrap_sample_count, seed
         See `statistic_of_bootstrap_samples`. More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL`
         would lie beyond an end.
-    level : float
+    confidence_level : float
         Probability of the interval.
-    earthquake_count : int, optional
-        Number of earthquakes that determine the statistic, if smaller than the number of rows of ``earthquake_data``,
-        such as that of the smaller of two sets. There is no interval for fewer than `MIN_EARTHQUAKES_FOR_INTERVAL`.
-    bounds : (float, float), optional
+    count_of_earthquakes_that_matter : int, optional
+        Number of earthquakes that determine the statistic, if smaller than the number of rows of
+        ``data_by_earthquake``, such as that of the smaller of two sets. There is no interval for fewer than
+        `MIN_EARTHQUAKES_FOR_INTERVAL`.
+    statistic_bounds : (float, float), optional
         Smallest and largest possible value of the statistic. If all samples have the same value, they give the interval
         by `mean_interval_for_equal_earthquake_values`.
     """
-    n = len(earthquake_data) if earthquake_count is None else min(earthquake_count, len(earthquake_data))
+    n = (
+        len(data_by_earthquake)
+        if count_of_earthquakes_that_matter is None
+        else min(count_of_earthquakes_that_matter, len(data_by_earthquake))
+    )
     if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
-    tail = interval_tail_share_for_few_earthquakes(n, level)
+    tail = interval_tail_share_for_few_earthquakes(n, confidence_level)
     values = statistic_of_bootstrap_samples(
-        statistic, earthquake_data, max(draws, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail)), seed
+        statistic,
+        data_by_earthquake,
+        max(bootstrap_sample_count, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail)),
+        seed,
     )
     if not values.size:
         return ConfidenceInterval()
-    if bounds is not None and np.ptp(values) <= MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES:
-        return mean_interval_for_equal_earthquake_values(float(values[0]), n, bounds, level)
+    if statistic_bounds is not None and np.ptp(values) <= MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES:
+        return mean_interval_for_equal_earthquake_values(float(values[0]), n, statistic_bounds, confidence_level)
     low, high = np.quantile(values, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
 
 def mean_interval_for_equal_earthquake_values(
-    value: float, earthquake_count: int, bounds: tuple[float, float], level: float = 0.95
+    value_in_every_earthquake: float,
+    earthquake_count: int,
+    value_bounds: tuple[float, float],
+    confidence_level: float = 0.95,
 ) -> ConfidenceInterval:
     """Return the interval of the mean of a bounded quantity that has the same value in all earthquakes.
 
@@ -183,65 +205,83 @@ def mean_interval_for_equal_earthquake_values(
 
     Parameters
     ----------
-    value : float
+    value_in_every_earthquake : float
         Value in each earthquake.
     earthquake_count : int
         Number n of earthquakes.
-    bounds : (float, float)
+    value_bounds : (float, float)
         Smallest and largest possible value of the quantity, such as 0 and 1 of a share.
-    level : float
+    confidence_level : float
         Probability of the interval.
     """
-    other = 1 - (1 - level) ** (1 / earthquake_count)
-    return ConfidenceInterval(value - other * (value - bounds[0]), value + other * (bounds[1] - value))
+    other = 1 - (1 - confidence_level) ** (1 / earthquake_count)
+    return ConfidenceInterval(
+        value_in_every_earthquake - other * (value_in_every_earthquake - value_bounds[0]),
+        value_in_every_earthquake + other * (value_bounds[1] - value_in_every_earthquake),
+    )
 
 
-def mean_of_each_bootstrap_sample(bootstrap_samples: NDArray[Any]) -> FloatArray:
+def mean_of_each_bootstrap_sample(values_by_bootstrap_sample_and_earthquake: NDArray[Any]) -> FloatArray:
     """Return the mean over the earthquakes (axis 1) of each bootstrap sample (axis 0)."""
-    return np.asarray(bootstrap_samples.mean(axis=1))
+    return np.asarray(values_by_bootstrap_sample_and_earthquake.mean(axis=1))
 
 
-def mean_vector_of_each_bootstrap_sample(bootstrap_samples: FloatArray) -> FloatArray:
+def mean_vector_of_each_bootstrap_sample(vectors_by_bootstrap_sample_and_observation: FloatArray) -> FloatArray:
     """Return the mean over the earthquakes (axis 1) of the vectors (axis 2) of each sample, shape (samples, 2).
 
     All bits equal those of ``mean(axis=1)``, which takes five times as long to add vectors of two components.
     """
-    return np.asarray(np.einsum("ijk->ik", bootstrap_samples) / bootstrap_samples.shape[1])
+    return np.asarray(
+        np.einsum("ijk->ik", vectors_by_bootstrap_sample_and_observation)
+        / vectors_by_bootstrap_sample_and_observation.shape[1]
+    )
 
 
 def mean_over_earthquakes(
-    record_values: FloatArray,
-    record_events: Sequence[str] | NDArray[np.str_],
+    value_by_record: FloatArray,
+    earthquake_name_by_record: Sequence[str] | NDArray[np.str_],
     *,
-    draws: int = 4000,
-    bounds: tuple[float, float] = (-1.0, 1.0),
+    bootstrap_sample_count: int = 4000,
+    value_bounds: tuple[float, float] = (-1.0, 1.0),
 ) -> MeanOverEarthquakes:
     """Average a quantity of each record over the records of an earthquake, then over earthquakes, with an interval.
 
-    The interval of the mean is that of `bootstrap_interval`. `bounds` are the smallest and largest possible value of
-    the quantity, such as −1 and 1 of a cosine, or of the difference between two shares.
+    The interval of the mean is that of `bootstrap_interval`. `value_bounds` are the smallest and largest possible value
+    of the quantity, such as −1 and 1 of a cosine, or of the difference between two shares.
     """
-    means = _finite_means_by_earthquake(record_values, record_events)
+    means = _finite_means_by_earthquake(value_by_record, earthquake_name_by_record)
     if means.size == 0:
         return MeanOverEarthquakes(0, *(math.nan,) * 3)
-    ends = bootstrap_interval(mean_of_each_bootstrap_sample, means, draws=draws, bounds=bounds)
+    ends = bootstrap_interval(
+        mean_of_each_bootstrap_sample,
+        means,
+        bootstrap_sample_count=bootstrap_sample_count,
+        statistic_bounds=value_bounds,
+    )
     return MeanOverEarthquakes(int(means.size), float(means.mean()), *ends)
 
 
 def mean_share_over_earthquakes(
-    record_shares: FloatArray, record_events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000
+    share_by_record: FloatArray,
+    earthquake_name_by_record: Sequence[str] | NDArray[np.str_],
+    *,
+    bootstrap_sample_count: int = 4000,
 ) -> MeanOverEarthquakes:
     """Average a share (0 to 1) of each record over the records of an earthquake, then over earthquakes.
 
     The interval is that of `mean_share_interval`.
     """
-    means = _finite_means_by_earthquake(record_shares, record_events)
+    means = _finite_means_by_earthquake(share_by_record, earthquake_name_by_record)
     if means.size == 0:
         return MeanOverEarthquakes(0, *(math.nan,) * 3)
-    return MeanOverEarthquakes(int(means.size), float(means.mean()), *mean_share_interval(means, draws=draws))
+    return MeanOverEarthquakes(
+        int(means.size), float(means.mean()), *mean_share_interval(means, bootstrap_sample_count=bootstrap_sample_count)
+    )
 
 
-def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, draws: int = 4000) -> ConfidenceInterval:
+def mean_share_interval(
+    share_by_earthquake: FloatArray, *, confidence_level: float = 0.95, bootstrap_sample_count: int = 4000
+) -> ConfidenceInterval:
     """Compute the confidence interval of the mean of a share (0 to 1) over earthquakes.
 
     The interval is that of `mean_interval_for_equal_earthquake_values` if the share is the same in all earthquakes,
@@ -250,39 +290,47 @@ def mean_share_interval(earthquake_shares: FloatArray, *, level: float = 0.95, d
 
     Parameters
     ----------
-    earthquake_shares : ndarray, shape (earthquakes,)
+    share_by_earthquake : ndarray, shape (earthquakes,)
         Share in each earthquake, 0 to 1.
-    level, draws
+    confidence_level, bootstrap_sample_count
         See `bootstrap_interval`.
     """
-    if earthquake_shares.size < MIN_EARTHQUAKES_FOR_INTERVAL:
+    if share_by_earthquake.size < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
-    return exact_interval_if_all_0_or_all_1(earthquake_shares, level) or bootstrap_interval(
-        mean_of_each_bootstrap_sample, earthquake_shares, level=level, draws=draws, bounds=(0.0, 1.0)
+    return exact_interval_if_all_0_or_all_1(share_by_earthquake, confidence_level) or bootstrap_interval(
+        mean_of_each_bootstrap_sample,
+        share_by_earthquake,
+        confidence_level=confidence_level,
+        bootstrap_sample_count=bootstrap_sample_count,
+        statistic_bounds=(0.0, 1.0),
     )
 
 
-def exact_interval_if_all_0_or_all_1(earthquake_shares: FloatArray, level: float = 0.95) -> ConfidenceInterval | None:
+def exact_interval_if_all_0_or_all_1(
+    share_by_earthquake: FloatArray, confidence_level: float = 0.95
+) -> ConfidenceInterval | None:
     """Return the exact interval of a mean share if it is 0 in all earthquakes, or 1 in all earthquakes; else None.
 
     See `mean_interval_for_equal_earthquake_values`.
 
     Parameters
     ----------
-    earthquake_shares : ndarray, shape (earthquakes,)
+    share_by_earthquake : ndarray, shape (earthquakes,)
         Share in each earthquake, 0 to 1.
-    level : float
+    confidence_level : float
         Probability of the interval.
     """
     for value in (0.0, 1.0):
-        if earthquake_shares.size and np.allclose(
-            earthquake_shares, value, rtol=0.0, atol=MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES
+        if share_by_earthquake.size and np.allclose(
+            share_by_earthquake, value, rtol=0.0, atol=MAX_ABSOLUTE_DIFFERENCE_OF_EQUAL_VALUES
         ):
-            return mean_interval_for_equal_earthquake_values(value, earthquake_shares.size, (0.0, 1.0), level)
+            return mean_interval_for_equal_earthquake_values(
+                value, share_by_earthquake.size, (0.0, 1.0), confidence_level
+            )
     return None
 
 
-def exact_share_interval(matching_count: int, total_count: int, level: float = 0.95) -> ConfidenceInterval:
+def exact_share_interval(matching_count: int, total_count: int, confidence_level: float = 0.95) -> ConfidenceInterval:
     """Return the exact binomial interval of the share `matching_count`/`total_count` of independent cases.
 
     The method is that of Clopper & Pearson (1934, Biometrika 26).
@@ -293,10 +341,10 @@ def exact_share_interval(matching_count: int, total_count: int, level: float = 0
     ----------
     matching_count, total_count : int
         Number of cases with the property, and of all cases.
-    level : float
+    confidence_level : float
         Probability of the interval.
     """
-    tail = (1.0 - level) / 2.0
+    tail = (1.0 - confidence_level) / 2.0
     low = scipy.special.betaincinv(matching_count, total_count - matching_count + 1, tail) if matching_count else 0.0
     high = (
         scipy.special.betaincinv(matching_count + 1, total_count - matching_count, 1.0 - tail)
@@ -306,7 +354,7 @@ def exact_share_interval(matching_count: int, total_count: int, level: float = 0
     return ConfidenceInterval(float(low), float(high))
 
 
-def exact_median_interval(values: ArrayLike, level: float = 0.95) -> ConfidenceInterval:
+def exact_median_interval(independent_values: ArrayLike, confidence_level: float = 0.95) -> ConfidenceInterval:
     """Return the exact interval of the median of independent values: two of the values, chosen by their ranks.
 
     The ends are the order statistics of David & Nagaraja (2003, Order Statistics, section 7.1). The interval is NaN for
@@ -314,21 +362,21 @@ def exact_median_interval(values: ArrayLike, level: float = 0.95) -> ConfidenceI
 
     Parameters
     ----------
-    values : array_like, shape (n,)
+    independent_values : array_like, shape (n,)
         Values.
-    level : float
+    confidence_level : float
         Smallest probability of the interval.
     """
-    ordered = np.sort(np.asarray(values, np.float64))
-    below = int(scipy.stats.binom.ppf((1.0 - level) / 2.0, ordered.size, 0.5)) if ordered.size else 0
+    ordered = np.sort(np.asarray(independent_values, np.float64))
+    below = int(scipy.stats.binom.ppf((1.0 - confidence_level) / 2.0, ordered.size, 0.5)) if ordered.size else 0
     if below == 0:
         return ConfidenceInterval(math.nan, math.nan)
     return ConfidenceInterval(float(ordered[below - 1]), float(ordered[ordered.size - below]))
 
 
 def _finite_means_by_earthquake(
-    record_values: FloatArray, record_events: Sequence[str] | NDArray[np.str_]
+    value_by_record: FloatArray, earthquake_name_by_record: Sequence[str] | NDArray[np.str_]
 ) -> FloatArray:
     """Average the finite values of each earthquake's records, shape (earthquakes with a finite value,)."""
-    known = np.isfinite(record_values)
-    return means_by_earthquake(record_values[known], np.asarray(record_events)[known])
+    known = np.isfinite(value_by_record)
+    return means_by_earthquake(value_by_record[known], np.asarray(earthquake_name_by_record)[known])

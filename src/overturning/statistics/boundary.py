@@ -22,13 +22,13 @@ BOUNDARY_FALL_PROBABILITY = 0.5
 
 
 def boundary_b_over_h_and_whether_stoutest_falls(
-    fall_probabilities: ArrayLike, b_over_h: ArrayLike
+    fall_probability_by_b_over_h: ArrayLike, ascending_b_over_h: ArrayLike
 ) -> tuple[float, bool]:
     """Return the largest B/H where the fall probability crosses 1/2, and whether the block of largest known B/H falls.
 
     Parameters
     ----------
-    fall_probabilities, b_over_h : array_like, shape (n,)
+    fall_probability_by_b_over_h, ascending_b_over_h : array_like, shape (n,)
         Probability of falling, NaN where unknown, and the ascending B/H. Interpolation is linear between known values.
 
     Returns
@@ -36,7 +36,10 @@ def boundary_b_over_h_and_whether_stoutest_falls(
     (float, bool)
         The B/H is NaN if there is no crossing.
     """
-    line, slenderness = np.asarray(fall_probabilities, dtype=np.float64), np.asarray(b_over_h, dtype=np.float64)
+    line, slenderness = (
+        np.asarray(fall_probability_by_b_over_h, dtype=np.float64),
+        np.asarray(ascending_b_over_h, dtype=np.float64),
+    )
     known = np.isfinite(line)
     p, x = line[known] - BOUNDARY_FALL_PROBABILITY, slenderness[known]
     places = np.flatnonzero((p[:-1] >= 0) != (p[1:] >= 0))
@@ -48,19 +51,20 @@ def boundary_b_over_h_and_whether_stoutest_falls(
 
 
 def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
-    """Compute, for each azimuth, the largest B/H of a falling block, and its range over two halves of the ensemble.
+    """Compute, by azimuth, the largest B/H at which the fall probability crosses 1/2, and its range over the ensemble.
 
     Parameters
     ----------
     cube : Dataset
-        The cube. The range needs the ensemble variables ``scramble_difference_towards`` and ``_away``.
+        The cube. The range, over the two scrambled Sobol sequences of the ensemble, needs the variables
+        ``scramble_difference_towards`` and ``_away``.
 
     Returns
     -------
     Dataset
         Computed lazily if the cube is lazy. ``boundary``: missing if there is none. ``boundary_low`` and
-        ``boundary_high``: the smallest and the largest of ``boundary`` and the boundaries of the two scrambles (equal
-        to ``boundary`` without an ensemble). A scramble in which the block falls at the largest known B/H counts with
+        ``boundary_high``: the smallest and the largest of ``boundary`` and the boundaries of the two sequences (equal
+        to ``boundary`` without an ensemble). A sequence in which the block falls at the largest known B/H counts with
         this B/H, and one in which the block never falls with the smallest. ``largest_known``: largest B/H with a known
         outcome. ``falls_beyond``: True if the block still falls there, so that the boundary lies above it.
         ``stands_throughout``: True if an outcome is known and the block never falls.
@@ -68,9 +72,11 @@ def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     if "b_over_h" not in cube.dims:
         raise ArgumentError("cube: no dimension b_over_h; the boundary is computed along it")
 
-    def boundary_and_whether_stoutest_falls(fall_probabilities: xr.Variable) -> tuple[xr.Variable, xr.Variable]:
+    def boundary_and_whether_stoutest_falls(fall_probability_by_case: xr.Variable) -> tuple[xr.Variable, xr.Variable]:
         lazy = (
-            fall_probabilities.chunk({"b_over_h": -1}) if fall_probabilities.chunks is not None else fall_probabilities
+            fall_probability_by_case.chunk({"b_over_h": -1})
+            if fall_probability_by_case.chunks is not None
+            else fall_probability_by_case
         )
         found: tuple[xr.Variable, xr.Variable] = xr.apply_ufunc(
             boundary_b_over_h_and_whether_stoutest_falls, lazy, slenderness,
@@ -107,16 +113,18 @@ def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(made, p.drop_dims("b_over_h").coords)
 
 
-def easiest_overturning_axis_and_boundaries(azimuth_boundaries: xr.Dataset, grid_b_over_h: ArrayLike) -> xr.Dataset:
+def easiest_overturning_axis_and_boundaries(
+    boundary_dataset_by_azimuth: xr.Dataset, b_over_h_values_of_cube: ArrayLike
+) -> xr.Dataset:
     """Compute the horizontal axis along which a block overturns most easily, from the largest falling B/H by azimuth.
 
     The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
 
     Parameters
     ----------
-    azimuth_boundaries : Dataset
+    boundary_dataset_by_azimuth : Dataset
         From `overturning_boundaries_by_azimuth`.
-    grid_b_over_h : array_like
+    b_over_h_values_of_cube : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
         falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.
 
@@ -127,11 +135,11 @@ def easiest_overturning_axis_and_boundaries(azimuth_boundaries: xr.Dataset, grid
         falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: False if one of
         them is only a bound, so that the ratio is a lower bound.
     """
-    grid = np.asarray(grid_b_over_h, dtype=np.float64)
-    period = azimuth_period_of_cube_deg(azimuth_boundaries)
-    index = distinct_plane_indices(azimuth_boundaries["azimuth"].values, period)
+    grid = np.asarray(b_over_h_values_of_cube, dtype=np.float64)
+    period = azimuth_period_of_cube_deg(boundary_dataset_by_azimuth)
+    index = distinct_plane_indices(boundary_dataset_by_azimuth["azimuth"].values, period)
     planes = (
-        azimuth_boundaries[["boundary", "falls_beyond", "largest_known", "stands_throughout"]]
+        boundary_dataset_by_azimuth[["boundary", "falls_beyond", "largest_known", "stands_throughout"]]
         .isel(azimuth=index)
         .compute()
     )
@@ -140,10 +148,12 @@ def easiest_overturning_axis_and_boundaries(azimuth_boundaries: xr.Dataset, grid
     edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
-    def mean_axis_of_largest_boundary_azimuths(azimuth_boundary: FloatArray, never_falls: NDArray[np.bool_]) -> float:
-        if (never_falls | np.isnan(azimuth_boundary)).all():
+    def mean_axis_of_largest_boundary_azimuths(
+        boundary_b_over_h_by_azimuth: FloatArray, never_falls_mask_by_azimuth: NDArray[np.bool_]
+    ) -> float:
+        if (never_falls_mask_by_azimuth | np.isnan(boundary_b_over_h_by_azimuth)).all():
             return np.nan
-        ties = np.abs(azimuth_boundary - np.nanmax(azimuth_boundary)) < 1e-9
+        ties = np.abs(boundary_b_over_h_by_azimuth - np.nanmax(boundary_b_over_h_by_azimuth)) < 1e-9
         return mean_angle_deg_and_mean_resultant_length(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
 
     stands = planes["stands_throughout"]

@@ -15,7 +15,7 @@ TARGET_CASES_PER_READ_BATCH: Final = 40_000
 
 
 def load_outcomes_of_records(
-    cube: xr.Dataset, record_indices: int | list[int], variables: Sequence[str] = ()
+    cube: xr.Dataset, record_indices: int | list[int], variable_names: Sequence[str] = ()
 ) -> xr.Dataset:
     """Load the simulated outcomes of some records into memory from a results dataset, with a single read.
 
@@ -27,39 +27,42 @@ def load_outcomes_of_records(
         In memory, or lazy as returned by `overturning.open_cube`.
     record_indices : int or list of int
         Index of the record; with a list, the dimension ``record`` stays.
-    variables : sequence of str
+    variable_names : sequence of str
         Names of the variables to read, as far as the cube has them; not given: all.
     """
-    chosen = cube[[name for name in variables if name in cube]] if variables else cube
+    chosen = cube[[name for name in variable_names if name in cube]] if variable_names else cube
     return chosen.isel(record=record_indices).load()
 
 
-def iterate_results_by_record(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
-    """Yield the results of one record after the other, with the variables named in `variables`."""
+def iterate_results_by_record(cube: xr.Dataset, variable_names: Sequence[str]) -> Iterator[xr.Dataset]:
+    """Yield the results of one record after the other, with the variables named in `variable_names`."""
     for record in range(cube.sizes["record"]):
-        yield load_outcomes_of_records(cube, [record], variables)
+        yield load_outcomes_of_records(cube, [record], variable_names)
 
 
-def iterate_record_result_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
+def iterate_record_result_batches(
+    cube: xr.Dataset, variable_names: Sequence[str]
+) -> Iterator[tuple[list[int], xr.Dataset]]:
     """Yield record indices and loaded results for batches of records, about `TARGET_CASES_PER_READ_BATCH` cases."""
     count = cube.sizes["record"]
     few = max(1, TARGET_CASES_PER_READ_BATCH * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
-        yield places, load_outcomes_of_records(cube, places, variables)
+        yield places, load_outcomes_of_records(cube, places, variable_names)
 
 
 def apply_to_record_batches(
-    function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
+    function_of_record_batch: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variable_names: Sequence[str]
 ) -> xr.Dataset:
     """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``variables`` (see `load_outcomes_of_records`); all variables that it returns must have the dimension ``record``.
+    ``variable_names`` (see `load_outcomes_of_records`); all variables that it returns must have the dimension
+    ``record``.
     """
     if "record" not in cube.dims:
-        return function(cube)
-    made = [function(some) for _, some in iterate_record_result_batches(cube, variables)]
+        return function_of_record_batch(cube)
+    made = [function_of_record_batch(some) for _, some in iterate_record_result_batches(cube, variable_names)]
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 

@@ -38,44 +38,48 @@ _SECTOR_BORDER_TOLERANCE_DEG: Final = 1e-6
 """Largest distance from the border of two sectors at which an azimuth counts as on the border, degrees."""
 
 
-def sector_index(angle_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
+def sector_index(angles_deg: ArrayLike, sector_count: int) -> NDArray[np.intp]:
     """Return, for each angle, the number of the sector that contains it; sector 0 is centred on 0°.
 
     An angle on a border belongs to the sector with the larger index.
     """
     wide = 360.0 / sector_count
     # Rounding may bring a small negative angle to 360° itself.
-    return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % sector_count)
+    return np.asarray(((np.asarray(angles_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % sector_count)
 
 
 def fall_shares_by_sector(
-    angle_deg: ArrayLike, weight: FloatArray | None = None, spread_width_deg: float = 0.0
+    fall_azimuths_deg: ArrayLike,
+    weight_by_fall: FloatArray | None = None,
+    width_to_spread_each_fall_over_deg: float = 0.0,
 ) -> FloatArray:
-    """Compute the share of the fall azimuths `angle_deg` that lies in each sector, shape (`ROSE_SECTOR_COUNT`,).
+    """Compute the share of the falls (azimuths, degrees) that lies in each sector, shape (`ROSE_SECTOR_COUNT`,).
 
-    Falls have the weights `weight` (default 1). All shares are 0 without falls. A fall on the border of two sectors
-    counts half in each.
+    Falls have the weights `weight_by_fall` (default 1). All shares are 0 without falls. A fall on the border of two
+    sectors counts half in each.
 
-    With ``spread_width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
+    With ``width_to_spread_each_fall_over_deg`` each weight is spread evenly over that many degrees, centred on its
+    azimuth.
     """
-    if spread_width_deg > 0.0:
-        angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / ROSE_SECTOR_COUNT
+    if width_to_spread_each_fall_over_deg > 0.0:
+        angle, sector_wide = np.asarray(fall_azimuths_deg, np.float64), 360.0 / ROSE_SECTOR_COUNT
         # Borders of three full circles: an interval that crosses north continues in the next circle.
         border = sector_wide * (np.arange(-ROSE_SECTOR_COUNT, 2 * ROSE_SECTOR_COUNT + 1) - 0.5)
-        below = np.clip((border - (angle % 360.0)[:, None]) / spread_width_deg + 0.5, 0.0, 1.0)
+        below = np.clip((border - (angle % 360.0)[:, None]) / width_to_spread_each_fall_over_deg + 0.5, 0.0, 1.0)
         parts = np.diff(below, axis=1).reshape(-1, 3, ROSE_SECTOR_COUNT).sum(axis=1)
-        counts = (np.ones_like(angle) if weight is None else weight) @ parts
+        counts = (np.ones_like(angle) if weight_by_fall is None else weight_by_fall) @ parts
     else:
-        sides = (np.asarray(angle_deg, np.float64) + way * _SECTOR_BORDER_TOLERANCE_DEG for way in (-1.0, 1.0))
+        sides = (np.asarray(fall_azimuths_deg, np.float64) + way * _SECTOR_BORDER_TOLERANCE_DEG for way in (-1.0, 1.0))
         counts = sum(
-            0.5 * np.bincount(sector_index(side, ROSE_SECTOR_COUNT), weight, ROSE_SECTOR_COUNT) for side in sides
+            0.5 * np.bincount(sector_index(side, ROSE_SECTOR_COUNT), weight_by_fall, ROSE_SECTOR_COUNT)
+            for side in sides
         )
     total = counts.sum()
     return counts / total if total > 0 else counts
 
 
 def mean_angle_deg_and_mean_resultant_length(
-    angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False
+    angles_deg: ArrayLike, weight_by_angle: ArrayLike | None = None, *, axial: bool = False
 ) -> tuple[float, float]:
     """Compute the mean direction (or axis) of weighted angles, and the mean resultant length (0 to 1).
 
@@ -90,8 +94,8 @@ def mean_angle_deg_and_mean_resultant_length(
     length : float
         Mean resultant length, 0 to 1; NaN if the weights sum to 0. For axes that of the doubled angles.
     """
-    angle = np.radians(np.asarray(angle_deg, dtype=np.float64)) * (2 if axial else 1)
-    weights = np.ones_like(angle) if weight is None else np.asarray(weight, dtype=np.float64)
+    angle = np.radians(np.asarray(angles_deg, dtype=np.float64)) * (2 if axial else 1)
+    weights = np.ones_like(angle) if weight_by_angle is None else np.asarray(weight_by_angle, dtype=np.float64)
     total = float(weights.sum())
     if total <= 0:
         return math.nan, math.nan
@@ -104,9 +108,9 @@ def mean_angle_deg_and_mean_resultant_length(
     return (0.0 if mean >= full else mean), min(length, 1.0)
 
 
-def wrap_axis_difference_to_90_deg(difference_deg: ArrayLike) -> FloatArray:
+def wrap_axis_difference_to_90_deg(angle_between_axes_deg: ArrayLike) -> FloatArray:
     """Wrap angles between axes, degrees, into (−90, 90], since an axis repeats after 180°."""
-    return -((-np.asarray(difference_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
+    return -((-np.asarray(angle_between_axes_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
 
 
 @dataclass(frozen=True)
@@ -127,22 +131,24 @@ class StatisticalTestResult:
 
 
 @lru_cache(maxsize=4)
-def _random_rotations(vector_count: int, rounding_steps_rad: tuple[float, ...] = ()) -> NDArray[np.complex128]:
+def _random_rotations(
+    vector_count: int, rotation_rounding_step_rad_by_vector: tuple[float, ...] = ()
+) -> NDArray[np.complex128]:
     """Draw uniformly distributed rotations, as unit complex numbers.
 
     The shape is (`RANDOM_ROTATIONS_PER_P_VALUE`, `vector_count`). Each angle of rotation is rounded to the step of its
-    vector, one of `rounding_steps_rad`, unless the step is 0.
+    vector, one of `rotation_rounding_step_rad_by_vector`, unless the step is 0.
     """
     angles = np.random.Generator(np.random.PCG64(1)).uniform(
         0.0, 2 * math.pi, size=(RANDOM_ROTATIONS_PER_P_VALUE, vector_count)
     )
-    step = np.array(rounding_steps_rad or (0.0,))
+    step = np.array(rotation_rounding_step_rad_by_vector or (0.0,))
     rounded = np.round(angles / np.where(step > 0.0, step, 1.0)) * step
     return np.exp(1j * np.where(step > 0.0, rounded, angles))
 
 
 def randomised_rayleigh_test(
-    vector_cosines: ArrayLike, vector_sines: ArrayLike, recorded_step_deg: ArrayLike = 0.0
+    x_components: ArrayLike, y_components: ArrayLike, angle_recording_step_deg: ArrayLike = 0.0
 ) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
 
@@ -157,17 +163,17 @@ def randomised_rayleigh_test(
 
     Parameters
     ----------
-    vector_cosines, vector_sines : array_like, shape (n,)
+    x_components, y_components : array_like, shape (n,)
         Components of the vectors; for axes those of the doubled angles. Vectors of length 0 count as observations.
-    recorded_step_deg : array_like, shape (n,) or ()
+    angle_recording_step_deg : array_like, shape (n,) or ()
         Step of the angle of each vector, degrees, a divisor of 360; for axes that of the doubled angles. 0: no step.
     """
-    x, y = np.asarray(vector_cosines, dtype=np.float64), np.asarray(vector_sines, dtype=np.float64)
+    x, y = np.asarray(x_components, dtype=np.float64), np.asarray(y_components, dtype=np.float64)
     n = int(x.size)
     if n == 0:
         return StatisticalTestResult("randomised Rayleigh", 0)
     statistic = math.hypot(x.mean(), y.mean())
-    steps = np.broadcast_to(np.radians(recorded_step_deg), n)
+    steps = np.broadcast_to(np.radians(angle_recording_step_deg), n)
     # Without steps only the lengths matter, as a uniform rotation makes the direction uniform.
     if np.any(steps > 0):
         rotated_sums = _random_rotations(n, tuple(steps.tolist())) @ (x + 1j * y)
@@ -189,7 +195,7 @@ def _watson_u2_statistic(cumulative_probabilities: FloatArray) -> FloatArray:
 
 
 def watson_u2_test(
-    cumulative_probabilities: ArrayLike, simulated_probabilities: FloatArray | None = None
+    cumulative_probabilities: ArrayLike, simulated_cumulative_probabilities: FloatArray | None = None
 ) -> StatisticalTestResult:
     """Test with Watson's U² whether angles follow a given distribution on the circle.
 
@@ -202,7 +208,7 @@ def watson_u2_test(
     cumulative_probabilities : array_like, shape (n,)
         Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
         `ArgumentError` is raised if a value lies outside 0 to 1.
-    simulated_probabilities : array, shape (draws, n), optional
+    simulated_cumulative_probabilities : array, shape (draws, n), optional
         The same for samples drawn from the model, of angles that are not continuous because they are recorded in steps.
         The p-value is then (1 + number of draws with at least the observed U²)/(1 + draws).
     """
@@ -215,9 +221,11 @@ def watson_u2_test(
             "cumulative_probabilities: values must lie in 0 to 1; pass the model's distribution function at the angles"
         )
     statistic = float(_watson_u2_statistic(values))
-    if simulated_probabilities is not None:
-        extreme = int((_watson_u2_statistic(simulated_probabilities) >= statistic - 1e-12).sum())
-        return StatisticalTestResult("Watson U²", n, statistic, (1 + extreme) / (1 + len(simulated_probabilities)))
+    if simulated_cumulative_probabilities is not None:
+        extreme = int((_watson_u2_statistic(simulated_cumulative_probabilities) >= statistic - 1e-12).sum())
+        return StatisticalTestResult(
+            "Watson U²", n, statistic, (1 + extreme) / (1 + len(simulated_cumulative_probabilities))
+        )
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
     order = np.arange(1, 51)
     p_value = 2 * float(((-1.0) ** (order - 1) * np.exp(-2 * order**2 * math.pi**2 * max(modified, 0.0))).sum())
@@ -277,15 +285,15 @@ def chi_square_test_of_sectors(sector_counts: FloatArray, sector_probabilities: 
 
 
 @lru_cache(maxsize=2)
-def _random_sector_counts(total_count: int, sector_probabilities: tuple[float, ...]) -> FloatArray:
-    """Draw multinomial counts in sectors of a circle, with the sum `total_count` in each draw.
+def _random_sector_counts(total_count_over_sectors: int, sector_probabilities: tuple[float, ...]) -> FloatArray:
+    """Draw multinomial counts in sectors of a circle, with the sum `total_count_over_sectors` in each draw.
 
     The shape is (`SIMULATED_SECTOR_COUNTS_PER_P_VALUE`, sectors). The last results are cached, since a survey is tested
     twice against the same probabilities.
     """
     probabilities = np.array(sector_probabilities)
     draws = np.random.Generator(np.random.PCG64(1)).multinomial(
-        total_count, probabilities / probabilities.sum(), size=SIMULATED_SECTOR_COUNTS_PER_P_VALUE
+        total_count_over_sectors, probabilities / probabilities.sum(), size=SIMULATED_SECTOR_COUNTS_PER_P_VALUE
     )
     return draws.astype(np.float64)
 

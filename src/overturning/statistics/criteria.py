@@ -1,8 +1,8 @@
 """Published overturning criteria: limits of peak motion by size and shape of a block, and their skill.
 
-Every limit is a peak ground acceleration, m/s², that a block of height H, m, survives; some depend on PGV/PGA, s, of
-the motion. Each docstring states how the formula was checked, and whether its source was available. An `ArgumentError`
-is raised if an argument is not positive.
+Limits are peak ground accelerations, m/s² (`ishiyama_velocity_limit`: velocities, m/s), up to which a block of height
+H, m, does not rock or overturn; some depend on PGV/PGA, s. Each docstring states how the formula was checked, and
+whether its source was available. An `ArgumentError` is raised if an argument is not positive.
 """
 
 import math
@@ -88,19 +88,13 @@ def kaneko_hayashi_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pg
 
 
 def block_frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Return p = √(3g/4R), rad/s, of a rectangular block whose half diagonal is R.
-
-    The height of the block is given in m.
-    """
+    """Return p = √(3g/4R), rad/s, of a rectangular block of given height, m, and B/H; R is half its diagonal."""
     tall, slenderness = _checked_positive_array("height", height), _checked_positive_array("b_over_h", b_over_h)
     return np.asarray(np.sqrt(1.5 * STANDARD_GRAVITY / (tall * np.sqrt(1 + slenderness**2))))
 
 
 def _pulse_to_block_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """Return ω/p of a block: angular frequency of a sine pulse with the motion's PGV/PGA, over p = √(3g/4R).
-
-    p is the `block_frequency_parameter`.
-    """
+    """Return ω/p: angular frequency ω = 2 PGA/PGV of a one-sine pulse, over the block's p = √(3g/4R)."""
     # A one-sine pulse of amplitude a and angular frequency ω has the peak velocity 2a/ω.
     return 2 / _checked_positive_array("pgv_over_pga", pgv_over_pga) / block_frequency_parameter(height, b_over_h)
 
@@ -130,9 +124,9 @@ def pulse_acceleration_to_overturn_without_impact(
     """
     ratio = _pulse_to_block_frequency_ratio(height, b_over_h, pgv_over_pga)
 
-    def left_minus_right_of_amplitude_equation(amplitude_factor: FloatArray) -> FloatArray:
-        length = (2 * np.pi - np.arcsin(1 / amplitude_factor)) / ratio
-        return np.asarray(np.sqrt(amplitude_factor**2 - 1) - amplitude_factor * np.exp(-length) - ratio)
+    def left_minus_right_of_amplitude_equation(pulse_over_west_limit: FloatArray) -> FloatArray:
+        length = (2 * np.pi - np.arcsin(1 / pulse_over_west_limit)) / ratio
+        return np.asarray(np.sqrt(pulse_over_west_limit**2 - 1) - pulse_over_west_limit * np.exp(-length) - ratio)
 
     # The left side increases with A without bound, so bisection finds the root.
     low, high = np.ones_like(ratio), 2.0 + ratio + ratio**2
@@ -200,17 +194,17 @@ class WeightedFallPredictionCounts(NamedTuple):
 
     @property
     def actual_fall_share(self) -> Any:
-        """Share of all cases in which the block falls, predicted or not."""
+        """Weighted share of all cases in which the block falls, predicted or not."""
         return _divide_or_nan(self.hits + self.misses, sum(self))
 
     @property
     def hit_rate(self) -> Any:
-        """Share of the blocks that fall for which a fall was predicted."""
+        """Weighted share, of the cases in which the block falls, for which a fall is predicted."""
         return _divide_or_nan(self.hits, self.hits + self.misses)
 
     @property
     def false_alarm_rate(self) -> Any:
-        """Share of the blocks that stand for which a fall was predicted."""
+        """Weighted share, of the cases in which the block stands, for which a fall is predicted."""
         return _divide_or_nan(self.false_alarms, self.false_alarms + self.correct_rejections)
 
     @property
@@ -271,7 +265,7 @@ class OverturningCriteriaScores:
         Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     case_share_above_valid_pulse_frequency_ratio : float
-        Share of planes and blocks above `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
+        Weighted share of cases (planes and blocks) whose ω/p is above `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
     criterion_counts_by_height_and_b_over_h : dict of (float, float) to tuple of WeightedFallPredictionCounts
         Scores of `OVERTURNING_CRITERIA` by height, m, and B/H.
     """
@@ -290,13 +284,13 @@ class OverturningCriteriaScores:
         )
 
 
-def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> OverturningCriteriaScores | None:
+def score_overturning_criteria(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> OverturningCriteriaScores | None:
     """Score how well published criteria predict the simulated falls; None if no outcome is known.
 
-    `intensity` has ``pga`` and ``pgv`` of each record and azimuth. The data are those of `overturning_regression_data`,
-    with nominal outcomes instead of ensemble probabilities.
+    `pga_and_pgv` has ``pga`` and ``pgv`` of each record and azimuth. The data are those of
+    `overturning_regression_data`, with nominal outcomes instead of ensemble probabilities.
     """
-    predictors, falls, event, weight = overturning_regression_data(cube, intensity, use_ensemble=False)
+    predictors, falls, event, weight = overturning_regression_data(cube, pga_and_pgv, use_ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T
@@ -307,27 +301,31 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
     valid = _pulse_to_block_frequency_ratio(height, slender, ratio) <= MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
 
-    def count_predictions_by_earthquake_and_block(predicted_falls: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
+    def count_predictions_by_earthquake_and_block(
+        predicts_fall_by_case: NDArray[np.bool_], weight_by_case: FloatArray
+    ) -> FloatArray:
         """Count hits, misses, false alarms and rejections by earthquake and block, shape (earthquakes, blocks, 4)."""
         columns = (
-            falls * predicted_falls, falls * ~predicted_falls,
-            (1 - falls) * predicted_falls, (1 - falls) * ~predicted_falls,
+            falls * predicts_fall_by_case, falls * ~predicts_fall_by_case,
+            (1 - falls) * predicts_fall_by_case, (1 - falls) * ~predicts_fall_by_case,
         )  # fmt: skip
-        counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
+        counts = [np.bincount(group, weight_by_case * column, np.unique(event).size * len(kinds)) for column in columns]
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
 
-    def score_rule(name: str, rule: str, predicted_falls: NDArray[np.bool_]) -> PredictionRuleScore:
-        counts = count_predictions_by_earthquake_and_block(predicted_falls, weight)
+    def score_rule(rule_name: str, rule_in_words: str, predicts_fall_by_case: NDArray[np.bool_]) -> PredictionRuleScore:
+        counts = count_predictions_by_earthquake_and_block(predicts_fall_by_case, weight)
         overall = WeightedFallPredictionCounts.from_count_array(counts.sum(axis=(0, 1)))
         skill, within = (
-            MeanOverEarthquakes(len(counts), float(of(counts)), *bootstrap_interval(of, counts, bounds=(-1.0, 1.0)))
+            MeanOverEarthquakes(
+                len(counts), float(of(counts)), *bootstrap_interval(of, counts, statistic_bounds=(-1.0, 1.0))
+            )
             for of in (_peirce_skill_over_all_blocks, _weighted_mean_skill_over_blocks)
         )
-        valid_counts = count_predictions_by_earthquake_and_block(predicted_falls, weight * valid)
-        if name == SLENDERNESS_ONLY_RULE_NAME:  # 0 within blocks by definition, not by chance
+        valid_counts = count_predictions_by_earthquake_and_block(predicts_fall_by_case, weight * valid)
+        if rule_name == SLENDERNESS_ONLY_RULE_NAME:  # 0 within blocks by definition, not by chance
             within = replace(within, interval_low=math.nan, interval_high=math.nan)
         return PredictionRuleScore(
-            name, rule, overall, skill, within, float(_weighted_mean_skill_over_blocks(valid_counts)),
+            rule_name, rule_in_words, overall, skill, within, float(_weighted_mean_skill_over_blocks(valid_counts)),
         )  # fmt: skip
 
     predictions = [pga >= one.pga_limit_m_s2_function(height, slender, ratio) for one in OVERTURNING_CRITERIA]
@@ -351,50 +349,52 @@ def score_overturning_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> Overt
     return OverturningCriteriaScores(tuple(rules), _best_minus_other_skill_by_name(by_event), beyond, blocks)
 
 
-def _best_minus_other_skill_by_name(counts_by_criterion: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
+def _best_minus_other_skill_by_name(counts_by_criterion_name: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
     """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
     See `OverturningCriteriaScores.best_minus_other_skill_by_criterion_name`. The counts of each criterion have shape
     (earthquakes, blocks, 4).
     """
-    skills = {name: float(_weighted_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion.items()}
+    skills = {
+        name: float(_weighted_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion_name.items()
+    }
     if not np.isfinite([*skills.values()]).all():
         return {}
     best = max(skills, key=lambda name: skills[name])
 
-    def first_minus_second_skill(paired_counts: FloatArray) -> FloatArray:
-        first, second = map(_weighted_mean_skill_over_blocks, (paired_counts[..., :4], paired_counts[..., 4:]))
-        return first - second
+    def first_minus_second_skill(counts_of_criterion_pair: FloatArray) -> FloatArray:
+        first, second = np.split(counts_of_criterion_pair, 2, axis=-1)
+        return _weighted_mean_skill_over_blocks(first) - _weighted_mean_skill_over_blocks(second)
 
     pairs = {
-        name: np.concatenate([counts_by_criterion[best], counts], axis=-1)
-        for name, counts in counts_by_criterion.items()
+        name: np.concatenate([counts_by_criterion_name[best], counts], axis=-1)
+        for name, counts in counts_by_criterion_name.items()
     }
     return {
         name: MeanOverEarthquakes(
             len(pair),
             float(first_minus_second_skill(pair)),
-            *bootstrap_interval(first_minus_second_skill, pair, bounds=(-2.0, 2.0)),
+            *bootstrap_interval(first_minus_second_skill, pair, statistic_bounds=(-2.0, 2.0)),
         )
         for name, pair in pairs.items()
         if name != best
     }
 
 
-def _peirce_skill_over_all_blocks(prediction_counts: FloatArray) -> FloatArray:
+def _peirce_skill_over_all_blocks(prediction_counts_by_earthquake_and_block: FloatArray) -> FloatArray:
     """Compute the prediction skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
-    counts = WeightedFallPredictionCounts.from_count_array(prediction_counts.sum(axis=(-3, -2)))
+    counts = WeightedFallPredictionCounts.from_count_array(prediction_counts_by_earthquake_and_block.sum(axis=(-3, -2)))
     return np.asarray(counts.peirce_skill_score)
 
 
-def _weighted_mean_skill_over_blocks(prediction_counts: FloatArray) -> FloatArray:
+def _weighted_mean_skill_over_blocks(prediction_counts_by_earthquake_and_block: FloatArray) -> FloatArray:
     """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
     The weight of a block is f(1 − f), where f is the share of cells of a block that fall. The skill of a block that
     nearly always falls, or stands, depends on a few cells. f(1 − f) is the variance of the outcome, so the mean is the
     slope of a regression of outcomes on predictions within blocks.
     """
-    counts = WeightedFallPredictionCounts.from_count_array(prediction_counts.sum(axis=-3))
+    counts = WeightedFallPredictionCounts.from_count_array(prediction_counts_by_earthquake_and_block.sum(axis=-3))
     skill, fall_share = counts.peirce_skill_score, counts.actual_fall_share
     weight = np.where(np.isfinite(skill), fall_share * (1 - fall_share), 0.0)
     return np.asarray(_divide_or_nan((weight * np.where(weight > 0, skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))

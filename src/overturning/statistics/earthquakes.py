@@ -56,7 +56,7 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     model = default_model_for_results_cube(cube)
     over = [name for name in model.case_dims_without_direction if name not in kept_dims]
     made = apply_to_record_batches(
-        partial(sum_fall_vectors, summed_dims=over, informative_only=True),
+        partial(sum_fall_vectors, summed_dims=over, only_informative_blocks=True),
         cube,
         model.variable_names_read_for_fall_probability,
     )
@@ -72,7 +72,7 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     axis (`simulated_planes_impose_fall_axis`). The cube is read in batches of records.
     """
     model = default_model_for_results_cube(cube)
-    of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, informative_only=True)
+    of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, only_informative_blocks=True)
     sums = apply_to_record_batches(of_batch, cube, model.variable_names_read_for_fall_probability)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
     means = mean_directions_and_axes_from_vector_sums(sums).where(
@@ -84,10 +84,9 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
 def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Compute the mean fall axis of each earthquake, as an angle from the fault normal.
 
-    The cube is read in batches of records.
-
-    All falls of the informative blocks (`mask_of_blocks_for_direction_statistics`) under a record have equal weight;
-    an earthquake has the mean of the means of its records.
+    The cube is read in batches of records. All falls of the informative blocks
+    (`mask_of_blocks_for_direction_statistics`) under a record have equal weight; an earthquake has the mean of the
+    means of its records.
 
     Parameters
     ----------
@@ -189,38 +188,48 @@ class FallAxisSummary:
     p_value_of_no_common_axis: float = math.nan
 
 
-def summarise_fall_axes(fall_axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> FallAxisSummary:
+def summarise_fall_axes(
+    fall_axes_by_earthquake: xr.Dataset, *, confidence_level: float = 0.95, bootstrap_sample_count: int = 10_000
+) -> FallAxisSummary:
     """Average the fall axes of earthquakes: mean axis and mean alignment with the fault normal, with intervals.
 
-    `fall_axes` is a result of `fall_axes_from_fault_normal_by_earthquake`.
+    `fall_axes_by_earthquake` is a result of `fall_axes_from_fault_normal_by_earthquake`.
     """
-    vectors = np.column_stack([fall_axes["cosine"].values, fall_axes["sine"].values])
+    vectors = np.column_stack([fall_axes_by_earthquake["cosine"].values, fall_axes_by_earthquake["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
     test = randomised_rayleigh_test(*vectors.T)
-    has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+    has_axis = test.p_value <= 1 - confidence_level and math.hypot(cosine, sine) >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     mean = float(wrap_axis_difference_to_90_deg(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
-    def axis_distances_from_mean_deg(bootstrap_samples: FloatArray) -> FloatArray:
+    def axis_distances_from_mean_deg(vectors_by_bootstrap_sample_and_earthquake: FloatArray) -> FloatArray:
         """Return angles, degrees, between the mean axis of each bootstrap sample of vectors and that of all vectors."""
-        drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(bootstrap_samples).T
+        drawn_cosine, drawn_sine = mean_vector_of_each_bootstrap_sample(vectors_by_bootstrap_sample_and_earthquake).T
         away = np.abs(wrap_axis_difference_to_90_deg(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 90.0, away)
 
     distances = (
-        statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, draws) if has_axis else np.zeros(0)
+        statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, bootstrap_sample_count)
+        if has_axis
+        else np.zeros(0)
     )
     ends = bootstrap_interval(
-        mean_of_each_bootstrap_sample, vectors[:, 0], level=level, draws=draws, bounds=(-1.0, 1.0)
+        mean_of_each_bootstrap_sample,
+        vectors[:, 0],
+        confidence_level=confidence_level,
+        bootstrap_sample_count=bootstrap_sample_count,
+        statistic_bounds=(-1.0, 1.0),
     )
     half_width = math.nan
     if distances.size:
-        half_width = float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(len(vectors), level)))
-    known = fall_axes["axis"].values[np.isfinite(fall_axes["axis"].values)]
+        half_width = float(
+            np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(len(vectors), confidence_level))
+        )
+    known = fall_axes_by_earthquake["axis"].values[np.isfinite(fall_axes_by_earthquake["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
-    alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes["largest"].values
+    alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes_by_earthquake["largest"].values
     largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
-    count = int(fall_axes.sizes["event"])
+    count = int(fall_axes_by_earthquake.sizes["event"])
     return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
@@ -238,18 +247,18 @@ def first_minus_second_mean_fall_alignment(
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
     n = int(np.isfinite(values).sum(axis=1).min())
 
-    def first_minus_second_mean_alignment(drawn_alignments: FloatArray) -> FloatArray:
-        counts = np.isfinite(drawn_alignments).sum(axis=1)
-        means = np.nansum(drawn_alignments, axis=1) / np.where(counts > 0, counts, np.nan)
+    def first_minus_second_mean_alignment(alignment_by_sample_earthquake_and_set: FloatArray) -> FloatArray:
+        counts = np.isfinite(alignment_by_sample_earthquake_and_set).sum(axis=1)
+        means = np.nansum(alignment_by_sample_earthquake_and_set, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
     difference = float(first_minus_second_mean_alignment(values.T[None])[0])
     ends = bootstrap_interval(
         first_minus_second_mean_alignment,
         values.T,
-        draws=10_000,
-        earthquake_count=n,
-        bounds=BOUNDS_OF_COSINE_DIFFERENCE,
+        bootstrap_sample_count=10_000,
+        count_of_earthquakes_that_matter=n,
+        statistic_bounds=BOUNDS_OF_COSINE_DIFFERENCE,
     )
     return MeanOverEarthquakes(n, difference, *ends)
 
@@ -261,10 +270,8 @@ MIN_EPICENTRAL_DISTANCE_KM: Final = 1.0
 def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     """Compute, for each record, the azimuth at the station that points away from the epicentre.
 
-    The result is the back azimuth + 180°.
-
-    It follows the great circle on a sphere, which differs from that on the ellipsoid by at most 0.2°. The transverse
-    axis is perpendicular to it.
+    The result is the back azimuth + 180°. It follows the great circle on a sphere, which differs from that on the
+    ellipsoid by at most 0.2°. The transverse axis is perpendicular to it.
 
     Parameters
     ----------
@@ -323,7 +330,7 @@ class FallAlignmentWithReferences:
 
 
 def alignments_with_references_by_record_group(
-    cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
+    cube: xr.Dataset, reference_azimuths: xr.Dataset, index_slices_along_b_over_h: Sequence[slice] | None = None
 ) -> dict[str, FallAlignmentWithReferences]:
     """Compute, by group of records, the alignment of falls with reference directions such as the fault normal.
 
@@ -334,16 +341,16 @@ def alignments_with_references_by_record_group(
 
     Parameters
     ----------
-    cube, intensity : Dataset
-        Cube, and intensity with ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
-    b_over_h_ranges : sequence of slice
+    cube, reference_azimuths : Dataset
+        Cube, and azimuths ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
+    index_slices_along_b_over_h : sequence of slice
         Ranges of positions along B/H; not given: each B/H separately.
     """
     sums = fall_vector_sums_by_record(cube, "b_over_h")
-    parts = b_over_h_ranges or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
+    parts = index_slices_along_b_over_h or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {
-        name: intensity[of].drop_vars("record", errors="ignore")
+        name: reference_azimuths[of].drop_vars("record", errors="ignore")
         for name, of in _INTENSITY_VARIABLE_BY_REFERENCE.items()
     }
     events, cosines = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
@@ -362,27 +369,31 @@ def alignments_with_references_by_record_group(
 
 
 def _mean_alignment_with_references_in_group(
-    reference_cosines: dict[tuple[str, bool], list[FloatArray]],
-    group_mask: NDArray[np.bool_],
-    record_events: NDArray[np.str_],
+    cosines_by_reference: dict[tuple[str, bool], list[FloatArray]],
+    group_record_mask: NDArray[np.bool_],
+    earthquake_name_by_record: NDArray[np.str_],
 ) -> FallAlignmentWithReferences:
     """Average cosines to reference directions over a group's earthquakes, for each reference and range of B/H.
 
-    The lists of `reference_cosines` have one array of shape (records,) for each range of B/H; their keys are those of
-    `FallAlignmentWithReferences.cosines_per_b_over_h_by_reference_and_axial`.
+    The lists of `cosines_by_reference` have one array of shape (records,) for each range of B/H; their keys
+    are those of `FallAlignmentWithReferences.cosines_per_b_over_h_by_reference_and_axial`.
     """
 
     def mean_cosine_over_earthquakes(
-        record_cosines: FloatArray, bounds: tuple[float, float] = (-1.0, 1.0)
+        cosine_by_record: FloatArray, cosine_bounds: tuple[float, float] = (-1.0, 1.0)
     ) -> MeanOverEarthquakes:
-        return mean_over_earthquakes(np.where(group_mask, record_cosines, np.nan), record_events, bounds=bounds)
+        return mean_over_earthquakes(
+            np.where(group_record_mask, cosine_by_record, np.nan), earthquake_name_by_record, value_bounds=cosine_bounds
+        )
 
-    means = {key: [mean_cosine_over_earthquakes(one) for one in values] for key, values in reference_cosines.items()}
+    means = {key: [mean_cosine_over_earthquakes(one) for one in values] for key, values in cosines_by_reference.items()}
     counts = {
-        name: int(np.isfinite(reference_cosines[name, True][0][group_mask]).sum()) for name, axial in means if axial
+        name: int(np.isfinite(cosines_by_reference[name, True][0][group_record_mask]).sum())
+        for name, axial in means
+        if axial
     }
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
     first, *others = sorted(known, key=lambda name: -means[name, True][0].mean) or [""]
-    pairs = zip(reference_cosines[first, True], reference_cosines[others[0], True], strict=True) if others else ()
+    pairs = zip(cosines_by_reference[first, True], cosines_by_reference[others[0], True], strict=True) if others else ()
     closer = [mean_cosine_over_earthquakes(one - other, BOUNDS_OF_COSINE_DIFFERENCE) for one, other in pairs]
     return FallAlignmentWithReferences(means, tuple([first, *others][:2]) if first else (), closer)

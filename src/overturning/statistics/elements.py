@@ -112,7 +112,7 @@ def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     return rows
 
 
-def _fall_counts_and_times_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
+def _fall_counts_and_times_by_element(record_cube: xr.Dataset) -> tuple[NDArray[np.int64], list[NDArray[np.float32]]]:
     """Count the falls of each element under one record, and list the times of the falls.
 
     The counts have four rows: cases with a known outcome, falls, falls before which no other element falls, and falls
@@ -120,9 +120,10 @@ def _fall_counts_and_times_by_element(cube: xr.Dataset) -> tuple[NDArray[np.int6
     counts the cases in which any element falls. This is a function of its own, so that its arrays of all cases are
     released before the next record is read.
     """
-    elements = cube.sizes["element"]
+    elements = record_cube.sizes["element"]
     sides, when = (
-        cube[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _FALL_AND_TIME_VARIABLES
+        record_cube[name].transpose(..., "element").to_numpy().reshape(-1, elements)
+        for name in _FALL_AND_TIME_VARIABLES
     )
     known = np.isfinite(sides)
     fell = known & (sides != 0)
@@ -176,14 +177,14 @@ def summarise_element_displacements(cube: xr.Dataset) -> list[ElementDisplacemen
     ]
 
 
-def _median_and_90th_percentile(values_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
+def _median_and_90th_percentile(values_of_standing_cases_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
     """Compute the median and the 90th percentile of values of all records together; NaN if there are none."""
-    values = np.concatenate(values_by_record).astype(np.float64)
+    values = np.concatenate(values_of_standing_cases_by_record).astype(np.float64)
     median, most = np.quantile(values, _DISPLACEMENT_QUANTILES).tolist() if values.size else (math.nan, math.nan)
     return median, most
 
 
-def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
+def count_falls_of_two_stones(cube_of_this_stone: xr.Dataset, cube_of_other_stone: xr.Dataset) -> xr.Dataset:
     """Count, for each record, the cases in which both of two stones fall, and those in which only one falls.
 
     Each stone has its own results dataset. In 2-D, the cases of an azimuth count with its weight by
@@ -191,7 +192,7 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
 
     Parameters
     ----------
-    cube, other_cube : Dataset
+    cube_of_this_stone, cube_of_other_stone : Dataset
         Cubes of one element each with the same cases in the same order.
 
     Returns
@@ -203,13 +204,15 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
         at the same time. ``compared`` is the number of cases without weights.
     """
     weights = np.ones(1)
-    if "azimuth" in cube.indexes:
-        weight = case_weight_at_each_azimuth(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
-        flags = cube["overturned"].isel(record=0)
+    if "azimuth" in cube_of_this_stone.indexes:
+        weight = case_weight_at_each_azimuth(
+            cube_of_this_stone["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube_of_this_stone)
+        )
+        flags = cube_of_this_stone["overturned"].isel(record=0)
         weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()
     pairs = zip(
-        iterate_results_by_record(cube, _FALL_TIME_AND_AZIMUTH_VARIABLES),
-        iterate_results_by_record(other_cube, _FALL_TIME_AND_AZIMUTH_VARIABLES),
+        iterate_results_by_record(cube_of_this_stone, _FALL_TIME_AND_AZIMUTH_VARIABLES),
+        iterate_results_by_record(cube_of_other_stone, _FALL_TIME_AND_AZIMUTH_VARIABLES),
         strict=True,
     )
     rows = [_count_two_stone_falls_of_record(one, another, weights) for one, another in pairs]
@@ -217,46 +220,65 @@ def count_falls_of_two_stones(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Da
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
 
 
-def _count_two_stone_falls_of_record(cube: xr.Dataset, other_cube: xr.Dataset, case_weights: FloatArray) -> list[float]:
+def _count_two_stone_falls_of_record(
+    record_cube_of_this_stone: xr.Dataset, record_cube_of_other_stone: xr.Dataset, weight_by_case: FloatArray
+) -> list[float]:
     """Count, under one record, the cases in which both of two stones fall, and those in which only one of them does.
 
-    `case_weights` has the shape (cases,), or (1,) for equal weights.
+    `weight_by_case` has the shape (cases,), or (1,) for equal weights.
     """
-    this, that = (c["overturned"].to_numpy().ravel() for c in (cube, other_cube))
+    this, that = (c["overturned"].to_numpy().ravel() for c in (record_cube_of_this_stone, record_cube_of_other_stone))
     known = np.isfinite(this) & np.isfinite(that)
     fell, other_fell = known & (this != 0), known & (that != 0)
-    both, (way, other_way) = fell & other_fell, (_fall_azimuths_or_2d_sides_deg(c) for c in (cube, other_cube))
+    both, (way, other_way) = (
+        fell & other_fell,
+        (_fall_azimuths_or_2d_sides_deg(c) for c in (record_cube_of_this_stone, record_cube_of_other_stone)),
+    )
     same = both & (angle_between_azimuths(way, other_way) <= 45.0)
-    when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (cube, other_cube))
+    when, other_when = (
+        c["overturning_time"].to_numpy().ravel() for c in (record_cube_of_this_stone, record_cube_of_other_stone)
+    )
     earlier, same_time = both & (when < other_when), both & (when == other_when)
     counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, earlier, same_time)
-    return [float(known.sum()), *(float((cells * case_weights).sum()) for cells in counted)]
+    return [float(known.sum()), *(float((cells * weight_by_case).sum()) for cells in counted)]
 
 
-def _fall_azimuths_or_2d_sides_deg(cube: xr.Dataset) -> FloatArray:
+def _fall_azimuths_or_2d_sides_deg(record_cube: xr.Dataset) -> FloatArray:
     """Return the fall azimuth of each simulated case, degrees; in 2-D relative to the azimuth of the motion.
 
     For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.
     """
-    if "fall_azimuth" in cube:
-        return np.asarray(cube["fall_azimuth"].to_numpy().ravel(), np.float64)
-    return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
+    if "fall_azimuth" in record_cube:
+        return np.asarray(record_cube["fall_azimuth"].to_numpy().ravel(), np.float64)
+    return np.where(record_cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def mean_shares_of_two_stone_falls(fall_counts: xr.Dataset, record_events: NDArray[np.str_]) -> TwoStoneFallContrast:
+def mean_shares_of_two_stone_falls(
+    two_stone_fall_counts_by_record: xr.Dataset, earthquake_name_by_record: NDArray[np.str_]
+) -> TwoStoneFallContrast:
     """Convert counts of two stones' falls under each record to shares of cases, as means over earthquakes.
 
-    The counts are those of `count_falls_of_two_stones`; `record_events` has each record's earthquake, shape (records,).
+    The counts are those of `count_falls_of_two_stones`; `earthquake_name_by_record` has each record's earthquake, shape
+    (records,).
     """
-    with_fall = fall_counts["both"] + fall_counts["only_this"] + fall_counts["only_other"]
-    first = fall_counts["only_this"] + fall_counts["earlier"] + 0.5 * fall_counts["same_time"]
-    fall_counts = fall_counts.assign(first=first, with_fall=with_fall)
+    with_fall = (
+        two_stone_fall_counts_by_record["both"]
+        + two_stone_fall_counts_by_record["only_this"]
+        + two_stone_fall_counts_by_record["only_other"]
+    )
+    first = (
+        two_stone_fall_counts_by_record["only_this"]
+        + two_stone_fall_counts_by_record["earlier"]
+        + 0.5 * two_stone_fall_counts_by_record["same_time"]
+    )
+    two_stone_fall_counts_by_record = two_stone_fall_counts_by_record.assign(first=first, with_fall=with_fall)
 
-    def mean_share_of_part_in_whole(part_name: str, whole_name: str) -> MeanOverEarthquakes:
-        total = fall_counts[whole_name].to_numpy().astype(np.float64)
+    def mean_share_of_part_in_whole(numerator_count_name: str, denominator_count_name: str) -> MeanOverEarthquakes:
+        total = two_stone_fall_counts_by_record[denominator_count_name].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
             return mean_share_over_earthquakes(
-                fall_counts[part_name].to_numpy() / np.where(total > 0, total, np.nan), record_events
+                two_stone_fall_counts_by_record[numerator_count_name].to_numpy() / np.where(total > 0, total, np.nan),
+                earthquake_name_by_record,
             )
 
     this, other, both = (mean_share_of_part_in_whole(name, "cases") for name in ("only_this", "only_other", "both"))

@@ -1,8 +1,8 @@
 """Fall directions: falls by azimuth, shares of cases that overturn, mean fall directions and axes.
 
-In shares and means each plane counts once, and azimuths added to a regular grid share the weight of their neighbourhood
-(see `Model.fall_probability_and_direction_by_case`). The parameter ``summed_dims`` names
-dimensions that are summed together with the direction, with equal weights.
+In shares and means each plane counts once. Azimuths between those of a regular grid add no weight: the weight of an
+azimuth is the share of all azimuths that are nearest to it (see `Model.fall_probability_and_direction_by_case`). The
+parameter ``summed_dims`` names dimensions that are summed together with the direction, with equal weights.
 """
 
 import math
@@ -111,8 +111,8 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     """Compute the share of cases with a known outcome in which the block overturns; NaN without such cases.
 
     Dimensions in ``kept_dims`` are kept, all others are averaged over. Each plane counts once, also if the cube has
-    the opposite azimuths of some planes only. Azimuths added to a regular grid share the weight of their
-    neighbourhood; on a regular grid all planes count the same.
+    the opposite azimuths of some planes only. The weight of a plane is the share of all azimuths that are
+    nearest to it (`plane_weights_by_azimuth_spacing`); on a regular grid all planes count the same.
     """
     falls = overturning_indicator(cube)
     dims = [name for name in falls.dims if name not in kept_dims]
@@ -152,17 +152,16 @@ def overturned_shares_near_and_off_fault_normal(cube: xr.Dataset) -> tuple[float
     return within, beyond
 
 
-def count_changed_and_all_neighbour_pairs(cube: xr.Dataset, dimension: str) -> tuple[int, int]:
+def count_changed_and_all_neighbour_pairs(cube: xr.Dataset, dimension_name: str) -> tuple[int, int]:
     """Count pairs of neighbouring cases along a dimension with different outcomes, and all pairs with known outcomes.
 
-    Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes.
-
-    For azimuths round the full circle the last and the first are neighbours.
+    Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes. For azimuths
+    round the full circle the last and the first are neighbours.
     """
-    flags, at = cube["overturned"].compute(), cube[dimension].to_numpy().astype(np.float64)
+    flags, at = cube["overturned"].compute(), cube[dimension_name].to_numpy().astype(np.float64)
     gap = float(np.diff(at).max(initial=0.0))
-    round_about = dimension == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
-    beyond = flags.roll({dimension: -1}, roll_coords=False) if round_about else flags.shift({dimension: -1})
+    round_about = dimension_name == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
+    beyond = flags.roll({dimension_name: -1}, roll_coords=False) if round_about else flags.shift({dimension_name: -1})
     known = mask_of_known_outcomes(flags) & mask_of_known_outcomes(beyond)
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
@@ -185,11 +184,11 @@ class BlockSelectionRule:
     max_share_of_directions_with_overturning: float
     uses_all_blocks_if_none_selected: bool = False
 
-    def selected_block_mask(self, share_of_directions: xr.DataArray) -> xr.DataArray:
+    def selected_block_mask(self, share_of_directions_overturning_block: xr.DataArray) -> xr.DataArray:
         """Return a mask of the blocks that the rule selects, from the share of azimuths at which each overturns."""
         if self.max_share_of_directions_with_overturning > 1.0:
-            return xr.ones_like(share_of_directions, dtype=bool)
-        share = share_of_directions.variable  # a sum of weights, with rounding errors
+            return xr.ones_like(share_of_directions_overturning_block, dtype=bool)
+        share = share_of_directions_overturning_block.variable  # a sum of weights, with rounding errors
         near = (
             (share > 0)
             & (share <= self.max_share_of_directions_with_overturning + PLANE_WEIGHT_EQUALITY_TOLERANCE)
@@ -197,13 +196,15 @@ class BlockSelectionRule:
         )
         if self.uses_all_blocks_if_none_selected:
             near = near | ~near.any([name for name in near.dims if name != "record"])
-        return xr.DataArray(near, share_of_directions.coords, name=share_of_directions.name)
+        return xr.DataArray(
+            near, share_of_directions_overturning_block.coords, name=share_of_directions_overturning_block.name
+        )
 
 
 BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE: Final = BlockSelectionRule(
     "in at most half of the {}s, or all blocks of a record without such", 0.5, True
 )
-"""Rule of planar models: marginal blocks."""
+"""Rule of planar models: blocks that overturn in at least one plane, but in at most half of the planes of a record."""
 
 ALL_BLOCKS_RULE: Final = BlockSelectionRule("all blocks", 2.0)
 """Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
@@ -219,7 +220,7 @@ BLOCK_SELECTION_RULES_IN_REPORT: Final = (
 
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
-    """Return the rule that selects blocks for direction statistics: marginal blocks in 2-D, every block in 3-D."""
+    """Return the rule that selects blocks for direction statistics: in 2-D those few planes overturn, in 3-D all."""
     is_planar = default_model_for_results_cube(cube).is_planar
     return BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE if is_planar else ALL_BLOCKS_RULE
 
@@ -236,10 +237,10 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 def mask_of_blocks_for_direction_statistics(cube: xr.Dataset) -> xr.DataArray:
     """Return a mask of the blocks used in direction statistics: in 2-D those that few azimuths overturn, in 3-D all.
 
-    The result has the dimensions of ``overturned`` without the direction. In planar models the marginal blocks under a
-    record count: they overturn in some of its planes, but in at most half of them. More slender blocks fall in nearly
-    every plane, to both sides, and hide the direction. If a record has no marginal block, all blocks count. Each plane
-    counts once; planes with a missing outcome do not count. In the 3-D model all blocks are informative.
+    The result has the dimensions of ``overturned`` without the direction. In planar models those blocks count under a
+    record that overturn in some of its planes, but in at most half of them. More slender blocks fall in nearly
+    every plane, to both sides, and hide the direction. If a record has no such block, all blocks count. Each plane
+    counts once; planes with a missing outcome do not count. In the 3-D model all blocks count.
     """
     rule = block_selection_rule_for_cube(cube)
     return (
@@ -286,7 +287,7 @@ def weighted_fall_vectors_by_case(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(weighted, falls.coords)
 
 
-def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
+def unknown_outcomes_may_bias_fall_axis(fall_vector_sums: xr.Dataset) -> xr.DataArray:
     """Return True where missing outcomes may bias the mean fall axis towards the azimuths with known outcomes.
 
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
@@ -297,25 +298,27 @@ def unknown_outcomes_may_bias_fall_axis(fall_sums: xr.Dataset) -> xr.DataArray:
 
     Parameters
     ----------
-    fall_sums : Dataset
+    fall_vector_sums : Dataset
         Result of `sum_fall_vectors`, or further sums of it. False everywhere for a 3-D model.
     """
-    length = xr.apply_ufunc(np.hypot, fall_sums["axis_cosine"], fall_sums["axis_sine"], dask="allowed")
-    if "known" not in fall_sums:
+    length = xr.apply_ufunc(np.hypot, fall_vector_sums["axis_cosine"], fall_vector_sums["axis_sine"], dask="allowed")
+    if "known" not in fall_vector_sums:
         return xr.zeros_like(length, dtype=bool)
-    added = xr.apply_ufunc(np.hypot, fall_sums["unknown_cosine"], fall_sums["unknown_sine"], dask="allowed")
-    uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_sums["known"] + PLANE_WEIGHT_EQUALITY_TOLERANCE
-    return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_sums["falls"] > 0)
+    added = xr.apply_ufunc(
+        np.hypot, fall_vector_sums["unknown_cosine"], fall_vector_sums["unknown_sine"], dask="allowed"
+    )
+    uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_vector_sums["known"] + PLANE_WEIGHT_EQUALITY_TOLERANCE
+    return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_vector_sums["falls"] > 0)
 
 
 def sum_fall_vectors(
-    cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
+    cube: xr.Dataset, *, summed_dims: Sequence[str] = (), only_informative_blocks: bool = False
 ) -> xr.Dataset:
     """Sum, over all azimuths, the falls of each block and the cosines and sines of (doubled) fall azimuths.
 
     The sums are also over ``summed_dims``, and can be added further before an angle is computed. With
-    ``informative_only`` they cover the `mask_of_blocks_for_direction_statistics` only; ``all_falls`` always counts
-    the falls of all blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
+    ``only_informative_blocks`` they cover the `mask_of_blocks_for_direction_statistics` only; ``all_falls`` always
+    counts the falls of all blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
     """
     weighted, dims = (
         weighted_fall_vectors_by_case(cube),
@@ -323,7 +326,7 @@ def sum_fall_vectors(
     )
     vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}
     all_falls = vectors["falls"].sum(dims)
-    if informative_only:
+    if only_informative_blocks:
         mask = mask_of_blocks_for_direction_statistics(cube).variable
         vectors = {name: values.where(mask) for name, values in vectors.items()}
     sums = {name: values.sum(dims) for name, values in vectors.items()}
@@ -331,12 +334,12 @@ def sum_fall_vectors(
 
 
 def mean_fall_directions(
-    cube: xr.Dataset, *, summed_dims: Sequence[str] = (), informative_only: bool = False
+    cube: xr.Dataset, *, summed_dims: Sequence[str] = (), only_informative_blocks: bool = False
 ) -> xr.Dataset:
     """Compute the mean direction and the mean axis of falls over all azimuths (3-D: orientations).
 
     Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
-    ``informative_only`` see `sum_fall_vectors`.
+    ``only_informative_blocks`` see `sum_fall_vectors`.
 
     Returns
     -------
@@ -346,28 +349,28 @@ def mean_fall_directions(
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
     return mean_directions_and_axes_from_vector_sums(
-        sum_fall_vectors(cube, summed_dims=summed_dims, informative_only=informative_only)
+        sum_fall_vectors(cube, summed_dims=summed_dims, only_informative_blocks=only_informative_blocks)
     )
 
 
-def mean_directions_and_axes_from_vector_sums(sums: xr.Dataset) -> xr.Dataset:
+def mean_directions_and_axes_from_vector_sums(fall_vector_sums: xr.Dataset) -> xr.Dataset:
     """Compute mean direction and mean axis of falls from summed fall vectors (see `sum_fall_vectors`)."""
     means = dict[str, xr.Variable]()
-    falls = sums["falls"].variable
+    falls = fall_vector_sums["falls"].variable
     total = falls.where(falls > 0)
     for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):
-        cosine, sine = sums[f"{kind}_cosine"].variable, sums[f"{kind}_sine"].variable
+        cosine, sine = fall_vector_sums[f"{kind}_cosine"].variable, fall_vector_sums[f"{kind}_sine"].variable
         length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total).clip(0, 1)
         turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
         angle = (turned * (full / (2 * np.pi)) % full).where(length > MAX_RESULTANT_LENGTH_FROM_ROUNDING)
         angle.attrs = {"long_name": f"mean fall {kind}", "units": "degree"}
         length.attrs = {"long_name": f"mean resultant length of {of}", "units": "1"}
         means |= {f"mean_{kind}": angle, f"{kind}_resultant": length}
-    return xr.Dataset(means, sums.coords)
+    return xr.Dataset(means, fall_vector_sums.coords)
 
 
 def mean_cosine_and_sine_to_reference(
-    fall_sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True
+    fall_vector_sums: xr.Dataset, reference_azimuth_deg: xr.DataArray, *, axial: bool = True
 ) -> xr.Dataset:
     """Compute the mean cosine and sine of the (doubled) angle from a reference azimuth to the fall azimuths.
 
@@ -375,9 +378,9 @@ def mean_cosine_and_sine_to_reference(
 
     Parameters
     ----------
-    fall_sums : Dataset
+    fall_vector_sums : Dataset
         Result of `sum_fall_vectors`.
-    reference_deg : DataArray
+    reference_azimuth_deg : DataArray
         Reference azimuth of each record, degrees; NaN if there is none.
     axial : bool
         Treat falls and reference as axes.
@@ -390,8 +393,8 @@ def mean_cosine_and_sine_to_reference(
         reference.
     """
     kind, times = ("axis", 2) if axial else ("direction", 1)
-    cosine, sine = fall_sums[f"{kind}_cosine"].variable, fall_sums[f"{kind}_sine"].variable
-    falls, turn = fall_sums["falls"].variable, times * np.radians(reference_deg.variable.astype("float64"))
+    cosine, sine = fall_vector_sums[f"{kind}_cosine"].variable, fall_vector_sums[f"{kind}_sine"].variable
+    falls, turn = fall_vector_sums["falls"].variable, times * np.radians(reference_azimuth_deg.variable.astype(float))
     along, across, total = np.cos(turn), np.sin(turn), falls.where(falls > 0)
     means = {"cosine": (cosine * along + sine * across) / total, "sine": (sine * along - cosine * across) / total}
-    return xr.Dataset(means, fall_sums.coords.merge(reference_deg.coords).coords)
+    return xr.Dataset(means, fall_vector_sums.coords.merge(reference_azimuth_deg.coords).coords)

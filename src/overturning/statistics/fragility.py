@@ -82,41 +82,43 @@ class FittedFragilityCurve:
             self.spread if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
         )
 
-    def fall_probability(self, intensity: ArrayLike) -> FloatArray:
-        """Return the probability that a stone falls at each value of `intensity`, in `unit`."""
-        over = np.asarray(intensity, dtype=np.float64) / self.median
+    def fall_probability(self, intensity_in_curve_unit: ArrayLike) -> FloatArray:
+        """Return the probability that a stone falls at each value of `intensity_in_curve_unit`, in `unit`."""
+        over = np.asarray(intensity_in_curve_unit, dtype=np.float64) / self.median
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
 
 def fit_lognormal_median_and_log_std(
-    intensity: ArrayLike, fall_share: ArrayLike, weight: ArrayLike | None = None
+    intensity_by_motion: ArrayLike, fall_share_by_motion: ArrayLike, weight_by_motion: ArrayLike | None = None
 ) -> tuple[float, float]:
-    """Fit the median and spread of a lognormal fragility curve to shares of fallen stones, by maximum likelihood.
+    """Fit the median and log standard deviation of a fragility curve to shares of fallen stones, by maximum likelihood.
 
     Method: Baker (2015, Earthquake Spectra 31, eq. 11).
 
     Parameters
     ----------
-    intensity, fall_share, weight : array_like, shape (n,)
+    intensity_by_motion, fall_share_by_motion, weight_by_motion : array_like, shape (n,)
         Positive intensities, share of stones that fell (0 to 1), and weights (default 1; entries of weight 0 do not
         count).
 
     Returns
     -------
     (float, float)
-        Median and spread. NaN if no stone falls, all fall, the shares hardly increase with intensity, or an intensity
-        separates shares of 0 from shares of 1, so that the likelihood increases as the spread goes to 0 (Albert &
-        Anderson 1984, Biometrika 71).
+        Median and spread (standard deviation of the logarithm). NaN if no stone falls, all fall, the shares hardly
+        increase with intensity, or an intensity separates shares of 0 from shares of 1, so that the likelihood
+        increases as the spread goes to 0 (Albert & Anderson 1984, Biometrika 71).
 
     Raises
     ------
     ArgumentError
         If shapes differ, an intensity is not positive or a share lies outside 0 to 1.
     """
-    x, y = np.asarray(intensity, dtype=np.float64), np.asarray(fall_share, dtype=np.float64)
-    w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
+    x, y = np.asarray(intensity_by_motion, dtype=np.float64), np.asarray(fall_share_by_motion, dtype=np.float64)
+    w = np.ones_like(y) if weight_by_motion is None else np.asarray(weight_by_motion, dtype=np.float64)
     if x.shape != y.shape:
-        raise ArgumentError(f"fall_share: shape {y.shape}, intensity {x.shape}; one share per intensity")
+        raise ArgumentError(
+            f"fall_share_by_motion: shape {y.shape}, intensity_by_motion {x.shape}; one share per intensity"
+        )
     if x.size and not (x.min() > 0 and y.min() >= 0 and y.max() <= 1):
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
     x, y, w = x[w > 0], y[w > 0], w[w > 0]
@@ -127,31 +129,32 @@ def fit_lognormal_median_and_log_std(
 
 
 def _fit_lognormal_medians_and_log_stds(
-    log_intensity: FloatArray,
-    fall_share: FloatArray,
-    weights: FloatArray,
-    start_median_and_spread: tuple[float, float] | None = None,
+    log_intensity_by_motion: FloatArray,
+    fall_share_by_motion: FloatArray,
+    weights_by_fit_and_motion: FloatArray,
+    start_median_and_log_std: tuple[float, float] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit m lognormal fragility curves by Newton's method, one for each row of `weights`, shape (m, n).
+    """Fit m lognormal fragility curves by Newton's method, one for each row of the weights, shape (m, n).
 
-    Return m medians and m spreads, NaN without a fit. `log_intensity` and `fall_share` have shape (n,).
+    Return m medians and m spreads, NaN without a fit. `log_intensity_by_motion` and `fall_share_by_motion` have shape
+    (n,).
 
-    ``start_median_and_spread`` are a median and a spread. The log-likelihood is concave; a step that
+    ``start_median_and_log_std`` are a median and a spread. The log-likelihood is concave; a step that
     lowers it is halved, because otherwise the iteration can oscillate.
     """
-    middle, width = float(log_intensity.mean()), max(float(log_intensity.std()), 1e-3)
-    scaled = (log_intensity - middle) / width
+    middle, width = float(log_intensity_by_motion.mean()), max(float(log_intensity_by_motion.std()), 1e-3)
+    scaled = (log_intensity_by_motion - middle) / width
     # Constant and slope of each row, their likelihood, the next step, and the rows that have not converged.
     first = (
         (0.0, 1.0)
-        if start_median_and_spread is None
+        if start_median_and_log_std is None
         else (
-            (middle - math.log(start_median_and_spread[0])) / start_median_and_spread[1],
-            width / start_median_and_spread[1],
+            (middle - math.log(start_median_and_log_std[0])) / start_median_and_log_std[1],
+            width / start_median_and_log_std[1],
         )
     )
-    found, moving = np.tile(first, (len(weights), 1)), np.ones(len(weights), bool)
-    likelihood, trying = np.full(len(weights), -np.inf), np.zeros_like(found)
+    found, moving = np.tile(first, (len(weights_by_fit_and_motion), 1)), np.ones(len(weights_by_fit_and_motion), bool)
+    likelihood, trying = np.full(len(weights_by_fit_and_motion), -np.inf), np.zeros_like(found)
     for iteration in range(MAX_NEWTON_ITERATIONS):
         at = np.flatnonzero(moving)
         if not at.size:
@@ -160,18 +163,20 @@ def _fit_lognormal_medians_and_log_stds(
         different = slice(None) if iteration else slice(1)  # all rows start at the same point
         z = tried[different, :1] + tried[different, 1:] * scaled
         below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
-        reached = (weights[at] * (fall_share * below + (1 - fall_share) * above)).sum(axis=1)
+        reached = (
+            weights_by_fit_and_motion[at] * (fall_share_by_motion * below + (1 - fall_share_by_motion) * above)
+        ).sum(axis=1)
         worse = reached < likelihood[at] - 1e-12 * np.abs(reached)
         trying[at[worse]] /= 2
         better = at[~worse]
         if worse.any():
             z, below, above = z[~worse], below[~worse], above[~worse]
-        found[better], likelihood[better], w = tried[~worse], reached[~worse], weights[better]
+        found[better], likelihood[better], w = tried[~worse], reached[~worse], weights_by_fit_and_motion[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)
-        score = w * (fall_share * falls - (1 - fall_share) * stands)
+        score = w * (fall_share_by_motion * falls - (1 - fall_share_by_motion) * stands)
         information = w * (
-            fall_share * falls * (falls + z) + (1 - fall_share) * stands * (stands - z)
+            fall_share_by_motion * falls * (falls + z) + (1 - fall_share_by_motion) * stands * (stands - z)
         )  # minus the score's slope
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
@@ -194,11 +199,11 @@ def _fit_lognormal_medians_and_log_stds(
 
 
 def variance_share_between_records(
-    median_and_spread: tuple[float, float],
-    intensity: FloatArray,
-    fall_share: FloatArray,
-    record: NDArray[np.generic],
-    stone_count: ArrayLike,
+    median_and_log_std: tuple[float, float],
+    intensity_by_motion: FloatArray,
+    fall_share_by_motion: FloatArray,
+    record_label_by_motion: NDArray[np.generic],
+    stone_count_by_motion: ArrayLike,
 ) -> float:
     """Estimate the share of a fragility curve's variance (spread²) that is due to differences between records.
 
@@ -211,11 +216,11 @@ def variance_share_between_records(
 
     Parameters
     ----------
-    median_and_spread : (float, float)
+    median_and_log_std : (float, float)
         Median and spread from `fit_lognormal_median_and_log_std`.
-    intensity, fall_share, record : ndarray, shape (n,)
+    intensity_by_motion, fall_share_by_motion, record_label_by_motion : ndarray, shape (n,)
         Intensities, share of stones that fell, and the record of each share.
-    stone_count : array_like, shape (n,) or ()
+    stone_count_by_motion : array_like, shape (n,) or ()
         Number of stones of each share: those with a known outcome.
 
     Returns
@@ -223,19 +228,19 @@ def variance_share_between_records(
     float
         0 to 0.99; NaN if there is no curve.
     """
-    if not math.isfinite(median_and_spread[0]):
+    if not math.isfinite(median_and_log_std[0]):
         return math.nan
-    z = np.log(intensity / median_and_spread[0]) / median_and_spread[1]
-    count = np.broadcast_to(np.asarray(stone_count, dtype=np.float64), z.shape)
-    by_record = (record == one for one in np.unique(record))
-    records = [(z[own, None], fall_share[own, None], count[own, None]) for own in by_record]
+    z = np.log(intensity_by_motion / median_and_log_std[0]) / median_and_log_std[1]
+    count = np.broadcast_to(np.asarray(stone_count_by_motion, dtype=np.float64), z.shape)
+    by_record = (record_label_by_motion == one for one in np.unique(record_label_by_motion))
+    records = [(z[own, None], fall_share_by_motion[own, None], count[own, None]) for own in by_record]
     density = -0.5 * STANDARDISED_RECORD_DEVIATION_POINTS**2
 
-    def negative_log_likelihood(record_variance_share: float) -> float:
+    def negative_log_likelihood(between_record_variance_share: float) -> float:
         log_likelihoods = []
         for level, fell, stones in records:
-            at = (level + math.sqrt(record_variance_share) * STANDARDISED_RECORD_DEVIATION_POINTS) / math.sqrt(
-                1 - record_variance_share
+            at = (level + math.sqrt(between_record_variance_share) * STANDARDISED_RECORD_DEVIATION_POINTS) / math.sqrt(
+                1 - between_record_variance_share
             )
             each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
             log_likelihoods.append(each.sum(axis=0) + density)
@@ -248,37 +253,53 @@ def variance_share_between_records(
 
 
 def fit_fragility_curve(
-    stone_class: str,
-    measure_and_unit: tuple[str, str],
-    intensity: FloatArray,
-    fall_share: FloatArray,
-    event: NDArray[np.str_],
+    stone_class_name: str,
+    intensity_measure_and_unit: tuple[str, str],
+    intensity_by_motion: FloatArray,
+    fall_share_by_motion: FloatArray,
+    earthquake_name_by_motion: NDArray[np.str_],
     *,
-    record: NDArray[np.generic] | None = None,
-    stone_count: ArrayLike = 0,
+    record_label_by_motion: NDArray[np.generic] | None = None,
+    stone_count_by_motion: ArrayLike = 0,
 ) -> FittedFragilityCurve:
     """Fit the fragility curve of a class of stones, with a bootstrap interval of its median.
 
-    `intensity`, `fall_share`, `event` and `record` have one entry for each motion, shape (n,).
+    `intensity_by_motion`, `fall_share_by_motion`, `earthquake_name_by_motion` and `record_label_by_motion` have one
+    entry for each motion, shape (n,).
 
-    With ``record`` and ``stone_count``, the number of stones with a known outcome of each share, the spread between
-    records is separated.
+    With ``record_label_by_motion`` and ``stone_count_by_motion``, the number of stones with a known outcome of each
+    share, the spread between records is separated.
     """
-    known = np.isfinite(fall_share) & (intensity > 0)
-    intensity, fall_share, event = intensity[known], fall_share[known], event[known]
-    median, spread = fit_lognormal_median_and_log_std(intensity, fall_share)
+    known = np.isfinite(fall_share_by_motion) & (intensity_by_motion > 0)
+    intensity_by_motion, fall_share_by_motion, earthquake_name_by_motion = (
+        intensity_by_motion[known],
+        fall_share_by_motion[known],
+        earthquake_name_by_motion[known],
+    )
+    median, spread = fit_lognormal_median_and_log_std(intensity_by_motion, fall_share_by_motion)
     between = math.nan
-    if record is not None:
-        stones = np.broadcast_to(stone_count, known.shape)[known]
-        between = variance_share_between_records((median, spread), intensity, fall_share, record[known], stones)
-    names, member = np.unique(event, return_inverse=True)
+    if record_label_by_motion is not None:
+        stones = np.broadcast_to(stone_count_by_motion, known.shape)[known]
+        between = variance_share_between_records(
+            (median, spread), intensity_by_motion, fall_share_by_motion, record_label_by_motion[known], stones
+        )
+    names, member = np.unique(earthquake_name_by_motion, return_inverse=True)
 
-    def medians_of_bootstrap_samples(drawn_earthquakes: NDArray[np.intp]) -> FloatArray:
-        count = (drawn_earthquakes[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
-        parts = np.array_split(count, math.ceil(len(drawn_earthquakes) * fall_share.size / MAX_VALUES_PER_FIT_BATCH))
+    def medians_of_bootstrap_samples(earthquake_indices_by_bootstrap_sample: NDArray[np.intp]) -> FloatArray:
+        count = (earthquake_indices_by_bootstrap_sample[:, :, None] == np.arange(names.size)).sum(
+            axis=1, dtype=np.float64
+        )
+        parts = np.array_split(
+            count,
+            math.ceil(
+                len(earthquake_indices_by_bootstrap_sample) * fall_share_by_motion.size / MAX_VALUES_PER_FIT_BATCH
+            ),
+        )
         return np.concatenate(
             [
-                _fit_lognormal_medians_and_log_stds(np.log(intensity), fall_share, part[:, member], (median, spread))[0]
+                _fit_lognormal_medians_and_log_stds(
+                    np.log(intensity_by_motion), fall_share_by_motion, part[:, member], (median, spread)
+                )[0]
                 for part in parts
             ]
         )
@@ -286,5 +307,11 @@ def fit_fragility_curve(
     ends_of_median = ConfidenceInterval()
     if math.isfinite(median):
         ends_of_median = bootstrap_interval(medians_of_bootstrap_samples, np.arange(names.size))
-    ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
-    return FittedFragilityCurve(stone_class, *measure_and_unit, median, spread, ends_of_median, *ends, between)
+    ends = (
+        (float(intensity_by_motion.min()), float(intensity_by_motion.max()))
+        if intensity_by_motion.size
+        else (math.nan, math.nan)
+    )
+    return FittedFragilityCurve(
+        stone_class_name, *intensity_measure_and_unit, median, spread, ends_of_median, *ends, between
+    )

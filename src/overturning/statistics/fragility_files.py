@@ -17,7 +17,7 @@ OPENQUAKE_INTENSITY_LEVEL_COUNT: Final = 25
 """Number of intensities at which a curve is tabulated for OpenQuake."""
 
 
-def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> None:
+def write_fragility_csv(fragility_curves: Sequence[FittedFragilityCurve], csv_path: Path) -> None:
     """Write fragility curves to a CSV file, one row per curve.
 
     Columns: class of stones, measure and unit, median with its interval, spread with its components, range of the data,
@@ -26,7 +26,7 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
     The spread is missing if the median lies outside the data, so that no curve can be drawn there.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
-    for one in curves:
+    for one in fragility_curves:
         median, ends, spread = one.median_interval_and_spread_within_data
         values = (
             median,
@@ -38,21 +38,23 @@ def write_fragility_csv(curves: Sequence[FittedFragilityCurve], path: Path) -> N
         )
         numbers = ",".join(f"{value:.6g}" for value in values)
         lines.append(f'"{one.stone_class}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
-    with atomic_write(path) as part:
+    with atomic_write(csv_path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def openquake_file_name(measure: str) -> str:
+def openquake_file_name(intensity_measure_name: str) -> str:
     """Return the name of the OpenQuake file for an intensity measure, such as ``fragility-sa-0.5.xml``."""
-    return f"fragility-{measure.lower().replace('(', '-').rstrip(')')}.xml"
+    return f"fragility-{intensity_measure_name.lower().replace('(', '-').rstrip(')')}.xml"
 
 
-def is_openquake_measure(measure: str) -> bool:
-    """True if OpenQuake knows the intensity measure named `measure`: PGA, PGV or SA(period)."""
-    return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
+def is_openquake_measure(intensity_measure_name: str) -> bool:
+    """True if OpenQuake knows the intensity measure named `intensity_measure_name`: PGA, PGV or SA(period)."""
+    return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", intensity_measure_name) is not None
 
 
-def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path: Path, model_id: str) -> None:
+def write_openquake_fragility_model(
+    fragility_curves: Sequence[FittedFragilityCurve], xml_path: Path, openquake_model_id: str
+) -> None:
     """Write the fragility curves of one intensity measure as an OpenQuake model file (NRML 0.5, discrete functions).
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
@@ -64,7 +66,7 @@ def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path
     ArgumentError
         If the curves have different measures, or one that OpenQuake does not have.
     """
-    measures = {one.measure for one in curves}
+    measures = {one.measure for one in fragility_curves}
     if len(measures) != 1 or not all(map(is_openquake_measure, measures)):
         raise ArgumentError(
             f"curves of {', '.join(sorted(measures)) or 'nothing'}; give those of PGA or PGV, or of one SA(period)"
@@ -72,11 +74,11 @@ def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">',
-        f'<fragilityModel id={quoteattr(model_id)} assetCategory="contents" lossCategory="contents">',
+        f'<fragilityModel id={quoteattr(openquake_model_id)} assetCategory="contents" lossCategory="contents">',
         "<description>Falls of gravestones, computed; nothing is known beyond the levels of a function</description>",
         "<limitStates>fallen</limitStates>",
     ]
-    for one in curves:
+    for one in fragility_curves:
         if not math.isfinite(one.median):
             continue
         levels = np.geomspace(one.min_fitted_intensity, one.max_fitted_intensity, OPENQUAKE_INTENSITY_LEVEL_COUNT)
@@ -89,5 +91,5 @@ def write_openquake_fragility_model(curves: Sequence[FittedFragilityCurve], path
             "</fragilityFunction>",
         ]
     lines += ["</fragilityModel>", "</nrml>"]
-    with atomic_write(path) as part:
+    with atomic_write(xml_path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -21,7 +21,7 @@ ANY_ELEMENT_FALLS_VARIABLE: Final = "any_element_falls"
 """Name of a variable that is True where at least one element of the scene falls."""
 
 MIN_VISIBLE_ROTATION_OVER_ALPHA: Final = 0.1
-"""Largest rotation, in parts of α, above which a standing block rocks visibly."""
+"""Smallest peak rotation, as a share of the critical angle α, at which a standing block rocks visibly."""
 
 MIN_VISIBLE_TWIST_DEG: Final = 0.1
 """Smallest turn about the vertical of a standing stone that counts as turned, degrees; the report prints 0.1°."""
@@ -81,30 +81,30 @@ class IllustrativeCaseRule(NamedTuple):
 
 
 def _case_with_largest_score(
-    record_cube: xr.Dataset, outcome_flag: int, score: xr.DataArray, eligible_cells: xr.DataArray
+    record_cube: xr.Dataset, wanted_fall_flag: int, case_scores: xr.DataArray, eligible_case_mask: xr.DataArray
 ) -> BestExampleCaseOfRecord | None:
     """Return, among eligible cases with a given outcome, the case with the largest score; None if there is none."""
-    may = ((record_cube["overturned"] == outcome_flag) & eligible_cells).to_numpy()
+    may = ((record_cube["overturned"] == wanted_fall_flag) & eligible_case_mask).to_numpy()
     if not may.any():
         return None
-    values = score.broadcast_like(record_cube["overturned"]).transpose(*record_cube["overturned"].dims).to_numpy()
+    values = case_scores.broadcast_like(record_cube["overturned"]).transpose(*record_cube["overturned"].dims).to_numpy()
     place = int(np.where(may, values, -np.inf).argmax())
     at, *block = (int(index) for index in np.unravel_index(place, may.shape))
     return BestExampleCaseOfRecord((float(values.flat[place]),), block, (at,))
 
 
 def _standing_case_with_largest_value(
-    record_cube: xr.Dataset, variable: str, min_value: float
+    record_cube: xr.Dataset, variable_name: str, min_absolute_value: float
 ) -> BestExampleCaseOfRecord | None:
-    size = abs(record_cube[variable])
-    eligible = size >= min_value
+    size = abs(record_cube[variable_name])
+    eligible = size >= min_absolute_value
     if ANY_ELEMENT_FALLS_VARIABLE in record_cube:  # the film shows all stones
         eligible = eligible & ~record_cube[ANY_ELEMENT_FALLS_VARIABLE].astype(bool)
     return _case_with_largest_score(record_cube, 0, size, eligible)
 
 
-def _stoutest_falling_case(record_cube: xr.Dataset, eligible_cells: xr.DataArray) -> BestExampleCaseOfRecord | None:
-    return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_cells)
+def _stoutest_falling_case(record_cube: xr.Dataset, eligible_case_mask: xr.DataArray) -> BestExampleCaseOfRecord | None:
+    return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_case_mask)
 
 
 def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
@@ -203,10 +203,8 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     `ANY_ELEMENT_FALLS_VARIABLE` is True where a stone of the scene falls; such a case is not used to show a standing
     stone.
     """
-    model, cells = (
-        default_model_for_results_cube(cube),
-        default_model_for_results_cube(cube).distinct_direction_indices(cube),
-    )
+    model = default_model_for_results_cube(cube)
+    cells = model.distinct_direction_indices(cube)
     rules = [rule for rule in ILLUSTRATIVE_CASE_RULES if all(name in cube for name in rule.needed_cube_variables)]
     names = [
         "overturned",
@@ -219,7 +217,7 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     )
     best = _best_example_case_by_rule_title(chain.from_iterable(batches))
     return [
-        _illustrative_case_from_best(cube, rule, *best[rule.case_title], direction_indices=cells)
+        _illustrative_case_from_best(cube, rule, *best[rule.case_title], distinct_direction_indices=cells)
         for rule in rules
         if rule.case_title in best
     ]
@@ -227,16 +225,16 @@ def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
 
 def _best_example_cases_of_record_batch(
     model: Model,
-    direction_indices: NDArray[np.intp],
+    distinct_direction_indices: NDArray[np.intp],
     rules: list[IllustrativeCaseRule],
     record_indices: list[int],
-    batch: xr.Dataset,
+    cube_of_record_batch: xr.Dataset,
 ) -> list[_RuleTitleCaseAndRecordIndex]:
     """Find the best case of each of a few records under each rule.
 
     A function of its own, so that its arrays of all cases are released before the next records are read.
     """
-    half = batch.isel({model.direction_dimension_name: direction_indices})
+    half = cube_of_record_batch.isel({model.direction_dimension_name: distinct_direction_indices})
     nominal = model.fall_probability_and_direction_by_case(half, use_ensemble=False)
     candidates = half.assign(
         nominal[["direction_cosine", "direction_sine"]].assign(
@@ -248,14 +246,14 @@ def _best_example_cases_of_record_batch(
 
 
 def _best_example_case_by_rule_title(
-    found_cases: Iterable[_RuleTitleCaseAndRecordIndex],
+    best_cases_by_rule_and_record: Iterable[_RuleTitleCaseAndRecordIndex],
 ) -> dict[str, tuple[BestExampleCaseOfRecord, int]]:
     """Return, for each rule (by title), the case with the largest score of all records, and its record index.
 
     The first case is returned if several have the same score. Rules that found no case are left out.
     """
     best: dict[str, tuple[BestExampleCaseOfRecord, int]] = {}
-    for title, case, record in found_cases:
+    for title, case, record in best_cases_by_rule_and_record:
         if case and (title not in best or case.score_larger_is_better > best[title][0].score_larger_is_better):
             best[title] = case, record
     return best
@@ -267,18 +265,18 @@ def _illustrative_case_from_best(
     best_case: BestExampleCaseOfRecord,
     record_index: int,
     *,
-    direction_indices: NDArray[np.intp],
+    distinct_direction_indices: NDArray[np.intp],
 ) -> IllustrativeCase:
     """Convert the best case found by a rule to an `IllustrativeCase`, with coordinates in place of indices.
 
-    `direction_indices` are the indices of the directions among which the case was found.
+    `distinct_direction_indices` are the indices of the directions among which the case was found.
     """
     model = default_model_for_results_cube(cube)
     block = {
         name: float(cube[name].values[at])
         for name, at in zip(model.case_dims_without_direction, best_case.block_grid_indices, strict=True)
     }
-    directions = cube[model.direction_dimension_name].values[direction_indices]
+    directions = cube[model.direction_dimension_name].values[distinct_direction_indices]
     angles = tuple(float(directions[at]) for at in best_case.panel_direction_indices)
     return IllustrativeCase(rule.case_title, rule.rule_text, record_index, block, angles)
 
@@ -304,29 +302,29 @@ OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE: Final = IllustrativeCaseRule(
 
 
 def _clearest_example_among_marked_cases(
-    marked_cells: xr.Dataset, mark_variable: str
+    case_masks: xr.Dataset, mask_variable_name: str
 ) -> BestExampleCaseOfRecord | None:
     """Return the case that is the clearest example among those that are True in a mask variable, or None.
 
     A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.
     """
-    model = default_model_for_results_cube(marked_cells)
-    cells = marked_cells[mark_variable].to_numpy()
+    model = default_model_for_results_cube(case_masks)
+    cells = case_masks[mask_variable_name].to_numpy()
     if not cells.any():
         return None
     alike = np.zeros(cells.shape, np.int64)
     for axis in (0, model.dimension_names.index("b_over_h")):
         for step in (-1, 1):
             alike += np.take(cells, np.clip(np.arange(cells.shape[axis]) + step, 0, cells.shape[axis] - 1), axis)
-    rocks = marked_cells["rocks"].to_numpy() if "rocks" in marked_cells else np.zeros(cells.shape, np.bool_)
+    rocks = case_masks["rocks"].to_numpy() if "rocks" in case_masks else np.zeros(cells.shape, np.bool_)
     broad = model.dimension_names.index("b_over_h")
     score, place = max(((int(rocks[at]), int(alike[at]), int(at[broad])), at) for at in map(tuple, np.argwhere(cells)))
-    ratio = round(float(marked_cells["b_over_h"].values[place[broad]]), 9)
+    ratio = round(float(case_masks["b_over_h"].values[place[broad]]), 9)
     return BestExampleCaseOfRecord((*map(float, score[:2]), ratio), place[1:], (place[0],))
 
 
 def case_with_differing_outcomes(
-    cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
+    first_cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
 ) -> IllustrativeCase | None:
     """Return a case whose outcome differs between two variants of a study; None if no outcome differs.
 
@@ -335,23 +333,23 @@ def case_with_differing_outcomes(
 
     Parameters
     ----------
-    cube, second_cube : Dataset
+    first_cube, second_cube : Dataset
         Cubes of one element and amplitude with the same cases in the same order.
     variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
-    model = default_model_for_results_cube(cube)
-    cells, names = model.distinct_direction_indices(cube), ["overturned", "fall_azimuth", "peak_rotation"]
+    model = default_model_for_results_cube(first_cube)
+    cells, names = (model.distinct_direction_indices(first_cube), ["overturned", "fall_azimuth", "peak_rotation"])
     found_cases: list[_RuleTitleCaseAndRecordIndex] = []
     pairs = partial(zip, strict=True)
-    record_pairs = pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
+    record_pairs = pairs(iterate_results_by_record(first_cube, names), iterate_results_by_record(second_cube, names))
     counts = [_count_falls_in_one_cube_only(*pair) for pair in record_pairs]
     only_this, only_other = np.sum(counts, axis=0)
     for record, pair in enumerate(
-        pairs(iterate_results_by_record(cube, names), iterate_results_by_record(second_cube, names))
+        pairs(iterate_results_by_record(first_cube, names), iterate_results_by_record(second_cube, names))
     ):
         this, that = (each.isel({"record": 0, model.direction_dimension_name: cells}) for each in pair)
-        one = _mark_cases_with_differing_outcomes(model, this, that, is_fall_in_first=only_this >= only_other)
+        one = _mark_cases_with_differing_outcomes(model, this, that, mark_falls_in_first_cube=only_this >= only_other)
         found_cases += [
             (rule.case_title, rule.find_best_case(one), record)
             for rule in (FALLS_IN_ONE_VARIANT_ONLY_RULE, OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE)
@@ -359,32 +357,34 @@ def case_with_differing_outcomes(
     best = _best_example_case_by_rule_title(found_cases)
     for rule in (FALLS_IN_ONE_VARIANT_ONLY_RULE, OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE):
         if rule.case_title in best:
-            case = _illustrative_case_from_best(cube, rule, *best[rule.case_title], direction_indices=cells)
+            case = _illustrative_case_from_best(
+                first_cube, rule, *best[rule.case_title], distinct_direction_indices=cells
+            )
             return case._replace(panel_directions_deg=2 * case.panel_directions_deg, panel_variants=variant_names)
     return None
 
 
-def _count_falls_in_one_cube_only(cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
+def _count_falls_in_one_cube_only(first_cube: xr.Dataset, second_cube: xr.Dataset) -> tuple[int, int]:
     """Return the number of cases that fall in the first cube only, and the number that fall in the second only.
 
     Cases with an unknown outcome in either cube do not count.
     """
-    one, another = (each["overturned"].to_numpy() for each in (cube, second_cube))
+    one, another = (each["overturned"].to_numpy() for each in (first_cube, second_cube))
     known = np.isfinite(one) & np.isfinite(another)
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
 def _mark_cases_with_differing_outcomes(
-    model: Model, cube: xr.Dataset, second_cube: xr.Dataset, *, is_fall_in_first: bool
+    model: Model, first_cube: xr.Dataset, second_cube: xr.Dataset, *, mark_falls_in_first_cube: bool
 ) -> xr.Dataset:
     """Return masks of the cases that fall in one of two cubes only (``split``), or to opposite sides.
 
-    ``split`` marks only cases that fall in the first cube if `is_fall_in_first` is true, otherwise only cases that fall
-    in the second cube. A third mask, ``rocks``, marks cases in which the standing block rocks visibly.
+    ``split`` marks only cases that fall in the first cube if `mark_falls_in_first_cube` is true, otherwise only cases
+    that fall in the second cube. A third mask, ``rocks``, marks cases in which the standing block rocks visibly.
     """
-    one, another = (each.transpose(*model.dimension_names, ...) for each in (cube, second_cube))
+    one, another = (each.transpose(*model.dimension_names, ...) for each in (first_cube, second_cube))
     flags, others = one["overturned"].to_numpy(), another["overturned"].to_numpy()
-    falls, stands = (flags, others) if is_fall_in_first else (others, flags)
+    falls, stands = (flags, others) if mark_falls_in_first_cube else (others, flags)
     split = np.isfinite(flags) & np.isfinite(others) & (falls != 0) & (stands == 0)
     if "fall_azimuth" in one:
         apart = np.radians(one["fall_azimuth"].to_numpy().astype(np.float64) - another["fall_azimuth"].to_numpy())
@@ -392,7 +392,7 @@ def _mark_cases_with_differing_outcomes(
     else:
         opposite = flags * others < 0
     marked = {"split": (model.dimension_names, split), "opposite": (model.dimension_names, opposite)}
-    standing = another if is_fall_in_first else one
+    standing = another if mark_falls_in_first_cube else one
     if "peak_rotation" in standing:
         rocks = standing["peak_rotation"].to_numpy() > MIN_VISIBLE_ROTATION_OVER_ALPHA
         marked["rocks"] = (model.dimension_names, rocks)

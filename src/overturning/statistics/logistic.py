@@ -83,12 +83,12 @@ class LogisticFit:
 
 def fit_logistic_model(
     predictors: ArrayLike,
-    outcome: ArrayLike,
-    cluster: ArrayLike,
+    fall_shares: ArrayLike,
+    cluster_label_by_row: ArrayLike,
     *,
-    weight: ArrayLike | None = None,
-    names: Sequence[str] = (),
-    intervals: bool = True,
+    weights: ArrayLike | None = None,
+    predictor_names: Sequence[str] = (),
+    compute_jackknife_intervals: bool = True,
 ) -> LogisticFit:
     """Fit a logistic model to outcomes in clusters (earthquakes), with jackknife intervals over the clusters.
 
@@ -101,13 +101,12 @@ def fit_logistic_model(
 
     Parameters
     ----------
-    predictors, names : array_like, shape (n, k), sequence of str
+    predictors, predictor_names : array_like, shape (n, k), sequence of str
         Predictors without intercept, and their names.
-    outcome, weight, cluster : array_like, shape (n,)
-        Outcome 0 or 1, or a share between; weight of each row (default 1; rows of weight 0 do not count); cluster of
-        each row. An `ArgumentError` is raised if shapes do not match, a predictor is not finite, or an outcome lies
-        outside 0 to 1.
-    intervals : bool
+    fall_shares, weights, cluster_label_by_row : array_like, shape (n,)
+        Outcome 0 or 1, or share of falls; weight (default 1; rows of weight 0 do not count); earthquake. An
+        `ArgumentError` is raised if shapes do not match, a predictor is not finite, or a share lies outside 0 to 1.
+    compute_jackknife_intervals : bool
         False: compute the maximum-likelihood estimates only, which are enough for a prediction.
 
     Returns
@@ -118,13 +117,13 @@ def fit_logistic_model(
         71). There are no intervals with fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` clusters, or if the fit without one
         of them fails.
     """
-    x, y = _checked_predictors_and_outcomes(predictors, outcome)
-    w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
+    x, y = _checked_predictors_and_outcomes(predictors, fall_shares)
+    w = np.ones_like(y) if weights is None else np.asarray(weights, dtype=np.float64)
     counts = w > 0  # a cluster without weight is none
     x, y, w = x[counts], y[counts], w[counts]
-    _, member = np.unique(np.asarray(cluster)[counts], return_inverse=True)
+    _, member = np.unique(np.asarray(cluster_label_by_row)[counts], return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
-    label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
+    label = ("intercept", *(predictor_names or [f"x{i + 1}" for i in range(x.shape[1])]))
     coefficient = error = np.full(len(label), np.nan)
     note = _reason_why_fit_is_impossible(y)
     if not note:
@@ -141,12 +140,12 @@ def fit_logistic_model(
         back = _coefficient_unscaling_matrix(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
-        if intervals and groups >= MIN_EARTHQUAKES_FOR_INTERVAL:
+        if compute_jackknife_intervals and groups >= MIN_EARTHQUAKES_FOR_INTERVAL:
             without, note = _jackknife_fits_without_each_cluster(design, y, w, beta, member)
             if not note:
                 estimates = _jackknife_estimate_and_error(coefficient, without @ back.T)
                 coefficient, error = (one + given for one in estimates)
-        elif intervals:
+        elif compute_jackknife_intervals:
             note = f"no interval: fewer than {MIN_EARTHQUAKES_FOR_INTERVAL} earthquakes"
     half = float(scipy.special.stdtrit(groups - 1, (1 + CONFIDENCE_LEVEL) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
@@ -164,12 +163,12 @@ def fit_logistic_model(
     )
 
 
-def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _checked_predictors_and_outcomes(predictors: ArrayLike, fall_shares: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return predictors, shape (n, k), and outcomes, shape (n,), as float arrays; raise an error if invalid.
 
     An ArgumentError is raised if shapes do not match, a predictor is not finite, or an outcome lies outside 0 to 1.
     """
-    x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
+    x, y = np.asarray(predictors, dtype=np.float64), np.asarray(fall_shares, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
         raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
     if not np.isfinite(x).all():
@@ -180,31 +179,31 @@ def _checked_predictors_and_outcomes(predictors: ArrayLike, outcome: ArrayLike) 
     return x, y
 
 
-def _reason_why_fit_is_impossible(outcome: FloatArray) -> str:
+def _reason_why_fit_is_impossible(fall_shares: FloatArray) -> str:
     """Return why no logistic model can be fitted (no outcome known, all fall or none); "" if one can be fitted."""
-    if outcome.size == 0:
+    if fall_shares.size == 0:
         return "no fit: no outcome is known"
-    if outcome.max() == 0.0:
+    if fall_shares.max() == 0.0:
         return "no fit: nothing falls"
-    return "no fit: everything falls" if outcome.min() == 1.0 else ""
+    return "no fit: everything falls" if fall_shares.min() == 1.0 else ""
 
 
 def _coefficient_unscaling_matrix(
-    predictor_centres: FloatArray, predictor_scales: FloatArray, is_varying: NDArray[np.bool_]
+    predictor_means: FloatArray, predictor_stds: FloatArray, is_varying: NDArray[np.bool_]
 ) -> FloatArray:
     """Return the matrix that converts coefficients of scaled predictors to those of the original predictors.
 
     The shape is (predictors + 1, varying predictors + 1); the first coefficient is the intercept.
     """
-    back = np.zeros((predictor_centres.size + 1, int(is_varying.sum()) + 1))
+    back = np.zeros((predictor_means.size + 1, int(is_varying.sum()) + 1))
     back[0, 0] = 1.0
-    back[0, 1:] = -predictor_centres[is_varying] / predictor_scales[is_varying]
-    back[1 + np.flatnonzero(is_varying), 1 + np.arange(int(is_varying.sum()))] = 1 / predictor_scales[is_varying]
+    back[0, 1:] = -predictor_means[is_varying] / predictor_stds[is_varying]
+    back[1 + np.flatnonzero(is_varying), 1 + np.arange(int(is_varying.sum()))] = 1 / predictor_stds[is_varying]
     return back
 
 
 def _fit_coefficients_by_newton_method(
-    design_matrix: FloatArray, outcome: FloatArray, weight: FloatArray, start_coefficients: FloatArray
+    design_matrix: FloatArray, fall_shares: FloatArray, weights: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
     """Fit logistic coefficients by Newton's method; return them, and "" or the reason why there is no fit.
 
@@ -212,14 +211,15 @@ def _fit_coefficients_by_newton_method(
     first time that a linear predictor exceeds `MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK`, a linear programme decides
     whether a finite maximum exists.
     """
-    negative_log_likelihood = _negative_log_likelihood_function(outcome, weight)
+    negative_log_likelihood = _negative_log_likelihood_function(fall_shares, weights)
     beta, linear, may_be_separated = start_coefficients, design_matrix @ start_coefficients, True
     reached = negative_log_likelihood(linear)
     for _ in range(MAX_NEWTON_ITERATIONS):
         falls, stands = scipy.special.expit(linear), scipy.special.expit(-linear)  # 1 - falls would be rounded to 0
-        information = (design_matrix * (weight * falls * stands)[:, None]).T @ design_matrix
+        information = (design_matrix * (weights * falls * stands)[:, None]).T @ design_matrix
+        gradient = design_matrix.T @ (weights * (fall_shares * stands - (1 - fall_shares) * falls))
         try:
-            step = np.linalg.solve(information, design_matrix.T @ (weight * (outcome * stands - (1 - outcome) * falls)))
+            step = np.linalg.solve(information, gradient)
         except np.linalg.LinAlgError:
             break
         largest = reached * (1 + RELATIVE_LOG_LIKELIHOOD_ROUNDING_ERROR)
@@ -229,7 +229,7 @@ def _fit_coefficients_by_newton_method(
             reached = negative_log_likelihood(linear := design_matrix @ (beta + step))
         beta = beta + step
         if may_be_separated and np.abs(linear).max() > MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK:
-            if _plane_separates_falls_from_standing_cases(design_matrix, outcome):
+            if _plane_separates_falls_from_standing_cases(design_matrix, fall_shares):
                 return beta, "no fit: predictors separate falls from stands"
             may_be_separated = False
         if np.abs(step).max() < MAX_COEFFICIENT_STEP_OF_CONVERGED_FIT * max(1.0, np.abs(beta).max()):
@@ -237,25 +237,25 @@ def _fit_coefficients_by_newton_method(
     return beta, "no fit: the iteration does not converge"
 
 
-def _negative_log_likelihood_function(outcome: FloatArray, weight: FloatArray) -> Callable[[FloatArray], float]:
+def _negative_log_likelihood_function(fall_shares: FloatArray, weights: FloatArray) -> Callable[[FloatArray], float]:
     """Return a function that computes minus the logarithm of the weighted likelihood from linear predictors.
 
     Outcomes are 0 to 1; only those between 0 and 1 have both a term of the fall and a term of the standing stone.
     """
-    sign = np.where(outcome == 1, -1.0, 1.0)
-    shared = np.flatnonzero((outcome > 0) & (outcome < 1))
-    share = outcome[shared]
+    sign = np.where(fall_shares == 1, -1.0, 1.0)
+    shared = np.flatnonzero((fall_shares > 0) & (fall_shares < 1))
+    share = fall_shares[shared]
 
-    def negative_log_likelihood(linear_predictor: FloatArray) -> float:
-        losses = np.logaddexp(0, sign * linear_predictor)
-        between = linear_predictor[shared]
+    def negative_log_likelihood(linear_predictor_by_row: FloatArray) -> float:
+        losses = np.logaddexp(0, sign * linear_predictor_by_row)
+        between = linear_predictor_by_row[shared]
         losses[shared] = share * np.logaddexp(0, -between) + (1 - share) * np.logaddexp(0, between)
-        return float(weight @ losses)
+        return float(weights @ losses)
 
     return negative_log_likelihood
 
 
-def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, outcome: FloatArray) -> bool:
+def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, fall_shares: FloatArray) -> bool:
     """Return whether a plane in predictor space separates falls from standing cases; both may lie in the plane.
 
     Then, and only then, no finite estimate exists (Albert & Anderson 1984, Biometrika 71). A row whose outcome is a
@@ -264,11 +264,11 @@ def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, outcom
     """
     from scipy.optimize import linprog  # imported only where a fit fails: importing it takes long
 
-    shared, columns = (outcome > 0) & (outcome < 1), design_matrix.shape[1]
+    shared, columns = ((fall_shares > 0) & (fall_shares < 1), design_matrix.shape[1])
     # The number of rows first: before NumPy 2.4, a matrix without rows has no rank.
     if shared.sum() >= columns and np.linalg.matrix_rank(design_matrix[shared]) == columns:
         return False
-    beyond = np.where(outcome == 1, 1.0, -1.0)[~shared, None] * design_matrix[~shared]
+    beyond = np.where(fall_shares == 1, 1.0, -1.0)[~shared, None] * design_matrix[~shared]
     found = linprog(
         -beyond.sum(axis=0),
         A_ub=-beyond,
@@ -283,24 +283,24 @@ def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, outcom
 
 def _jackknife_fits_without_each_cluster(
     design_matrix: FloatArray,
-    outcome: FloatArray,
-    weight: FloatArray,
+    fall_shares: FloatArray,
+    weights: FloatArray,
     start_coefficients: FloatArray,
-    cluster: NDArray[np.intp],
+    cluster_index_by_row: NDArray[np.intp],
 ) -> tuple[FloatArray, str]:
     """Return the coefficients fitted without each cluster in turn (jackknife), and "" or the reason why a fit failed.
 
     If one fit fails, the array of coefficients is empty.
     """
     estimates, none = [], np.empty((0, start_coefficients.size))
-    for one in range(int(cluster.max()) + 1):
-        kept = cluster != one
-        if _reason_why_fit_is_impossible(outcome[kept]):
+    for one in range(int(cluster_index_by_row.max()) + 1):
+        kept = cluster_index_by_row != one
+        if _reason_why_fit_is_impossible(fall_shares[kept]):
             return none, "no interval: all falls, or all stands, are of one earthquake"
         if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
             return none, "no interval: without one earthquake predictors are linearly dependent"
         found, note = _fit_coefficients_by_newton_method(
-            design_matrix[kept], outcome[kept], weight[kept], start_coefficients
+            design_matrix[kept], fall_shares[kept], weights[kept], start_coefficients
         )
         if note:
             return none, f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
@@ -309,32 +309,30 @@ def _jackknife_fits_without_each_cluster(
 
 
 def _jackknife_estimate_and_error(
-    full_estimate: FloatArray, partial_estimates: FloatArray
+    coefficients_from_all_clusters: FloatArray, coefficients_by_omitted_cluster: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the bias-corrected jackknife estimate and its standard error, from fits that each omit one cluster.
 
-    `partial_estimates` has shape (clusters, coefficients).
+    `coefficients_by_omitted_cluster` has shape (clusters, coefficients).
     """
-    groups, mean = len(partial_estimates), partial_estimates.mean(axis=0)
-    error = np.sqrt((groups - 1) / groups * ((partial_estimates - mean) ** 2).sum(axis=0))
-    return groups * full_estimate - (groups - 1) * mean, error
+    groups, mean = len(coefficients_by_omitted_cluster), coefficients_by_omitted_cluster.mean(axis=0)
+    error = np.sqrt((groups - 1) / groups * ((coefficients_by_omitted_cluster - mean) ** 2).sum(axis=0))
+    return groups * coefficients_from_all_clusters - (groups - 1) * mean, error
 
 
 def overturning_regression_data(
-    cube: xr.Dataset, intensity: xr.Dataset, *, use_ensemble: bool = True
+    cube: xr.Dataset, pga_and_pgv: xr.Dataset, *, use_ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
     """Return the data of the logistic fit: predictors, outcome, earthquake index and weight of each row.
 
-    There is one row for each record, plane, height and B/H.
-
-    The outcome is the share of friction coefficients for which the block falls. Planes without motion, such as
-    perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
+    There is one row for each record, plane, height and B/H. The outcome is the share of friction coefficients for which
+    the block falls. Planes without motion, such as perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
 
     Parameters
     ----------
     cube : Dataset
         The cube, which is read in batches of records.
-    intensity : Dataset
+    pga_and_pgv : Dataset
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` is raised if an azimuth of
         the cube is missing.
     use_ensemble : bool
@@ -354,7 +352,7 @@ def overturning_regression_data(
         planes = model.fall_probability_and_direction_by_case(some, use_ensemble=use_ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dimension_names)
         try:
-            along = intensity[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)
+            along = pga_and_pgv[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:
             raise ArgumentError(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
@@ -378,13 +376,13 @@ def overturning_regression_data(
     return predictors, outcome, events, shares
 
 
-def fit_logistic_overturning_model(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
+def fit_logistic_overturning_model(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> LogisticFit:
     """Fit a logistic model of the fall probability, with the predictors `PREDICTOR_NAMES`, to a study's results.
 
-    `intensity` has ``pga`` and ``pgv`` of each record and azimuth.
+    `pga_and_pgv` has ``pga`` and ``pgv`` of each record and azimuth.
     """
-    predictors, outcome, event, weight = overturning_regression_data(cube, intensity)
-    return fit_logistic_model(predictors, outcome, event, weight=weight, names=PREDICTOR_NAMES)
+    predictors, outcome, event, weight = overturning_regression_data(cube, pga_and_pgv)
+    return fit_logistic_model(predictors, outcome, event, weights=weight, predictor_names=PREDICTOR_NAMES)
 
 
 def coefficient_name_estimate_interval_range_rows(

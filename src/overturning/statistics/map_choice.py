@@ -35,7 +35,10 @@ class RecordChosenForReportMap(NamedTuple):
 
 
 def choose_records_for_report_maps(
-    cube: xr.Dataset, record_alignment: FloatArray, axis_resultant: FloatArray, share_overturned: FloatArray
+    cube: xr.Dataset,
+    fault_normal_alignment_by_record: FloatArray,
+    fall_axis_resultant_by_record: FloatArray,
+    overturned_share_by_record: FloatArray,
 ) -> list[RecordChosenForReportMap]:
     """Choose at most `MAX_REPORT_MAPS` records of a study whose maps a report shows.
 
@@ -43,28 +46,31 @@ def choose_records_for_report_maps(
     ----------
     cube : Dataset
         Cube of a study; the records of its first group are chosen from.
-    record_alignment : array of float, shape (records,)
+    fault_normal_alignment_by_record : array of float, shape (records,)
         Mean cos 2Δ of each record, Δ the angle from the fault normal to a fall; NaN if it is not known.
-    axis_resultant : array of float, shape (records,)
+    fall_axis_resultant_by_record : array of float, shape (records,)
         Resultant of the fall axes of each record, 0 to 1; NaN without falls, or if the planes impose the axis.
-    share_overturned : array of float, shape (records,)
+    overturned_share_by_record : array of float, shape (records,)
         Share of the cases of each record that overturn.
 
     Returns
     -------
-    list of ChosenMapRecord
+    list of RecordChosenForReportMap
         All records of a study with few records; otherwise the record with the most, the median and the least aligned
         falls, and the one with the clearest axis, each of another earthquake; without fault normals the records with
         the clearest axes; if no record has an axis (resultant of `MIN_RESULTANT_WITH_MEAN_DIRECTION`), the first ones
         with falls.
     """
-    if record_alignment.size <= MAX_REPORT_MAPS:
-        return [RecordChosenForReportMap(place, EVERY_RECORD_REASON) for place in range(record_alignment.size)]
+    if fault_normal_alignment_by_record.size <= MAX_REPORT_MAPS:
+        return [
+            RecordChosenForReportMap(place, EVERY_RECORD_REASON)
+            for place in range(fault_normal_alignment_by_record.size)
+        ]
     members = next(iter(record_masks_by_group(cube).values()))
     events = cube["event"].to_numpy().astype(str)
-    by_alignment = _record_indices_by_descending_value(record_alignment, members)
+    by_alignment = _record_indices_by_descending_value(fault_normal_alignment_by_record, members)
     clear = _record_indices_by_descending_value(
-        axis_resultant, members & (axis_resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION)
+        fall_axis_resultant_by_record, members & (fall_axis_resultant_by_record >= MIN_RESULTANT_WITH_MEAN_DIRECTION)
     )
     wanted: list[tuple[str, list[int]]] = []
     if clear and by_alignment:
@@ -78,7 +84,7 @@ def choose_records_for_report_maps(
     last = (
         (CLEAREST_AXIS_REASON, clear)
         if clear
-        else (FIRST_WITH_FALLS_REASON, np.flatnonzero(members & (share_overturned > 0)).tolist())
+        else (FIRST_WITH_FALLS_REASON, np.flatnonzero(members & (overturned_share_by_record > 0)).tolist())
     )
     wanted += [last] * (MAX_REPORT_MAPS - len(wanted))
     chosen: list[RecordChosenForReportMap] = []
@@ -98,8 +104,8 @@ def choose_records_for_report_maps(
 
 
 def _record_indices_by_descending_value(
-    record_values: FloatArray, group_mask: "np.typing.NDArray[np.bool_]"
+    value_by_record: FloatArray, group_record_mask: "np.typing.NDArray[np.bool_]"
 ) -> list[int]:
-    """Return the indices of the records in `group_mask` with a finite value, in order of descending value."""
-    known = np.flatnonzero(group_mask & np.isfinite(record_values))
-    return [int(place) for place in known[np.argsort(-record_values[known], kind="stable")]]
+    """Return the indices of the records in `group_record_mask` with a finite value, in order of descending value."""
+    known = np.flatnonzero(group_record_mask & np.isfinite(value_by_record))
+    return [int(place) for place in known[np.argsort(-value_by_record[known], kind="stable")]]

@@ -54,15 +54,19 @@ class MeanDirectionWithInterval:
 
 
 def significant_mean_direction_resultant_and_test(
-    angle_deg: ArrayLike, recorded_step_deg: ArrayLike = 0.0, *, axial: bool = False, level: float = 0.95
+    azimuths_deg: ArrayLike,
+    azimuth_recording_step_deg: ArrayLike = 0.0,
+    *,
+    axial: bool = False,
+    confidence_level: float = 0.95,
 ) -> tuple[float, float, StatisticalTestResult]:
     """Return the mean direction (or axis), degrees, if significant, the resultant length, and the test result.
 
-    The test is that of no common direction. The mean is NaN if the test does not reject random directions at `level`,
-    or the resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`. For the test and the parameters see
-    `mean_direction_with_interval`.
+    The test is that of no common direction. The mean is NaN if the test does not reject random directions at
+    `confidence_level`, or the resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`. For the test and the parameters
+    see `mean_direction_with_interval`.
     """
-    angle = np.asarray(angle_deg, dtype=np.float64)
+    angle = np.asarray(azimuths_deg, dtype=np.float64)
     fold = 2 if axial else 1
     mean, resultant = mean_angle_deg_and_mean_resultant_length(angle, axial=axial)
     if angle.size > MAX_OBSERVATIONS_FOR_BOOTSTRAP:
@@ -70,18 +74,18 @@ def significant_mean_direction_resultant_and_test(
         test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
     else:
         vectors = np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))
-        test = randomised_rayleigh_test(*vectors, fold * np.asarray(recorded_step_deg))
-    clear = test.p_value <= 1 - level and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
+        test = randomised_rayleigh_test(*vectors, fold * np.asarray(azimuth_recording_step_deg))
+    clear = test.p_value <= 1 - confidence_level and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     return mean if clear else math.nan, resultant, test
 
 
 def mean_direction_with_interval(
-    angle_deg: ArrayLike,
-    recorded_step_deg: ArrayLike = 0.0,
+    azimuths_deg: ArrayLike,
+    azimuth_recording_step_deg: ArrayLike = 0.0,
     *,
     axial: bool = False,
-    level: float = 0.95,
-    draws: int = 4000,
+    confidence_level: float = 0.95,
+    bootstrap_sample_count: int = 4000,
 ) -> MeanDirectionWithInterval:
     """Compute the mean direction (or axis) of angles, its interval, and the test of no common direction.
 
@@ -94,49 +98,55 @@ def mean_direction_with_interval(
     wider by a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
     (`randomised_rayleigh_test`).
 
-    The interval contains the true mean less often than `level` says if the test hardly rejects random directions: means
-    are given only for those samples whose falls happen to agree.
+    The interval contains the true mean less often than `confidence_level` says if the test hardly rejects random
+    directions: means are given only for those samples whose falls happen to agree.
 
     Parameters
     ----------
-    angle_deg : array_like, shape (n,)
+    azimuths_deg : array_like, shape (n,)
         Azimuths, degrees clockwise from north.
-    recorded_step_deg : array_like, shape (n,) or ()
+    azimuth_recording_step_deg : array_like, shape (n,) or ()
         Step in which each azimuth is recorded, degrees, a divisor of 180: 45 for eight compass points; 0 without steps.
     axial : bool
         True if opposite azimuths are the same.
-    level : float
+    confidence_level : float
         Probability of the interval; a mean is given if p of the test is at most 1 − level.
-    draws : int
+    bootstrap_sample_count : int
         Number of bootstrap samples.
     """
-    angle = np.asarray(angle_deg, dtype=np.float64)
+    angle = np.asarray(azimuths_deg, dtype=np.float64)
     fold = 2 if axial else 1
     vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
     mean, resultant, test = significant_mean_direction_resultant_and_test(
-        angle, recorded_step_deg, axial=axial, level=level
+        angle, azimuth_recording_step_deg, axial=axial, confidence_level=confidence_level
     )
     if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
-    half = _half_width_of_mean_deg(vectors, fold * mean, resultant, level, draws)
-    half += _rounding_error_bound_of_mean_deg(fold * angle, fold * np.broadcast_to(recorded_step_deg, angle.shape))
+    half = _half_width_of_mean_deg(vectors, fold * mean, resultant, confidence_level, bootstrap_sample_count)
+    half += _rounding_error_bound_of_mean_deg(
+        fold * angle, fold * np.broadcast_to(azimuth_recording_step_deg, angle.shape)
+    )
     return MeanDirectionWithInterval(angle.size, mean, half / fold, resultant, test)
 
 
-def _rounding_error_bound_of_mean_deg(angle_deg: FloatArray, step_deg: FloatArray) -> float:
+def _rounding_error_bound_of_mean_deg(
+    recorded_angles_deg: FloatArray, recording_step_deg_by_angle: FloatArray
+) -> float:
     """Return a bound of the error (degrees) of a mean direction due to angles recorded in steps (N, NE, E, …).
 
     Both arrays have the shape (n,). Angles without a step (0) have no error.
     """
     errors = [
-        float((step_deg == step).sum())
-        * _rounding_error_bound_for_equal_steps_deg(angle_deg[step_deg == step], float(step))
-        for step in np.unique(step_deg[step_deg > 0]).tolist()
+        float((recording_step_deg_by_angle == step).sum())
+        * _rounding_error_bound_for_equal_steps_deg(
+            recorded_angles_deg[recording_step_deg_by_angle == step], float(step)
+        )
+        for step in np.unique(recording_step_deg_by_angle[recording_step_deg_by_angle > 0]).tolist()
     ]
-    return sum(errors) / max(step_deg.size, 1)
+    return sum(errors) / max(recording_step_deg_by_angle.size, 1)
 
 
-def _rounding_error_bound_for_equal_steps_deg(angle_deg: FloatArray, step_deg: float) -> float:
+def _rounding_error_bound_for_equal_steps_deg(recorded_angles_deg: FloatArray, recording_step_deg: float) -> float:
     """Return a bound of the error (degrees) of the mean of angles that are rounded to multiples of one step.
 
     Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
@@ -145,41 +155,49 @@ def _rounding_error_bound_for_equal_steps_deg(angle_deg: FloatArray, step_deg: f
     lie in the two steps next to these: w/(2 z_(1−q)). Angles that are spread evenly over the circle, as many in each
     step as in the median of the other steps, are left out.
     """
-    count = round(360.0 / step_deg)
-    index = np.round((angle_deg - angle_deg[0]) / step_deg).astype(np.intp) % count
+    count = round(360.0 / recording_step_deg)
+    index = np.round((recorded_angles_deg - recorded_angles_deg[0]) / recording_step_deg).astype(np.intp) % count
     filled = np.bincount(index, minlength=count).astype(np.float64)
     first = int((filled + np.roll(filled, -1)).argmax())
     around = np.roll(filled, 1 - first)  # before, the two fullest neighbours, after, all others
     others = float(np.median(around[4:])) if count > 4 else 0.0
     two = np.maximum(around[1:3] - others, 0.0)
     if count < 4 or not two.sum():
-        return 0.5 * step_deg
+        return 0.5 * recording_step_deg
     # Less two standard deviations of the number of spread angles there.
     more = max(float(around[0] + around[3]) - 2.0 * others - 2.0 * math.sqrt(2.0 * others), 0.0)
     in_one, outer_share = float(two.max() / two.sum()), more / (float(two.sum()) + more)
-    if outer_share >= 0.5 or two.sum() < 0.5 * angle_deg.size:  # spread over many steps
+    if outer_share >= 0.5 or two.sum() < 0.5 * recorded_angles_deg.size:  # spread over many steps
         return 0.0
-    spread = 0.5 * step_deg / -float(scipy.special.ndtri(outer_share)) if outer_share else 0.0
+    spread = 0.5 * recording_step_deg / -float(scipy.special.ndtri(outer_share)) if outer_share else 0.0
     nearer = spread * float(scipy.special.ndtri(in_one)) if spread else 0.0
-    return max((in_one - 0.5) * step_deg - nearer, 0.0)
+    return max((in_one - 0.5) * recording_step_deg - nearer, 0.0)
 
 
-def _half_width_of_mean_deg(vectors: FloatArray, mean_deg: float, resultant: float, level: float, draws: int) -> float:
+def _half_width_of_mean_deg(
+    unit_vectors: FloatArray,
+    mean_vector_angle_deg: float,
+    mean_resultant_length: float,
+    confidence_level: float,
+    bootstrap_sample_count: int,
+) -> float:
     """Return half the width (degrees) of the mean direction's interval, from unit vectors of shape (n, 2)."""
-    n = len(vectors)
-    middle = np.array([math.cos(math.radians(mean_deg)), math.sin(math.radians(mean_deg))])
+    n = len(unit_vectors)
+    middle = np.array([math.cos(math.radians(mean_vector_angle_deg)), math.sin(math.radians(mean_vector_angle_deg))])
     if n > MAX_OBSERVATIONS_FOR_BOOTSTRAP:
-        along = vectors @ middle
-        dispersion = max(1 - float((2 * along**2 - 1).mean()), 0.0) / (2 * resultant**2)  # 0 of equal angles
-        error = float(scipy.special.ndtri((1 + level) / 2)) * math.sqrt(dispersion / n)
+        along = unit_vectors @ middle
+        dispersion = max(1 - float((2 * along**2 - 1).mean()), 0.0) / (
+            2 * mean_resultant_length**2
+        )  # 0 of equal angles
+        error = float(scipy.special.ndtri((1 + confidence_level) / 2)) * math.sqrt(dispersion / n)
         return math.degrees(math.asin(min(error, 1.0)))
 
-    def distances_from_mean_deg(samples: FloatArray) -> FloatArray:
-        cosine, sine = mean_vector_of_each_bootstrap_sample(samples).T
+    def distances_from_mean_deg(vectors_by_bootstrap_sample_and_observation: FloatArray) -> FloatArray:
+        cosine, sine = mean_vector_of_each_bootstrap_sample(vectors_by_bootstrap_sample_and_observation).T
         away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
         return np.where(np.hypot(cosine, sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 180.0, np.abs(away))
 
-    distances = statistic_of_bootstrap_samples(distances_from_mean_deg, vectors, draws)
+    distances = statistic_of_bootstrap_samples(distances_from_mean_deg, unit_vectors, bootstrap_sample_count)
     if not distances.size:
         return math.nan
-    return float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(n, level)))
+    return float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(n, confidence_level)))

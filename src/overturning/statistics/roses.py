@@ -91,7 +91,12 @@ def _width_of_spread_of_2d_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> 
 
 
 def fall_rose(
-    cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
+    cube: xr.Dataset,
+    *,
+    measure_from_fault_normal: bool = False,
+    axial: bool = False,
+    confidence_level: float = 0.95,
+    bootstrap_sample_count: int = 2000,
 ) -> FallRose:
     """Compute the rose diagram of falls: the share of falls in each sector of azimuth, averaged over earthquakes.
 
@@ -100,10 +105,10 @@ def fall_rose(
     A fall in the 3-D model counts with its `case_weight_in_direction_statistics`, which is small if the fall changes
     direction under nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of
     an earthquake, and then over earthquakes, with intervals from `mean_share_interval` for each sector by itself.
-    ``from_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite
-    sectors. If the azimuth step does not divide a sector, falls are spread over the step.
+    ``measure_from_fault_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial``
+    adds opposite sectors. If the azimuth step does not divide a sector, falls are spread over the step.
     """
-    zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
+    zero = cube["fault_normal"].to_numpy() if measure_from_fault_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, ROSE_SECTOR_COUNT), np.nan), 0
     planes = default_model_for_results_cube(cube).is_planar
@@ -124,11 +129,14 @@ def fall_rose(
     means = means_by_earthquake(shares[fell], events[fell])
     if means.size == 0:
         nowhere = np.full(shares.shape[1], np.nan)
-        return FallRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, from_normal)
+        return FallRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, measure_from_fault_normal)
     # All sectors use the same bootstrap samples, since the seed is the same.
-    ends = [mean_share_interval(column, level=level, draws=draws) for column in means.T]
+    ends = [
+        mean_share_interval(column, confidence_level=confidence_level, bootstrap_sample_count=bootstrap_sample_count)
+        for column in means.T
+    ]
     low, high = np.array(ends).T
-    return FallRose(total, means.mean(axis=0), low, high, len(means), from_normal)
+    return FallRose(total, means.mean(axis=0), low, high, len(means), measure_from_fault_normal)
 
 
 def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
@@ -140,7 +148,9 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
     so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
-    return fall_rose(cube, from_normal=known, axial=known or default_model_for_results_cube(cube).is_planar)
+    return fall_rose(
+        cube, measure_from_fault_normal=known, axial=known or default_model_for_results_cube(cube).is_planar
+    )
 
 
 def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, FallRose]:

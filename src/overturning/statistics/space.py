@@ -74,7 +74,7 @@ def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_di
 
 
 class TwistSummary(NamedTuple):
-    """Rotation about the vertical of stones that moved without falling: number of stones, quantiles in degrees."""
+    """Absolute rotation about the vertical where a stone moves but stands: number of cases, quantiles in degrees."""
 
     stone_count: int
     median_deg: float
@@ -103,20 +103,25 @@ def twists_by_b_over_h_and_friction_deg(cube: xr.Dataset) -> dict[tuple[float, f
     return {shape: kept[place, : count[place]] for place, shape in enumerate(shapes)}
 
 
-def summarise_twists(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
-    """Compute the number, median, quantile and maximum of rotations, degrees; `twist_deg` gets partly sorted."""
-    if twist_deg.size == 0:
+def summarise_twists(
+    absolute_twists_deg: NDArray[np.float32], probability_of_upper_quantile: float = 0.9
+) -> TwistSummary:
+    """Compute number, median, upper quantile and maximum of absolute twists, degrees; the array gets partly sorted."""
+    if absolute_twists_deg.size == 0:
         return TwistSummary(0, *(float("nan"),) * 3)
-    return TwistSummary(twist_deg.size, *(_rotation_quantile_deg(twist_deg, share) for share in (0.5, quantile, 1.0)))
+    return TwistSummary(
+        absolute_twists_deg.size,
+        *(_rotation_quantile_deg(absolute_twists_deg, share) for share in (0.5, probability_of_upper_quantile, 1.0)),
+    )
 
 
-def _rotation_quantile_deg(rotations_deg: NDArray[np.float32], quantile_share: float) -> float:
+def _rotation_quantile_deg(absolute_twists_deg: NDArray[np.float32], quantile_probability: float) -> float:
     """Compute a quantile of rotations (degrees) at a share from 0 to 1, in double precision.
 
     The quantile is interpolated linearly. The array is not copied but partly sorted in place.
     """
-    place = quantile_share * (rotations_deg.size - 1)
+    place = quantile_probability * (absolute_twists_deg.size - 1)
     first = int(place)
-    ends = [first, min(first + 1, rotations_deg.size - 1)]
-    rotations_deg.partition(ends)
-    return float(np.quantile(rotations_deg[ends].astype(np.float64), place - first))
+    ends = [first, min(first + 1, absolute_twists_deg.size - 1)]
+    absolute_twists_deg.partition(ends)
+    return float(np.quantile(absolute_twists_deg[ends].astype(np.float64), place - first))

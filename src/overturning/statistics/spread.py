@@ -1,4 +1,4 @@
-"""Unbiased share of cells whose ensemble runs disagree, for an ensemble with sequential stopping."""
+"""Unbiased share of cases whose ensemble runs have different outcomes, although runs stop when shares are accurate."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -23,33 +23,35 @@ RunCountStatistic = Callable[[RunCountArray, RunCountArray, Any], FloatArray]
 
 
 def indicator_that_runs_disagree_on_fall(
-    positive_fall_counts: RunCountArray, negative_fall_counts: RunCountArray, run_counts: Any
+    plus_1_fall_counts: RunCountArray, minus_1_fall_counts: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
 
-    Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
+    Of `known_run_counts` runs, `plus_1_fall_counts` fall to +1 and
+    `minus_1_fall_counts` fall to −1.
     """
-    fall_counts = positive_fall_counts + negative_fall_counts
-    return np.asarray((fall_counts > 0) & (fall_counts < run_counts), np.float64)
+    fall_counts = plus_1_fall_counts + minus_1_fall_counts
+    return np.asarray((fall_counts > 0) & (fall_counts < known_run_counts), np.float64)
 
 
 def indicator_that_most_runs_fall_to_both_sides(
-    positive_fall_counts: RunCountArray, negative_fall_counts: RunCountArray, run_counts: Any
+    plus_1_fall_counts: RunCountArray, minus_1_fall_counts: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.
 
-    Of `run_counts` runs, `positive_fall_counts` fall to +1 and `negative_fall_counts` fall to −1.
+    Of `known_run_counts` runs, `plus_1_fall_counts` fall to +1 and
+    `minus_1_fall_counts` fall to −1.
     """
-    smaller_counts = np.minimum(positive_fall_counts, negative_fall_counts)
-    fall_counts = positive_fall_counts + negative_fall_counts
-    return np.asarray((smaller_counts > 0) & (2 * fall_counts > run_counts), np.float64)
+    smaller_counts = np.minimum(plus_1_fall_counts, minus_1_fall_counts)
+    fall_counts = plus_1_fall_counts + minus_1_fall_counts
+    return np.asarray((smaller_counts > 0) & (2 * fall_counts > known_run_counts), np.float64)
 
 
 def estimate_statistic_of_first_run_batch(
-    batch_statistic: RunCountStatistic,
-    positive_share: ArrayLike,
-    negative_share: ArrayLike,
-    run_counts: ArrayLike,
+    statistic_of_run_counts_function: RunCountStatistic,
+    share_of_runs_falling_to_plus_1: ArrayLike,
+    share_of_runs_falling_to_minus_1: ArrayLike,
+    known_run_counts: ArrayLike,
     ensemble_settings: EnsembleSettings,
 ) -> FloatArray:
     """Estimate a statistic of each case's first batch of ensemble runs, without bias from sequential stopping.
@@ -62,9 +64,9 @@ def estimate_statistic_of_first_run_batch(
 
     Parameters
     ----------
-    batch_statistic : callable
+    statistic_of_run_counts_function : callable
         Statistic of a batch, such as `indicator_that_runs_disagree_on_fall`.
-    positive_share, negative_share, run_counts : array_like, of one shape
+    share_of_runs_falling_to_plus_1, share_of_runs_falling_to_minus_1, known_run_counts : array_like, of one shape
         Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
     ensemble_settings : EnsembleSettings
         Settings of the ensemble.
@@ -76,13 +78,14 @@ def estimate_statistic_of_first_run_batch(
         unknown, or with more than `MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION` runs, for which the difference is
         negligible.
     """
-    runs = np.where(np.isfinite(positive_share), np.asarray(run_counts, np.float64), 0.0)
+    runs = np.where(np.isfinite(share_of_runs_falling_to_plus_1), np.asarray(known_run_counts, np.float64), 0.0)
     fell, back = (
-        np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (positive_share, negative_share)
+        np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp)
+        for side in (share_of_runs_falling_to_plus_1, share_of_runs_falling_to_minus_1)
     )
     first = min(MEMBERS_PER_BATCH, ensemble_settings.members)
     orders, (i, j) = _share_of_run_sequences_by_fall_count_code(first), _fall_counts_of_each_code(first)
-    says, found = batch_statistic(i, j, first), np.zeros(runs.shape)
+    says, found = statistic_of_run_counts_function(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
     ways = comb(np.arange(runs.max(initial=0) + 1), np.arange(first + 1)[:, None])

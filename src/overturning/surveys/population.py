@@ -366,8 +366,8 @@ def fit_population_fragility_curves(
             level.ravel(),
             share.ravel(),
             events,
-            record=record,
-            stone_count=stones.ravel(),
+            record_label_by_motion=record,
+            stone_count_by_motion=stones.ravel(),
         )
         for measure, level in intensities_by_measure(population_outcome_rates, intensity_measures_by_record).items()
         for name, (share, stones) in shares.items()

@@ -48,7 +48,7 @@ def test_report_is_written_in_the_language_of_the_study(
 def test_recheck_reproduces_unchanged_results_and_detects_changed_outcomes(
     results_with_hostile_names: Path, tmp_path: Path
 ) -> None:
-    found = recompute_and_compare_random_cases(results_with_hostile_names / "cube.nc", cell_count=40)
+    found = recompute_and_compare_random_cases(results_with_hostile_names / "cube.nc", max_random_case_count=40)
     assert found.is_identical
     assert found.recomputed_cell_count == 40
     assert found.recomputed_cell_count_with_ensemble > 0
@@ -59,7 +59,9 @@ def test_recheck_reproduces_unchanged_results_and_detects_changed_outcomes(
     with Dataset(changed, "a") as file:
         file.set_auto_maskandscale(False)
         file["overturned"][:] = 1 - file["overturned"][:]
-    spoilt = recompute_and_compare_random_cases(changed, results_with_hostile_names / "motion", cell_count=10)
+    spoilt = recompute_and_compare_random_cases(
+        changed, results_with_hostile_names / "motion", max_random_case_count=10
+    )
     assert not spoilt.content_hash_matches
     assert len(spoilt.difference_messages) >= 5
     assert "overturned is" in spoilt.difference_messages[0]

@@ -90,7 +90,9 @@ def test_each_amplitude_factor_multiplies_the_motion(
 def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(
     cube_paths_without_and_with_amplitude_factors: dict[str, Path],
 ) -> None:
-    found = recompute_and_compare_random_cases(cube_paths_without_and_with_amplitude_factors["three"], cell_count=72)
+    found = recompute_and_compare_random_cases(
+        cube_paths_without_and_with_amplitude_factors["three"], max_random_case_count=72
+    )
     assert (found.cube_cell_count, found.recomputed_cell_count, found.is_identical) == (72, 72, True)
     samples = [
         read_random_case_sample(

@@ -210,7 +210,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         sides.sides,
         0,
     )
-    again = check_convergence(settings, done.records, done.sample, threads=2)
+    again = check_convergence(settings, done.records, done.sample, thread_count=2)
     assert again == found
 
 
@@ -323,7 +323,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.simulated_case_count_of_study == len(rigid.record_indices) == 2 * 3 * (2 + 3)
-    found = check_convergence(settings, records, sample, rigid_sample=rigid).rigid_block_comparison
+    found = check_convergence(settings, records, sample, sample_for_rigid_block_comparison=rigid).rigid_block_comparison
     assert found is not None
     assert found.non_sliding_block_cells == found.cases == 30
     assert found.fallen > 3
@@ -333,7 +333,9 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     overturned[first], overturned[second] = 0, -overturned[second]
     wrong = replace(rigid, study_outcomes=rigid.study_outcomes.copy())
     wrong.study_outcomes["overturned"] = overturned
-    again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid_block_comparison
+    again = check_convergence(
+        settings, records, sample, thread_count=2, sample_for_rigid_block_comparison=wrong
+    ).rigid_block_comparison
     one_fall_less = dict.fromkeys(
         ("fallen", "falls_in_both_if_members_agree", "falls_in_both_if_members_fall_to_one_side"), found.fallen - 1
     )
@@ -356,7 +358,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     drop = np.zeros(records[1].sample_count)
     drop[50] = -10.0
     hopping = check_convergence(
-        settings, [records[0], replace(records[1], up=drop)], sample, rigid_sample=rigid
+        settings, [records[0], replace(records[1], up=drop)], sample, sample_for_rigid_block_comparison=rigid
     ).rigid_block_comparison
     assert hopping is not None
     assert (hopping.cases, hopping.unanswered) == (15, 15)

@@ -114,12 +114,17 @@ def test_a_damaged_table_of_ensemble_members_is_refused_by_name(tmp_path: Path) 
 
 def test_ensembles_are_run_near_a_change_of_the_overturning_flag() -> None:
     flags = np.array([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], np.int8)[None, None, :, None]
-    assert mask_of_cases_for_ensemble_runs(flags, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
-    assert mask_of_cases_for_ensemble_runs(flags, run_all_cells=True).all()
-    assert not mask_of_cases_for_ensemble_runs(np.zeros_like(flags), run_all_cells=False).any()
+    assert mask_of_cases_for_ensemble_runs(flags, choose_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [
+        2,
+        3,
+        4,
+        5,
+    ]
+    assert mask_of_cases_for_ensemble_runs(flags, choose_all_cells=True).all()
+    assert not mask_of_cases_for_ensemble_runs(np.zeros_like(flags), choose_all_cells=False).any()
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
-    assert mask_of_cases_for_ensemble_runs(side, run_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
-    assert mask_of_cases_for_ensemble_runs(np.zeros((3, 1, 1, 2), np.int8), run_all_cells=False).all()
+    assert mask_of_cases_for_ensemble_runs(side, choose_all_cells=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
+    assert mask_of_cases_for_ensemble_runs(np.zeros((3, 1, 1, 2), np.int8), choose_all_cells=False).all()
     assert [EnsembleSettings().has_ensemble_runs_for_all_cases(count) for count in (1, 2)] == [True, False]
     assert EnsembleSettings(where="everywhere").has_ensemble_runs_for_all_cases(2)
 
@@ -131,12 +136,12 @@ def test_ensembles_are_also_run_near_a_change_of_the_fall_azimuth() -> None:
     """
     flags = np.ones((1, 1, 8, 1), np.int8)
     azimuth = np.array([350.0, 10.0, 12.0, 14.0, 164.0, 166.0, 168.0, 170.0]).reshape(flags.shape)
-    assert not mask_of_cases_for_ensemble_runs(flags, run_all_cells=False).any()
-    chosen = mask_of_cases_for_ensemble_runs(flags, run_all_cells=False, fall_azimuth_deg=azimuth)
+    assert not mask_of_cases_for_ensemble_runs(flags, choose_all_cells=False).any()
+    chosen = mask_of_cases_for_ensemble_runs(flags, choose_all_cells=False, nominal_fall_azimuth_deg=azimuth)
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5]
     stands = np.array([1, 1, 1, 1, 1, 1, 1, 0], np.int8).reshape(flags.shape)
     chosen = mask_of_cases_for_ensemble_runs(
-        stands, run_all_cells=False, fall_azimuth_deg=np.where(stands == 1, azimuth, np.nan)
+        stands, choose_all_cells=False, nominal_fall_azimuth_deg=np.where(stands == 1, azimuth, np.nan)
     )
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
 
@@ -355,7 +360,7 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
         assert len(np.unique(cube["members"].to_numpy())) > 1
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
         cube["peak_penetration"][:] = 99.0
-    found = recompute_and_compare_random_cases(tmp_path / "cube.nc", cell_count=18)
+    found = recompute_and_compare_random_cases(tmp_path / "cube.nc", max_random_case_count=18)
     assert found.recomputed_cell_count == found.recomputed_cell_count_with_ensemble == 18
     # What was changed is found in every cell, each of them looked at once, and nothing else.
     assert len(set(found.difference_messages)) == len(found.difference_messages) == 18
@@ -420,7 +425,7 @@ def test_ensemble_probabilities_are_missing_where_no_members_were_run(
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4))
     found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, run_all_cells=False)
-    chosen = mask_of_cases_for_ensemble_runs(nominal_outcomes["overturned"], run_all_cells=False)
+    chosen = mask_of_cases_for_ensemble_runs(nominal_outcomes["overturned"], choose_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
     assert np.array_equal(found["members"] > 0, chosen)

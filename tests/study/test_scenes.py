@@ -306,7 +306,7 @@ def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, v
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
     found = recompute_and_compare_random_cases(
-        simulate_study_cube(study, [_record_of_two_sine_cycles()], tmp_path, variant), cell_count=6
+        simulate_study_cube(study, [_record_of_two_sine_cycles()], tmp_path, variant), max_random_case_count=6
     )
     assert found.difference_messages == []
     assert found.recomputed_cell_count == found.recomputed_cell_count_with_ensemble == 6

@@ -132,7 +132,7 @@ def test_the_ensemble_of_a_stack_has_probabilities_and_directions_of_each_stone(
 
 
 def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None:
-    found = recompute_and_compare_random_cases(cube_file, cell_count=4)
+    found = recompute_and_compare_random_cases(cube_file, max_random_case_count=4)
     assert found.is_identical, found.difference_messages
     assert found.recomputed_cell_count_with_ensemble > 0
 

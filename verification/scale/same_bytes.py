@@ -119,7 +119,7 @@ def simulate_study_without_snakemake(folder: WorkflowFolder, way: str, client: o
     parts = [sweep_part_path(folder.folder / "again", name, SINGLE_CHUNK_OF_RECORD) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
         simulate_and_write_cases_of_record(
-            settings, record, part, numerics=numerical_options_of_study(settings, client=client)
+            settings, record, part, numerics=numerical_options_of_study(settings, dask_client=client)
         )
     merge_outcome_files_into_cube(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()

@@ -85,7 +85,9 @@ def draw_figure(
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         study = find_study_for_figure_settings(data)
         if draw is not None:
-            chosen = select_heights_and_frictions(data, cube, height, friction, single_block=kind == "polar")
+            chosen = select_heights_and_frictions(
+                data, cube, height, friction, choose_default_of_ungiven_dimension=kind == "polar"
+            )
             drawn = draw(chosen, record) if of_one else draw(chosen)
     if draw is None:
         from overturning.report.drawings import draw_study_figure
@@ -145,7 +147,7 @@ def recheck_random_cases_of_cube(
     """Simulate a random sample of the cases of a results cube again; report whether every value is identical."""
     from overturning.study.recheck import recompute_and_compare_random_cases as compute_again
 
-    result = compute_again(cube, motions, cell_count=cells, seed=seed)
+    result = compute_again(cube, motions, max_random_case_count=cells, seed=seed)
     if not result.content_hash_matches:
         print(f"{cube}: its numbers do not match its content hash; the file was changed after it was written")
     for line in result.difference_messages[:10]:

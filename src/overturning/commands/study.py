@@ -53,7 +53,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
     name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower())[:100].strip("-") or "study"
     study = f"config/{name}.yaml"
     # Both records have a fault strike, which the alignment needs.
-    write_text(folder / study, new_study_file_text(name, ["rinaldi", "petrolia"], statistic="alignment"))
+    write_text(folder / study, new_study_file_text(name, ["rinaldi", "petrolia"], primary_statistic_name="alignment"))
     print(
         f"{folder}: study {study}, record table, scenes, workflow. Continue with\n"
         f"  cd {shlex.quote(str(folder))}\n  overturning study check {study}\n"

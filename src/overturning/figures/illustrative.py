@@ -76,7 +76,7 @@ def draw_illustrative_cases(
     """
     with (
         empty_folder_then_list_new_files(output_folder),
-        open_cube_for_reading_by_record(cube_path, element=None) as elements,
+        open_cube_for_reading_by_record(cube_path, element_name=None) as elements,
         use_package_matplotlib_settings(),
     ):
         chosen = (
@@ -88,7 +88,7 @@ def draw_illustrative_cases(
         cube = _select_default_element_and_mark_any_fall(elements)
         cases = find_illustrative_cases(cube)
         if compared_cube_path is not None:
-            with open_cube_for_reading_by_record(compared_cube_path, element=None) as other_cube:
+            with open_cube_for_reading_by_record(compared_cube_path, element_name=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
                 here, there = compared_element_names_of_study_and_variant(study_of_cube(elements), variant)
                 answer = case_with_differing_outcomes(

@@ -347,7 +347,7 @@ def open_study_results(
         """Open the results cube of the study or of a variant; note if its outcomes were changed after the run."""
         path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
         outcome_hash = hash_of_outcomes_in_cube(path)
-        cube = open_cube_for_reading_by_record(path, element=None, amplitude=None)
+        cube = open_cube_for_reading_by_record(path, element_name=None, motion_amplitude_factor=None)
         stack.callback(cube.close)
         if outcome_hash != cube.attrs["content_sha256"]:
             changed.append(path.name)

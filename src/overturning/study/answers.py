@@ -42,20 +42,22 @@ class OutcomeDifferenceCounts(BaseModel):
 
 
 def count_outcome_differences(
-    first_flags: NDArray[np.int8], second_flags: NDArray[np.int8], fall_azimuths_differ: NDArray[np.bool_] | None = None
+    first_fall_flags: NDArray[np.int8],
+    second_fall_flags: NDArray[np.int8],
+    fall_azimuth_differs_mask: NDArray[np.bool_] | None = None,
 ) -> OutcomeDifferenceCounts:
     """Count the cases in which two arrays of fall flags differ: 1 or −1 (fallen), 0 (stands), −128 (no outcome).
 
-    `fall_azimuths_differ` is True for 3-D cases that fall twice but in different directions; in 2-D models the sign of
-    the flag shows the direction.
+    `fall_azimuth_differs_mask` is True for 3-D cases that fall twice but in different directions; in 2-D models the
+    sign of the flag shows the direction.
     """
-    known = (first_flags != INT8_MISSING) & (second_flags != INT8_MISSING)
-    fell, fell_too = first_flags != 0, second_flags != 0
+    known = (first_fall_flags != INT8_MISSING) & (second_fall_flags != INT8_MISSING)
+    fell, fell_too = first_fall_flags != 0, second_fall_flags != 0
     both = known & fell & fell_too
     other = (
-        first_flags != second_flags
-        if fall_azimuths_differ is None
-        else (first_flags != second_flags) | fall_azimuths_differ
+        first_fall_flags != second_fall_flags
+        if fall_azimuth_differs_mask is None
+        else (first_fall_flags != second_fall_flags) | fall_azimuth_differs_mask
     )
     counted = {"cases": known, "flags": known & (fell != fell_too), "fallen": both, "sides": both & other}
     return OutcomeDifferenceCounts(
@@ -66,18 +68,18 @@ def count_outcome_differences(
 def fall_azimuths_differ(
     first_outcomes: CaseOutcomes,
     second_outcomes: CaseOutcomes,
-    min_difference_deg: float = MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG,
+    min_azimuth_difference_deg: float = MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG,
 ) -> NDArray[np.bool_]:
-    """True where an element falls in both of two 3-D computations, but to azimuths `min_difference_deg` or more apart.
+    """True where an element falls in both of two 3-D computations, but to azimuths at least a given angle apart.
 
     The shape is (n, elements).
     """
     both = (first_outcomes["overturned"] == 1) & (second_outcomes["overturned"] == 1)
     first, second = (np.where(both, one["azimuth"], 0.0) for one in (first_outcomes, second_outcomes))
-    return np.asarray(angle_between_azimuths(first, second) >= min_difference_deg)
+    return np.asarray(angle_between_azimuths(first, second) >= min_azimuth_difference_deg)
 
 
 def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
-    """True for cases in which two computations differ in the fall of any scene element, shape (cases,)."""
+    """True for cases in which any scene element falls in only one of two computations, or elsewhere, shape (cases,)."""
     flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
     return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

@@ -12,7 +12,7 @@ RELATIVE_AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
 
 MAX_RELATIVE_AMPLITUDE_CHANGE: Final = 0.01
-"""Largest relative change of amplitude for which the azimuth of a fall is compared."""
+"""Largest relative change of the motion's amplitude with which falls are simulated again, to compare them."""
 
 MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG: Final = 30.0
 """Smallest change of azimuth of a fall that counts as moved, degrees."""
@@ -42,7 +42,7 @@ class RigidComparison(OutcomeChangesOfElement):
 
 
 class RerunResult(BaseModel):
-    """Result of computing cases again, with finer steps or stiffer springs: changed outcomes, or why it failed."""
+    """Result of computing cases again, with finer time steps or stiffer springs: changed outcomes, or why it failed."""
 
     block_steps: int
     changes_by_element: list[OutcomeChangesOfElement]
@@ -50,7 +50,11 @@ class RerunResult(BaseModel):
 
 
 class ChangesWithFinerSteps(BaseModel):
-    """Numbers of cases whose outcome changes with finer time steps, and of those confirmed or found chaotic."""
+    """Numbers of cases whose outcome changes with finer time steps, and results of their tests.
+
+    A change is confirmed if still finer steps, and a motion larger by `RELATIVE_AMPLITUDE_PERTURBATION`, have the new
+    outcome, too; a case is chaotic if that motion changes the outcome.
+    """
 
     changed_cases: int
     retested_cases: int
@@ -101,6 +105,6 @@ class ConvergenceCheckResult(BaseModel):
     finer_step_changes_by_record: list[FinerStepChangesOfRecord] = []  # changes with finer steps
 
 
-def read_convergence_result(path: Path) -> ConvergenceCheckResult:
+def read_convergence_result(convergence_json_path: Path) -> ConvergenceCheckResult:
     """Read the result of a convergence check; a `ResultError` if it is missing, damaged, or from another version."""
-    return read_json_result(ConvergenceCheckResult, path, "convergence check")
+    return read_json_result(ConvergenceCheckResult, convergence_json_path, "convergence check")

@@ -59,9 +59,9 @@ def check_convergence(
     study: Study,
     records: Sequence[Record],
     case_sample: RandomCaseSample,
-    threads: int = 1,
+    thread_count: int = 1,
     progress: ProgressCallback | None = None,
-    rigid_sample: RandomCaseSample | None = None,
+    sample_for_rigid_block_comparison: RandomCaseSample | None = None,
 ) -> ConvergenceCheckResult:
     """Compute a random sample of cases again with finer time steps and with stiffer contacts, at a limited cost.
 
@@ -69,13 +69,13 @@ def check_convergence(
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
     are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
     must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
-    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from
+    number of finished cases and of all cases of both runs. The cells `sample_for_rigid_block_comparison`, from
     `read_sample_to_compare_with_rigid_block`, are compared with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
     allowed = round(settings.cost * case_sample.study_block_time_step_count)
-    runs = _CaseReruns(study, records, case_sample, threads, progress)
+    runs = _CaseReruns(study, records, case_sample, thread_count, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
@@ -101,8 +101,10 @@ def check_convergence(
         tests_of_finer_step_changes=(settling := runs.classify_outcomes_changed_by_finer_steps(count, allowed - done)),
         amplitude_change_rerun=runs.count_falls_changed_by_amplitude(count, allowed - done - settling.block_steps),
         rigid_block_comparison=None
-        if rigid_sample is None
-        else _CaseReruns(study, records, rigid_sample, threads, None).compare_with_rigid_block(),
+        if sample_for_rigid_block_comparison is None
+        else _CaseReruns(
+            study, records, sample_for_rigid_block_comparison, thread_count, None
+        ).compare_with_rigid_block(),
         finer_step_changes_by_record=runs.count_finer_step_changes_by_record(
             count, [record.record_id for record in records]
         ),
@@ -116,39 +118,41 @@ class _CaseReruns:
         self,
         study: Study,
         records: Sequence[Record],
-        sample: RandomCaseSample,
-        threads: int,
+        case_sample: RandomCaseSample,
+        thread_count: int,
         progress: ProgressCallback | None,
     ) -> None:
-        self.sample, self.threads, self.progress = sample, threads, progress
+        self.sample, self.threads, self.progress = case_sample, thread_count, progress
         self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
         self.rerun_function_by_kind: dict[str, Callable[[Motion, Cases], Any]] = {
             **rerun_functions_by_rerun_kind(study),
             "rigid": simulate_rigid_block,
         }
         self.is_planar = variant_model(study).is_planar
-        self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), sample.study_outcomes[:0])
+        self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), case_sample.study_outcomes[:0])
         self.refusal_reason_by_kind: dict[str, str] = {}
 
     def try_rerunning_cases_within_step_budget(
-        self, rerun_kind: str, relative_step_count: float, allowed_block_steps: int
+        self, rerun_kind: str, total_to_own_block_step_ratio: float, max_block_time_steps_of_reruns: int
     ) -> bool:
-        """Rerun as many cases as `allowed_block_steps` time steps permit; return False if cases cannot be computed."""
+        """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
         most = len(self.sample.record_indices)
         size = min(PILOT_CASE_COUNT, most, max(self.sample.simulated_case_count_of_study // 12, 1))
         while size > 0:
             done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
             if not self.rerun_first_cases(rerun_kind, done):
                 return False
-            mean = relative_step_count * float(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean())
-            affordable = most if mean == 0 else min(most, int(0.95 * allowed_block_steps / mean))
+            mean = total_to_own_block_step_ratio * float(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean())
+            affordable = most if mean == 0 else min(most, int(0.95 * max_block_time_steps_of_reruns / mean))
             size = min(affordable - done, 3 * done)
         return True
 
-    def rerun_first_cases(self, rerun_kind: str, case_count: int) -> bool:
-        """Compute the first `case_count` cases of the sample again; return False if they cannot be computed."""
+    def rerun_first_cases(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
+        """Compute the first cases of the sample again, a given number; return False if they cannot be computed."""
         try:
-            more = self._rerun_cases(rerun_kind, np.arange(len(self.rerun_outcomes_by_kind[rerun_kind]), case_count))
+            more = self._rerun_cases(
+                rerun_kind, np.arange(len(self.rerun_outcomes_by_kind[rerun_kind]), count_of_first_sample_cases)
+            )
         except ArgumentError as error:
             self.refusal_reason_by_kind[rerun_kind] = str(error)
             return False
@@ -157,16 +161,18 @@ class _CaseReruns:
             self.progress(sum(map(len, self.rerun_outcomes_by_kind.values())), 2 * len(self.sample.record_indices))
         return True
 
-    def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
-        """Compute the given cases of the sample again, with motions scaled by `amplitude`; return the outcomes."""
-        answers = np.zeros(case_numbers.size, self.sample.study_outcomes.dtype)
+    def _rerun_cases(
+        self, rerun_kind: str, case_numbers_in_sample: NDArray[np.int64], motion_amplitude_factor: float = 1.0
+    ) -> CaseOutcomes:
+        """Compute the given cases of the sample again, with motions scaled by a factor; return the outcomes."""
+        answers = np.zeros(case_numbers_in_sample.size, self.sample.study_outcomes.dtype)
 
-        def rerun_cases_of_record(record_number: int) -> None:
+        def rerun_cases_of_record(record_index: int) -> None:
             """Compute the chosen cases of one record again, and store their outcomes."""
-            mine = self.sample.record_indices[case_numbers] == record_number
-            chosen = self.sample.grid_indices[case_numbers[mine]]
-            cases = self.grid.cases_at_grid_indices(list(chosen.T), amplitude=amplitude)
-            results = self.rerun_function_by_kind[rerun_kind](self.motions[record_number], cases)
+            mine = self.sample.record_indices[case_numbers_in_sample] == record_index
+            chosen = self.sample.grid_indices[case_numbers_in_sample[mine]]
+            cases = self.grid.cases_at_grid_indices(list(chosen.T), amplitude=motion_amplitude_factor)
+            results = self.rerun_function_by_kind[rerun_kind](self.motions[record_index], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = np.nan
             if not self.is_planar:
@@ -174,16 +180,18 @@ class _CaseReruns:
             answers["block_steps"][mine] = getattr(results, "block_steps", 0)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
-            list(pool.map(rerun_cases_of_record, np.unique(self.sample.record_indices[case_numbers]).tolist()))
+            list(
+                pool.map(rerun_cases_of_record, np.unique(self.sample.record_indices[case_numbers_in_sample]).tolist())
+            )
         return answers
 
-    def count_changed_outcomes(self, rerun_kind: str, case_count: int) -> RerunResult:
-        """Count the outcomes that one kind of rerun (such as finer steps) changes in the first `case_count` cases."""
+    def count_changed_outcomes(self, rerun_kind: str, count_of_first_sample_cases: int) -> RerunResult:
+        """Count the outcomes that one kind of rerun (such as finer steps) changes in the first cases of the sample."""
         if rerun_kind in self.refusal_reason_by_kind:
             return RerunResult(
                 block_steps=0, changes_by_element=[], refusal_reason=self.refusal_reason_by_kind[rerun_kind]
             )
-        outcomes = self._count_changes_by_element(self.rerun_outcomes_by_kind[rerun_kind][:case_count])
+        outcomes = self._count_changes_by_element(self.rerun_outcomes_by_kind[rerun_kind][:count_of_first_sample_cases])
         return RerunResult(
             block_steps=int(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].sum()), changes_by_element=outcomes
         )
@@ -218,11 +226,11 @@ class _CaseReruns:
         return RigidComparison(non_sliding_block_cells=self.sample.simulated_case_count_of_study, **found.model_dump())
 
     def count_finer_step_changes_by_record(
-        self, case_count: int, record_ids: Sequence[str]
+        self, count_of_first_sample_cases: int, record_ids: Sequence[str]
     ) -> list[FinerStepChangesOfRecord]:
-        """Count, by record, the outcomes that finer time steps change among the first `case_count` cases."""
-        known, changed = self._masks_of_known_and_changed_outcomes(case_count)
-        record, found = self.sample.record_indices[:case_count], []
+        """Count, by record, the outcomes that finer time steps change among the first cases of the sample."""
+        known, changed = self._masks_of_known_and_changed_outcomes(count_of_first_sample_cases)
+        record, found = self.sample.record_indices[:count_of_first_sample_cases], []
         for number, name in enumerate(record_ids):
             mine = known & (record == number)
             found.append(
@@ -230,20 +238,25 @@ class _CaseReruns:
             )
         return found
 
-    def _masks_of_known_and_changed_outcomes(self, case_count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def _masks_of_known_and_changed_outcomes(
+        self, count_of_first_sample_cases: int
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return two masks of the first cases: outcome known with both time steps, and changed by the finer one."""
-        own, finer = self.sample.study_outcomes[:case_count], self.rerun_outcomes_by_kind["finer"][:case_count]
+        own, finer = (
+            self.sample.study_outcomes[:count_of_first_sample_cases],
+            self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases],
+        )
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
     def classify_outcomes_changed_by_finer_steps(
-        self, case_count: int, allowed_block_steps: int
+        self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> ChangesWithFinerSteps:
         """Test outcomes changed by finer time steps: rerun them with the finest steps, and with a perturbed motion."""
-        finer = self.rerun_outcomes_by_kind["finer"][:case_count]
-        changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(case_count)[1])
+        finer = self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases]
+        changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(count_of_first_sample_cases)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
-        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_block_steps]
+        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= max_block_time_steps_of_reruns]
         finest, nudged = (
             self._rerun_cases("finest", rows),
             self._rerun_cases("finer", rows, 1.0 + RELATIVE_AMPLITUDE_PERTURBATION),
@@ -258,10 +271,13 @@ class _CaseReruns:
         )
 
     def count_falls_changed_by_amplitude(
-        self, case_count: int, allowed_block_steps: int
+        self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> FallChangesWithAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
-        own, finer = self.sample.study_outcomes[:case_count], self.rerun_outcomes_by_kind["finer"][:case_count]
+        own, finer = (
+            self.sample.study_outcomes[:count_of_first_sample_cases],
+            self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases],
+        )
         if self.is_planar:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).any(axis=1))
@@ -269,7 +285,7 @@ class _CaseReruns:
         # Estimate the cost from the finer steps.
         rows = falls[
             np.cumsum(finer["block_steps"][falls]) * (factors.size / TIME_STEP_DIVISOR_OF_FINER_RERUN)
-            <= allowed_block_steps
+            <= max_block_time_steps_of_reruns
         ]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:

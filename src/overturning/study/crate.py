@@ -80,7 +80,7 @@ _MEDIA_TYPE_BY_SUFFIX: Final = {
 }
 
 
-def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[Path]) -> None:
+def write_ro_crate(study: Study, results_folder: Path, produced_files_and_folders: Sequence[Path]) -> None:
     """Write the study and the metadata file of a research data package (RO-Crate) into the results folder.
 
     Parameters
@@ -89,7 +89,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
         The study, as it was run.
     results_folder : Path
         Folder with the results of the study.
-    produced_files : sequence of Path
+    produced_files_and_folders : sequence of Path
         Files and folders of results to describe, the cube among them, all in that folder.
 
     Raises
@@ -117,7 +117,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files: Sequence[
             _add_crate_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
     records = _add_record_entities(crate, cube["records"])
-    files = _add_file_entities(crate, results_folder, produced_files, records)
+    files = _add_file_entities(crate, results_folder, produced_files_and_folders, records)
     versions = {
         name: _add_crate_entity(
             crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version
@@ -146,17 +146,17 @@ _UNSTATED_LICENCE_TEXT: Final = (
 )
 
 
-def _record_and_package_metadata_of_cube(path: Path) -> dict[str, Any]:
+def _record_and_package_metadata_of_cube(cube_path: Path) -> dict[str, Any]:
     """Return sources, hashes, licences and names of the records of a results cube, and package versions."""
     import netCDF4
 
     try:
-        with netCDF4.Dataset(path) as cube:
+        with netCDF4.Dataset(cube_path) as cube:
             rows, versions = json.loads(cube.record_sources), json.loads(cube.versions)
             named = zip(rows, cube["station"][:], cube["event"][:], strict=True)
             return {"records": [row | {"where": (where, when)} for row, where, when in named], "versions": versions}
     except (OSError, AttributeError, IndexError, ValueError) as problem:
-        raise ResultError(f"{path}: cannot be read ({problem}); run the study again") from None
+        raise ResultError(f"{cube_path}: cannot be read ({problem}); run the study again") from None
 
 
 def _citation_metadata_of_program() -> dict[str, Any]:
@@ -167,9 +167,9 @@ def _citation_metadata_of_program() -> dict[str, Any]:
     )
 
 
-def _unwrap_list_of_single_value(listed_values: Iterable[Any]) -> Any:
+def _unwrap_list_of_single_value(metadata_values: Iterable[Any]) -> Any:
     """Return values as a list, or the only value without a list, as RO-Crate metadata require."""
-    listed = list(listed_values)
+    listed = list(metadata_values)
     return listed[0] if len(listed) == 1 else listed
 
 
@@ -181,16 +181,20 @@ def _add_crate_entity(crate: "ROCrate", entity_id: str, entity_type: str, **prop
     return crate.add(ContextEntity(crate, entity_id, properties={"@type": entity_type, **stated}))
 
 
-def _get_or_add_licence_entity(crate: "ROCrate", licence: str) -> Any:
+def _get_or_add_licence_entity(crate: "ROCrate", licence_url_or_text: str) -> Any:
     """Return the RO-Crate entity of a licence; its identifier is the licence's URL, or a hash of its text."""
-    key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
-    name = key.rpartition("/")[2] if key is licence else licence
+    key = (
+        licence_url_or_text
+        if licence_url_or_text.startswith("http")
+        else f"#licence-{hashlib.sha256(licence_url_or_text.encode()).hexdigest()[:8]}"
+    )
+    name = key.rpartition("/")[2] if key is licence_url_or_text else licence_url_or_text
     return crate.get(key) or _add_crate_entity(
-        crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}"
+        crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence_url_or_text}"
     )
 
 
-def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _add_record_entities(crate: "ROCrate", record_source_dictionaries: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Add the input records to the RO-Crate; return their entities by record id.
 
     Many records must not be redistributed, so the crate has only the hash of each.
@@ -206,18 +210,23 @@ def _add_record_entities(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]
             sha256=row["sha256"],
             license=_get_or_add_licence_entity(crate, row["licence"]) if row["licence"] else "",
         )
-        for row in record_rows
+        for row in record_source_dictionaries
     }
 
 
 def _add_file_entities(
-    crate: "ROCrate", results: Path, produced_files: Sequence[Path], records: dict[str, Any]
+    crate: "ROCrate",
+    results_folder: Path,
+    produced_files_and_folders: Sequence[Path],
+    record_entities_by_id: dict[str, Any],
 ) -> dict[str, Any]:
     """Add result files to the RO-Crate, grouped by folder; return their entities by path."""
-    paths = [below for path in produced_files for below in (path.rglob("*") if path.is_dir() else [path])]
-    names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
-    names[COMPLETE_STUDY_FILE_NAME] = results / COMPLETE_STUDY_FILE_NAME
-    files = {name: _add_file_entity(crate, name, names[name], records) for name in sorted(names)}
+    paths = [below for path in produced_files_and_folders for below in (path.rglob("*") if path.is_dir() else [path])]
+    names = {
+        path.relative_to(results_folder).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()
+    }
+    names[COMPLETE_STUDY_FILE_NAME] = results_folder / COMPLETE_STUDY_FILE_NAME
+    files = {name: _add_file_entity(crate, name, names[name], record_entities_by_id) for name in sorted(names)}
     for folder in dict.fromkeys(name.partition("/")[0] for name in files if "/" in name):
         name, description = _FOLDER_NAMES_AND_DESCRIPTIONS.get(folder, (folder, "Further results."))
         about = {"name": name, "description": description}
@@ -226,24 +235,30 @@ def _add_file_entities(
     return files
 
 
-def _add_file_entity(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
+def _add_file_entity(
+    crate: "ROCrate", path_in_crate: str, file_path: Path, record_entities_by_id: dict[str, Any]
+) -> Any:
     """Add a file with its size and hash to the RO-Crate; a motion file also with record and licence."""
-    stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
-    said = {"part": part, "stem": stem, "folder": file.parent.name}
+    stem, part = file_path.stem, file_path.name.removeprefix("cube.").removesuffix(".nc")
+    said = {"part": part, "stem": stem, "folder": file_path.parent.name}
     name, description = next(
-        (both for pattern, both in _FILE_NAMES_AND_DESCRIPTIONS.items() if fnmatch(path, pattern)), (path, "")
+        (both for pattern, both in _FILE_NAMES_AND_DESCRIPTIONS.items() if fnmatch(path_in_crate, pattern)),
+        (path_in_crate, ""),
     )
-    about: dict[str, Any] = {"name": name.format(**said), "encodingFormat": _MEDIA_TYPE_BY_SUFFIX.get(file.suffix, "")}
+    about: dict[str, Any] = {
+        "name": name.format(**said),
+        "encodingFormat": _MEDIA_TYPE_BY_SUFFIX.get(file_path.suffix, ""),
+    }
     try:
-        with file.open("rb") as opened:
+        with file_path.open("rb") as opened:
             about |= {"sha256": hashlib.file_digest(opened, "sha256").hexdigest()}
-        about |= {"contentSize": str(file.stat().st_size)}
+        about |= {"contentSize": str(file_path.stat().st_size)}
     except FileNotFoundError:
-        raise ResultError(f"{file}: no such file; run the study again, which makes it") from None
+        raise ResultError(f"{file_path}: no such file; run the study again, which makes it") from None
     if description:
         about["description"] = description
-    if path.startswith("motion/") and stem in records:
-        about["isBasedOn"] = records[stem]
-        if "license" in records[stem]:
-            about["license"] = records[stem]["license"]
-    return crate.add_file(dest_path=path, properties={key: value for key, value in about.items() if value})
+    if path_in_crate.startswith("motion/") and stem in record_entities_by_id:
+        about["isBasedOn"] = record_entities_by_id[stem]
+        if "license" in record_entities_by_id[stem]:
+            about["license"] = record_entities_by_id[stem]["license"]
+    return crate.add_file(dest_path=path_in_crate, properties={key: value for key, value in about.items() if value})

@@ -113,7 +113,7 @@ def open_cube(
         raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")
     keep_xarray_from_importing_dask()
     try:
-        with _hdf5_chunk_cache_reduced_if_read_once(chunks_read_once=chunks is not None):
+        with _hdf5_chunk_cache_reduced_if_read_once(each_hdf5_chunk_is_read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
         # Damage inside a file raises any of these exceptions in the libraries that read it.
@@ -134,23 +134,23 @@ def open_cube(
 
 
 def open_cube_for_reading_by_record(
-    cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
+    cube_path: Path, element_name: str | None = "reference", motion_amplitude_factor: float | None = 1.0
 ) -> "xr.Dataset":
     """Open a results cube for processing by record: a small cube in memory, a large one read one record at a time."""
-    cube = open_cube(cube_path, None, element, amplitude)
+    cube = open_cube(cube_path, None, element_name, motion_amplitude_factor)
     if sum(values.size for values in cube.data_vars.values()) <= MAX_CUBE_VALUES_IN_MEMORY:
         return cube.load()
     cube.close()
-    return open_cube(cube_path, {"record": 1}, element, amplitude)
+    return open_cube(cube_path, {"record": 1}, element_name, motion_amplitude_factor)
 
 
 @contextmanager
-def _hdf5_chunk_cache_reduced_if_read_once(chunks_read_once: bool) -> Iterator[None]:
+def _hdf5_chunk_cache_reduced_if_read_once(each_hdf5_chunk_is_read_once: bool) -> Iterator[None]:
     """Context manager that reduces the HDF5 chunk cache if each chunk of a file is read only once, to save memory."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
-    if chunks_read_once:
+    if each_hdf5_chunk_is_read_once:
         netCDF4.set_chunk_cache(size=1 << 20)
     try:
         yield
@@ -159,36 +159,40 @@ def _hdf5_chunk_cache_reduced_if_read_once(chunks_read_once: bool) -> Iterator[N
 
 
 def select_element_and_amplitude(
-    cube: "xr.Dataset", cube_path: Path, element: str | None = "reference", amplitude: float | None = 1.0
+    cube: "xr.Dataset",
+    cube_path: Path,
+    element_name: str | None = "reference",
+    motion_amplitude_factor: float | None = 1.0,
 ) -> "xr.Dataset":
     """Select one element of the scene and one amplitude factor from a results cube; see `overturning.open_cube`."""
-    if amplitude is not None:
+    if motion_amplitude_factor is not None:
         several = "amplitude" in cube.dims  # otherwise one amplitude, 1 unless the coordinate has another value
         known = np.atleast_1d(cube["amplitude"]).tolist() if "amplitude" in cube.coords else [1.0]
-        if amplitude not in known:
+        if motion_amplitude_factor not in known:
             raise ResultError(
-                f"{cube_path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}"
+                f"{cube_path}: no amplitude {motion_amplitude_factor:g}; known: "
+                f"{', '.join(f'{one:g}' for one in known)}"
             )
         if several:  # an amplitude other than 1 stays as a coordinate
-            cube = cube.sel(amplitude=amplitude, drop=amplitude == 1.0)
+            cube = cube.sel(amplitude=motion_amplitude_factor, drop=motion_amplitude_factor == 1.0)
     if "element" not in cube.dims:
-        if element not in (None, "reference"):
+        if element_name not in (None, "reference"):
             _check_element_exists(
-                element, variant_model(study_of_cube(cube), cube.attrs["variant"]).free_element_names, cube_path
+                element_name, variant_model(study_of_cube(cube), cube.attrs["variant"]).free_element_names, cube_path
             )
         return cube
     if "element_name" in cube:
         cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
-    if element is None:
+    if element_name is None:
         return cube
-    if element == "reference":
+    if element_name == "reference":
         if "study" not in cube.attrs:  # the result of `overturning.simulate`
             names = cube["element"].to_numpy().tolist()
             remedy = f"choose one, as cube.sel(element={names[-1]!r})"
             raise ArgumentError(f"cube: outcomes of {len(names)} elements; {remedy}")
-        element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).name_of_element_shown_by_default
-    _check_element_exists(element, cube["element"].to_numpy().tolist(), cube_path)
-    return cube.sel(element=element)
+        element_name = variant_scene(study_of_cube(cube), cube.attrs["variant"]).name_of_element_shown_by_default
+    _check_element_exists(element_name, cube["element"].to_numpy().tolist(), cube_path)
+    return cube.sel(element=element_name)
 
 
 def normalise_cube_dimensions_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
@@ -198,7 +202,9 @@ def normalise_cube_dimensions_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a
     dimension is empty.
     """
-    cube = select_element_and_amplitude(cube, Path("cube"), amplitude=1.0 if "amplitude" in cube.dims else None)
+    cube = select_element_and_amplitude(
+        cube, Path("cube"), motion_amplitude_factor=1.0 if "amplitude" in cube.dims else None
+    )
     alone = [name for name in CF_ATTRIBUTES_BY_DIMENSION if name in cube.coords and name not in cube.dims]
     cube = cube.expand_dims(alone).transpose("record", *CF_ATTRIBUTES_BY_DIMENSION, ..., missing_dims="ignore")
     if "azimuth" in cube.dims:
@@ -216,10 +222,10 @@ def normalise_cube_dimensions_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     return cube
 
 
-def _check_element_exists(element: str | None, known_elements: Sequence[str], cube_path: Path) -> None:
+def _check_element_exists(element_name: str | None, known_element_names: Sequence[str], cube_path: Path) -> None:
     """Raise a ResultError if a results cube has no element with this name."""
-    if element not in known_elements:
-        raise ResultError(f"{cube_path}: no element {element!r}; known: {', '.join(known_elements)}")
+    if element_name not in known_element_names:
+        raise ResultError(f"{cube_path}: no element {element_name!r}; known: {', '.join(known_element_names)}")
 
 
 def index_of_record(cube: "xr.Dataset", record_id: str | None) -> int:
@@ -242,10 +248,10 @@ def parse_json_attribute(cube: "xr.Dataset", attribute_name: str, expected_type:
     return _parse_json(cube.attrs.get(attribute_name), attribute_name, expected_type)
 
 
-def _parse_json(text: Any, attribute_name: str, expected_type: type) -> Any:
+def _parse_json(json_text: Any, attribute_name: str, expected_type: type) -> Any:
     """Parse the JSON text of a cube's attribute; a ResultError if it is missing, damaged or of another type."""
     try:
-        found = json.loads(text)
+        found = json.loads(json_text)
         if not isinstance(found, expected_type):
             raise ValueError(attribute_name)
     except (TypeError, ValueError, RecursionError):
@@ -262,9 +268,9 @@ def study_of_cube(cube: "xr.Dataset") -> Study:
 
 
 @lru_cache(maxsize=16)
-def _study_from_json(text: str) -> Study:
+def _study_from_json(study_json_text: str) -> Study:
     """Parse and validate the study in a cube's JSON attribute; cached, since figures need it several times."""
-    return study_from_content(_parse_json(text, "study", dict), "study in the cube")
+    return study_from_content(_parse_json(study_json_text, "study", dict), "study in the cube")
 
 
 def find_study_for_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
@@ -300,24 +306,25 @@ def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | No
 
 def select_heights_and_frictions(
     cube: "xr.Dataset",
-    path: Path,
-    height: Sequence[float] | None,
-    friction: Sequence[float] | None,
+    cube_path: Path,
+    chosen_heights_m: Sequence[float] | None,
+    chosen_friction_coefficients: Sequence[float] | None,
     *,
-    single_block: bool = False,
+    choose_default_of_ungiven_dimension: bool = False,
 ) -> "xr.Dataset":
     """Select heights and frictions from a results cube; an `ArgumentError` names a value that it does not have.
 
-    With `single_block`, if only one of both is given, the other is that of the block that figures show first.
+    With `choose_default_of_ungiven_dimension`, if only one of both is given, the other is that of the block that
+    figures show first.
     """
-    given = {"height": height, "friction": friction}
+    given = {"height": chosen_heights_m, "friction": chosen_friction_coefficients}
     for name, chosen in given.items():
         known = cube[name].to_numpy().tolist()
         if unknown := [value for value in chosen or () if value not in known]:
             known_text = ", ".join(f"{value:g}" for value in known)
-            raise ArgumentError(f"--{name} {unknown[0]:g}: not in {path}; it has {known_text}")
+            raise ArgumentError(f"--{name} {unknown[0]:g}: not in {cube_path}; it has {known_text}")
         cube = cube.sel({name: chosen}) if chosen else cube
-    if single_block and (height or friction):
+    if choose_default_of_ungiven_dimension and (chosen_heights_m or chosen_friction_coefficients):
         return cube.sel(
             {name: shown for name, shown in default_height_and_friction_of_figures(cube).items() if not given[name]}
         )

@@ -29,40 +29,40 @@ def study_yaml_schema_text() -> str:
     return f"# Made by `overturning study document`, do not edit.\n{text}"
 
 
-def _resolve_schema_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
+def _resolve_schema_reference(root_json_schema: dict[str, Any], schema_entry: dict[str, Any]) -> dict[str, Any]:
     """Return an entry of a JSON schema, with its reference (``$ref``) replaced by the definition it refers to."""
-    optional = entry.get("anyOf", ())
-    forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
-    for form in (entry, *forms):  # text, settings or null: use the keys of the settings
+    optional = schema_entry.get("anyOf", ())
+    forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else schema_entry.get("oneOf", ())
+    for form in (schema_entry, *forms):  # text, settings or null: use the keys of the settings
         if "$ref" in form:
-            model = schema["$defs"][form["$ref"].rpartition("/")[2]]
-            return model | {key: value for key, value in entry.items() if key not in ("$ref", "oneOf", "anyOf")}
-    return entry
+            model = root_json_schema["$defs"][form["$ref"].rpartition("/")[2]]
+            return model | {key: value for key, value in schema_entry.items() if key not in ("$ref", "oneOf", "anyOf")}
+    return schema_entry
 
 
 def _key_schema_entry_and_is_required_rows(
-    schema: dict[str, Any], section_schema: dict[str, Any], key_prefix: str
+    root_json_schema: dict[str, Any], section_schema: dict[str, Any], key_prefix: str
 ) -> list[tuple[str, dict[str, Any], bool]]:
     """Return, for each key of a study section: the key, its entry in the JSON schema, and True if it is required."""
     entries = []
     said = section_schema.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in section_schema.get("properties", {}).items():
-        entry = _resolve_schema_reference(schema, raw)
+        entry = _resolve_schema_reference(root_json_schema, raw)
         key, required = f"{key_prefix}{name}", name in section_schema.get("required", [])
         if required and name in said:
             entry, required = entry | {"default": said[name], "description": section_schema["description"]}, False
         below, items = entry.get("additionalProperties"), entry.get("items", {})
         if entry.get("properties"):
-            entries += _key_schema_entry_and_is_required_rows(schema, entry, f"{key}.")
+            entries += _key_schema_entry_and_is_required_rows(root_json_schema, entry, f"{key}.")
             continue
         entries.append((key, entry, required))
         if isinstance(below, dict):
             entries += _key_schema_entry_and_is_required_rows(
-                schema, _resolve_schema_reference(schema, below), f"{key}.NAME."
+                root_json_schema, _resolve_schema_reference(root_json_schema, below), f"{key}.NAME."
             )
         elif "$ref" in items:  # a list of settings
             entries += _key_schema_entry_and_is_required_rows(
-                schema, _resolve_schema_reference(schema, items), f"{key}[]."
+                root_json_schema, _resolve_schema_reference(root_json_schema, items), f"{key}[]."
             )
     return entries
 
@@ -88,13 +88,13 @@ def insert_tables_into_readme(readme_text: str) -> str:
     return readme_text
 
 
-def write_study_file_documentation(folder: Path) -> None:
+def write_study_file_documentation(config_folder: Path) -> None:
     """Write the schema of study files as ``schema.json`` and YAML, and the tables of keys into ``README.md``."""
-    (folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
-    catalogue = folder.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH
+    (config_folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
+    catalogue = config_folder.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH
     if catalogue.parent.is_dir():
         catalogue.write_text(study_yaml_schema_text(), encoding="utf-8")
-    readme = folder / "README.md"
+    readme = config_folder / "README.md"
     readme.write_text(insert_tables_into_readme(readme.read_text(encoding="utf-8")), encoding="utf-8")
 
 
@@ -113,12 +113,20 @@ friction: [0.58, 1.0]
 
 
 def new_study_file_text(
-    name: str, records: Sequence[str], title: str = "", step: float = 15.0, statistic: str = "share"
+    study_name: str,
+    record_ids: Sequence[str],
+    study_title: str = "",
+    azimuth_step_deg: float = 15.0,
+    primary_statistic_name: str = "share",
 ) -> str:
     """Return the text of a new study file with the given records and primary statistic; the text is not validated."""
-    quoted = json.dumps(title or name, ensure_ascii=False)
+    quoted = json.dumps(study_title or study_name, ensure_ascii=False)
     return _NEW_STUDY_FILE_TEMPLATE.format(
-        name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic
+        name=study_name,
+        title=quoted,
+        records=", ".join(record_ids),
+        step=azimuth_step_deg,
+        statistic=primary_statistic_name,
     )
 
 

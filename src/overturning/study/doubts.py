@@ -152,9 +152,9 @@ def _block_setting_warnings(study: Study) -> Iterator[str]:
             )
 
 
-def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
+def _friction_warnings(study_file_key: str, friction_coefficients: tuple[float, ...]) -> Iterator[str]:
     """Yield a warning if friction coefficients are implausibly large, such as angles in degrees."""
-    doubtful = [one for one in frictions if one > MAX_PLAUSIBLE_FRICTION]
+    doubtful = [one for one in friction_coefficients if one > MAX_PLAUSIBLE_FRICTION]
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
         instead = (
@@ -162,57 +162,57 @@ def _friction_warnings(key: str, frictions: tuple[float, ...]) -> Iterator[str]:
             if angles
             else " Per cent?"
         )
-        yield f"{key}: {_format_first_three_numbers(doubtful)} above {MAX_PLAUSIBLE_FRICTION:g}.{instead}"
+        yield f"{study_file_key}: {_format_first_three_numbers(doubtful)} above {MAX_PLAUSIBLE_FRICTION:g}.{instead}"
 
 
-def _density_warnings(key: str, density: float) -> Iterator[str]:
+def _density_warnings(study_file_key: str, density_kg_m3: float) -> Iterator[str]:
     """Yield a warning if a density is implausible, such as a value in g/cm³ instead of kg/m³."""
     low, high = PLAUSIBLE_DENSITY_RANGE_KG_M3
-    if not low <= density <= high:
-        light = "; kN/m³? Times 102" if density < 100 else ""
-        cause = "; g/cm³? Times 1000" if low <= 1000 * density <= high else light
-        yield f"{key}: {density:g} kg/m³ outside {low:,.0f} to {high:,.0f} kg/m³{cause}"
+    if not low <= density_kg_m3 <= high:
+        light = "; kN/m³? Times 102" if density_kg_m3 < 100 else ""
+        cause = "; g/cm³? Times 1000" if low <= 1000 * density_kg_m3 <= high else light
+        yield f"{study_file_key}: {density_kg_m3:g} kg/m³ outside {low:,.0f} to {high:,.0f} kg/m³{cause}"
 
 
-def _soil_layer_warnings(key: str, site: SoilSite) -> Iterator[str]:
+def _soil_layer_warnings(study_file_key: str, soil_site: SoilSite) -> Iterator[str]:
     """Yield a warning for each implausible shear-wave velocity or density of soil layers and the rock below them."""
     below: list[tuple[str, SoilLayer | RockHalfSpace]] = [
-        (f"layers.{number}", one) for number, one in enumerate(site.layers)
+        (f"layers.{number}", one) for number, one in enumerate(soil_site.layers)
     ]
-    for name, one in [*below, ("rock", site.rock)]:
+    for name, one in [*below, ("rock", soil_site.rock)]:
         velocity = one.velocity_m_s
         if velocity < MIN_PLAUSIBLE_SOIL_VELOCITY_M_S:
             instead = f"km/s? Give {1000 * velocity:g}" if 1000 * velocity <= 1e4 else "another unit?"
             bound = f"{MIN_PLAUSIBLE_SOIL_VELOCITY_M_S:g} m/s"
-            yield f"{key}.{name}.velocity_m_s: {velocity:g} m/s below {bound}; {instead}"
-        yield from _density_warnings(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
+            yield f"{study_file_key}.{name}.velocity_m_s: {velocity:g} m/s below {bound}; {instead}"
+        yield from _density_warnings(f"{study_file_key}.{name}.density_kg_m3", one.density_kg_m3)
 
 
-def _scene_material_warnings(key: str, scene: Scene) -> Iterator[str]:
+def _scene_material_warnings(study_file_key: str, scene: Scene) -> Iterator[str]:
     """Yield a warning for each implausible density or friction coefficient in a scene file."""
     for name, material in scene.materials.items():
-        yield from _density_warnings(f"{key}.materials.{name}.density", material.density)
+        yield from _density_warnings(f"{study_file_key}.materials.{name}.density", material.density)
     for number, law in enumerate(scene.contacts):
         if law.friction is not None:
-            yield from _friction_warnings(f"{key}.contacts.{number}.friction", (law.friction,))
+            yield from _friction_warnings(f"{study_file_key}.contacts.{number}.friction", (law.friction,))
 
 
-def _warnings_if_scene_moves_without_shaking(key: str, scene: Scene, study: Study) -> Iterator[str]:
+def _warnings_if_scene_moves_without_shaking(study_file_key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H of a study at which a 2-D scene falls or slides without ground motion."""
     for b_over_h in study.b_over_h:
         reason = reason_scene_moves_by_itself(scene, None, b_over_h, min(study.friction))
         if reason:
-            yield f"{key}: at B/H {b_over_h:g}, {reason}"
+            yield f"{study_file_key}: at B/H {b_over_h:g}, {reason}"
             return
 
 
-def _overhang_contact_warnings(key: str, scene: Scene, study: Study) -> Iterator[str]:
+def _overhang_contact_warnings(study_file_key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H at which overhanging stones of a 3-D stack could touch a face not modelled."""
     for b_over_h in study.b_over_h:
         if touches := unsimulated_overhang_contact_warnings(stack_stones(scene, None, b_over_h)):
             yield (
-                f"{key}: at B/H {b_over_h:g}, {'; '.join(touches)}. The simulation does not have this contact: "
-                "outcomes of stones with a larger peak_tilt are uncertain"
+                f"{study_file_key}: at B/H {b_over_h:g}, {'; '.join(touches)}. The simulation does not have this "
+                "contact: outcomes of stones with a larger peak_tilt are uncertain"
             )
             return
 
@@ -250,7 +250,7 @@ def _population_outside_grid_warnings(study: Study, population: StonePopulation)
             )
 
 
-def _format_first_three_numbers(numbers: list[float]) -> str:
+def _format_first_three_numbers(numbers_to_list: list[float]) -> str:
     """Return a text with the first three numbers of a list, and how many more there are."""
-    more = f" and {len(numbers) - 3} more" if len(numbers) > 3 else ""
-    return ", ".join(f"{one:.3g}" for one in numbers[:3]) + more
+    more = f" and {len(numbers_to_list) - 3} more" if len(numbers_to_list) > 3 else ""
+    return ", ".join(f"{one:.3g}" for one in numbers_to_list[:3]) + more

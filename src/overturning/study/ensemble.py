@@ -1,8 +1,8 @@
-"""Ensemble: each case is run again in a neighbourhood of its parameters, to estimate the probability of falling.
+"""Ensemble: each case is run again with slightly changed parameters, to estimate the probability of falling.
 
-The members are scrambled Sobol points in the neighbourhood, the same for every cell. The result describes how the
-outcome varies over the neighbourhood, that is, its sensitivity to parameters that are not known exactly; it does not
-describe how probable these parameters are.
+The changes are scrambled Sobol points within the widths that a study sets, the same for every cell. The result
+describes how sensitive the outcome is to parameters that are not known exactly; it does not describe how probable
+these parameters are.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,7 +36,7 @@ SCRAMBLED_SOBOL_SEQUENCE_COUNT: Final = 2
 """Number of scrambled Sobol sequences; the difference of their means shows the error of the fall probability."""
 
 ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE: Final = 2
-"""Number of cells on either side of a change of outcome along B/H that are run with `where: boundary`."""
+"""Number of cells on either side of a change of outcome along B/H with ensemble runs under `where: boundary`."""
 
 MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
 """Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
@@ -111,10 +111,10 @@ class EnsembleMembers:
         """Return an ensemble with only the members (runs with changed parameters) of the given numbers."""
         return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in FIELD_BY_CSV_COLUMN.values()))
 
-    def split_member_numbers_into_batches(self, batch_size: int) -> list[NDArray[np.intp]]:
+    def split_member_numbers_into_batches(self, members_per_batch: int) -> list[NDArray[np.intp]]:
         """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
         own = [np.flatnonzero(self.sobol_sequence_number == number) for number in range(SCRAMBLED_SOBOL_SEQUENCE_COUNT)]
-        each = batch_size // SCRAMBLED_SOBOL_SEQUENCE_COUNT
+        each = members_per_batch // SCRAMBLED_SOBOL_SEQUENCE_COUNT
         starts = range(0, max(places.size for places in own), each)
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
@@ -177,9 +177,8 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
     changes = signed[:, :6] * np.array([*widths, settings.azimuth, settings.initial_tilt])
     changes[:, : len(widths)] += 1.0  # factors
     count = SCRAMBLED_SOBOL_SEQUENCE_COUNT * half
-    turns, reliefs = np.zeros(count), np.full(count, np.nan)
-    if dimensions > 6:
-        turns = np.round(settings.orientation * signed[:, 6], 9)
+    reliefs = np.full(count, np.nan)
+    turns = np.round(settings.orientation * signed[:, 6], 9) if dimensions > 6 else np.zeros(count)
     if settings.relief is not None:
         low, high = settings.relief.low, settings.relief.high
         reliefs = np.round(low + (high - low) * 0.5 * (signed[:, 7] + 1.0), 9)
@@ -188,40 +187,39 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
 
 
 def mask_of_cases_for_ensemble_runs(
-    nominal_flags: NDArray[np.int8],
-    run_all_cells: bool,
-    dimension_count: int = 4,
-    fall_azimuth_deg: FloatArray | None = None,
+    nominal_fall_flags: NDArray[np.int8],
+    choose_all_cells: bool,
+    grid_dimension_count: int = 4,
+    nominal_fall_azimuth_deg: FloatArray | None = None,
 ) -> NDArray[np.bool_]:
     """Return a mask of the cases for which ensemble runs are made: those near a change of outcome.
 
-    These are all cells with `run_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along B/H
-    of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
+    These are all cells with `choose_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along
+    B/H of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
     differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`fall_azimuth_deg`, NaN without a fall) by `MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
+    (`nominal_fall_azimuth_deg`, NaN without a fall) by `MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
-    shape = nominal_flags.shape[:dimension_count]
-    if run_all_cells or shape[2] == 1:
+    shape = nominal_fall_flags.shape[:grid_dimension_count]
+    if choose_all_cells or shape[2] == 1:
         return np.ones(shape, dtype=bool)
-    change = nominal_flags[:, :, 1:] != nominal_flags[:, :, :-1]
-    change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
-    if fall_azimuth_deg is not None:
-        azimuth = fall_azimuth_deg.astype(np.float64)
+    change = nominal_fall_flags[:, :, 1:] != nominal_fall_flags[:, :, :-1]
+    change = change.any(axis=grid_dimension_count) if change.ndim > grid_dimension_count else change
+    if nominal_fall_azimuth_deg is not None:
+        azimuth = nominal_fall_azimuth_deg.astype(np.float64)
         turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG
-        change = change | (turned.any(axis=dimension_count) if turned.ndim > dimension_count else turned)
+        change = change | (turned.any(axis=grid_dimension_count) if turned.ndim > grid_dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
     reach = ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE
-    padded = np.pad(change, [(reach, reach) if axis == 2 else (0, 0) for axis in range(dimension_count)])
+    padded = np.pad(change, [(reach, reach) if axis == 2 else (0, 0) for axis in range(grid_dimension_count)])
     return np.asarray(sliding_window_view(padded, 2 * reach, axis=2).any(axis=-1))
 
 
-def wilson_95_percent_interval(case_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def wilson_95_percent_interval(matching_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Compute the 95 % Wilson interval (low, high) of a share of cases; (0, 1) if `total_count` is 0.
 
-    Wilson (1927), Journal of the American Statistical Association 22. Implemented here because the function of SciPy
-    takes one share at a time, which is too slow for a sweep.
+    Wilson (1927), Journal of the American Statistical Association 22. SciPy's function takes one share at a time.
     """
-    n, k = np.asarray(total_count, np.float64), np.asarray(case_count, np.float64)
+    n, k = np.asarray(total_count, np.float64), np.asarray(matching_count, np.float64)
     known = np.maximum(n, 1.0)
     z = NORMAL_QUANTILE_OF_TWO_SIDED_95_PERCENT
     share, square = k / known, z * z / known
@@ -230,38 +228,38 @@ def wilson_95_percent_interval(case_count: ArrayLike, total_count: ArrayLike) ->
     return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
-def fall_probabilities_converged(member_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
+def fall_probabilities_converged(member_fall_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
     """True for cases whose fall probabilities are accurate enough without further ensemble runs, shape (cells,).
 
     For every element the intervals (`wilson_95_percent_interval`) of both probabilities (fall to +1 and to −1) are
-    within ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the member has
-    no outcome or was not run yet. The result depends on the flags of the cell only.
+    within ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the
+    member has no outcome or was not run yet. The result depends on the flags of the cell only.
     """
-    known = (member_flags != INT8_MISSING).sum(axis=1)
+    known = (member_fall_flags != INT8_MISSING).sum(axis=1)
     known_well = fall_share_intervals_are_narrow_enough(
-        (member_flags == 1).sum(axis=1), (member_flags == -1).sum(axis=1), known, max_half_width
+        (member_fall_flags == 1).sum(axis=1), (member_fall_flags == -1).sum(axis=1), known, max_half_width
     )
-    return np.asarray(known_well.reshape(len(member_flags), -1).all(axis=1))
+    return np.asarray(known_well.reshape(len(member_fall_flags), -1).all(axis=1))
 
 
 def fall_share_intervals_are_narrow_enough(
-    towards_count: NDArray[Any], away_count: NDArray[Any], known_count: ArrayLike, max_half_width: float
+    plus_1_fall_counts: NDArray[Any], minus_1_fall_counts: NDArray[Any], known_counts: ArrayLike, max_half_width: float
 ) -> NDArray[np.bool_]:
     """True if the 95 % intervals of both shares of falls (to either side) are within ±`max_half_width`."""
-    ends = [wilson_95_percent_interval(count, known_count) for count in (towards_count, away_count)]
+    ends = [wilson_95_percent_interval(count, known_counts) for count in (plus_1_fall_counts, minus_1_fall_counts)]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 
 def fall_shares_with_low_and_high_relief(
-    member_flags: NDArray[np.int8], has_high_relief: NDArray[np.bool_]
+    member_fall_flags: NDArray[np.int8], high_relief_mask_by_member: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
     """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
 
     Each share has shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
     """
-    known = member_flags != INT8_MISSING
-    counts = [((known & half).sum(axis=1), ((member_flags == 1) & half).sum(axis=1)) for half in (
-        ~has_high_relief, has_high_relief)]  # fmt: skip
+    known = member_fall_flags != INT8_MISSING
+    counts = [((known & half).sum(axis=1), ((member_fall_flags == 1) & half).sum(axis=1)) for half in (
+        ~high_relief_mask_by_member, high_relief_mask_by_member)]  # fmt: skip
     return {
         variable.name: np.where(count > 0, fell / np.maximum(count, 1), np.nan)
         for variable, (count, fell) in zip(RELIEF_ENSEMBLE_VARIABLES, counts, strict=True)
@@ -269,13 +267,13 @@ def fall_shares_with_low_and_high_relief(
 
 
 def subtask_progress_callback(
-    progress: ProgressCallback | None, begin_share: float, end_share: float
+    progress: ProgressCallback | None, share_before: float, share_after: float
 ) -> ProgressCallback | None:
     """Return a callback that converts the progress of a part of a task to that of the whole, for `progress`."""
     if progress is None:
         return None
-    share = end_share - begin_share
-    return lambda done, total: progress(round(1e6 * (begin_share + share * (done / total if total else 1.0))), 10**6)
+    share = share_after - share_before
+    return lambda done, total: progress(round(1e6 * (share_before + share * (done / total if total else 1.0))), 10**6)
 
 
 @dataclass(frozen=True)
@@ -296,19 +294,19 @@ class EnsembleRunner:
         self,
         motion: Motion,
         grid: CaseGrid,
-        nominal_outcomes: Mapping[str, NDArray[Any]],
+        nominal_outcomes_by_variable_name: Mapping[str, NDArray[Any]],
         run_cases: CaseRunner,
         progress: ProgressCallback | None = None,
     ) -> tuple[ArraysByVariableName, int]:
         """Run the ensemble of each case, or each near a change of outcome; return results and cost (steps × stones).
 
-        `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells
-        that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The variables
-        have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
+        `nominal_outcomes_by_variable_name` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark
+        of cells that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The
+        variables have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
-        overturned, members = nominal_outcomes["overturned"], self.members
-        computed = nominal_outcomes[self.model.symmetry_copy_flag_variable_name] == 0
-        azimuths = nominal_outcomes.get("fall_azimuth")
+        overturned, members = nominal_outcomes_by_variable_name["overturned"], self.members
+        computed = nominal_outcomes_by_variable_name[self.model.symmetry_copy_flag_variable_name] == 0
+        azimuths = nominal_outcomes_by_variable_name.get("fall_azimuth")
         chosen = computed & mask_of_cases_for_ensemble_runs(overturned, self.run_all_cells, len(grid.shape), azimuths)
         arrays: ArraysByVariableName = {}
         for variable in self.ensemble_result_variables:
@@ -340,39 +338,41 @@ class EnsembleRunner:
         return arrays, block_steps
 
     def _simulate_members_until_converged(
-        self, grid: CaseGrid, cells: NDArray[np.int64], run_cases: CaseRunner, member_flags: NDArray[np.int8],
-        fall_azimuth_deg: FloatArray, progress: ProgressCallback | None,
+        self, grid: CaseGrid, cell_indices: NDArray[np.int64], run_cases: CaseRunner,
+        member_fall_flags: NDArray[np.int8], member_fall_azimuths_deg: FloatArray, progress: ProgressCallback | None,
     ) -> int:  # fmt: skip
         """Run members in batches until each case converges; write outcomes to arrays, return cost (steps × stones)."""
         batches, block_steps = self.members.split_member_numbers_into_batches(MEMBERS_PER_BATCH), 0
-        unsettled = np.arange(len(cells))
+        unsettled = np.arange(len(cell_indices))
         for index, batch in enumerate(batches):
             of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))
             # Members with a relief of their own are other bodies, so each of them is run by itself.
             relief = self.members.relief_m
             for own in batch[:, None] if self.members.varies_relief else [batch]:
                 results = run_cases(
-                    self._cases_of_cells_and_members(grid, cells[unsettled], self.members.select_members(own)),
+                    self._cases_of_cells_and_members(grid, cell_indices[unsettled], self.members.select_members(own)),
                     of_batch, *([float(relief[own[0]])] if self.members.varies_relief else []),
                 )  # fmt: skip
                 block_steps += int(results.block_steps.sum())
-                new = results.overturned.reshape(unsettled.size, own.size, *member_flags.shape[2:])
-                member_flags[unsettled[:, None], own] = new
+                new = results.overturned.reshape(unsettled.size, own.size, *member_fall_flags.shape[2:])
+                member_fall_flags[unsettled[:, None], own] = new
                 if (towards := getattr(results, "fall_azimuth", None)) is not None:
-                    azimuths = towards.reshape(unsettled.size, own.size, *fall_azimuth_deg.shape[2:])
-                    fall_azimuth_deg[unsettled[:, None], own] = azimuths
+                    azimuths = towards.reshape(unsettled.size, own.size, *member_fall_azimuths_deg.shape[2:])
+                    member_fall_azimuths_deg[unsettled[:, None], own] = azimuths
             half_width = self.max_fall_probability_interval_half_width
-            unsettled = unsettled[~fall_probabilities_converged(member_flags[unsettled], half_width)]
+            unsettled = unsettled[~fall_probabilities_converged(member_fall_flags[unsettled], half_width)]
             if unsettled.size == 0:
                 break
         if progress:
             progress(1, 1)
         return block_steps
 
-    def _cases_of_cells_and_members(self, grid: CaseGrid, cells: NDArray[np.int64], members: EnsembleMembers) -> Cases:
+    def _cases_of_cells_and_members(
+        self, grid: CaseGrid, cell_indices: NDArray[np.int64], members: EnsembleMembers
+    ) -> Cases:
         """Return cases to simulate: each cell with the parameter changes of each ensemble member, sorted by cell."""
         direction, *rest = (
-            grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
+            grid[name][cell_indices[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
         same = np.ones(members.member_count)
         values = zip(grid.dimension_names[1:], rest, strict=True)
@@ -383,18 +383,18 @@ class EnsembleRunner:
             # Rotating the sensor anticlockwise is equivalent to rotating plane or body clockwise by the same angle.
             (direction + members.azimuth_change_deg + members.orientation_change_deg).ravel(),
             **{name: values.ravel() for name, values in sizes.items()},
-            **{name: np.tile(one, len(cells)) for name, one in alike.items()},
+            **{name: np.tile(one, len(cell_indices)) for name, one in alike.items()},
         )
 
-    def _copy_to_symmetric_cells(self, grid: CaseGrid, arrays: ArraysByVariableName, copied_mask: NDArray[Any]) -> None:
-        """Copy ensemble results of simulated cases to the cases that equal them by symmetry, within `arrays`."""
+    def _copy_to_symmetric_cells(self, grid: CaseGrid, results: ArraysByVariableName, is_copy: NDArray[Any]) -> None:
+        """Copy ensemble results of simulated cases to the cases that equal them by symmetry, in `results`."""
         source = self.model.simulated_direction_for_each_direction(grid).simulated_direction_index
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
-            alike = copied_mask[(slice(None), *rest)]
+            alike = is_copy[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored_values(arrays, where) for item in self.ensemble_result_variables}
+            seen = {item.name: item.mirrored_values(results, where) for item in self.ensemble_result_variables}
             for name, values in seen.items():
-                arrays[name][(behind, *rest)] = values
+                results[name][(behind, *rest)] = values

@@ -41,9 +41,9 @@ class FigureSettings(StrictModel):
 
     @field_validator("formats")
     @classmethod
-    def _sort_file_formats(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
+    def _sort_file_formats(cls, figure_file_formats: tuple[str, ...]) -> tuple[str, ...]:
         """Return the file formats for figures in a fixed order; SVG is always included."""
-        return tuple(kind for kind in FIGURE_FILE_FORMATS if kind == "svg" or kind in formats)
+        return tuple(kind for kind in FIGURE_FILE_FORMATS if kind == "svg" or kind in figure_file_formats)
 
 
 class CrateMetadata(StrictModel):

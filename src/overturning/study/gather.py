@@ -1,4 +1,4 @@
-"""Merge the parts of a sweep into one cube."""
+"""Merge the files with simulated outcomes of chunks of cases into one results cube (NetCDF)."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -116,18 +116,22 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
 
 
 def _copy_outcomes_of_record_into_cube(
-    sweep_part_paths: Sequence[Path], cube: Any, record_index: int, grid: CaseGrid, variables: Sequence[OutcomeVariable]
+    sweep_part_paths: Sequence[Path],
+    cube: Any,
+    record_index: int,
+    grid: CaseGrid,
+    outcome_variables: Sequence[OutcomeVariable],
 ) -> bool:
-    """Copy the outcomes of one record from its files into a results cube; return False if cells are missing."""
+    """Copy the outcomes of one record from its files into a results cube; return False if cases are missing."""
     with ExitStack() as stack:
-        parts = [stack.enter_context(open_sweep_part(path, grid, variables)) for path in sweep_part_paths]
+        parts = [stack.enter_context(open_sweep_part(path, grid, outcome_variables)) for path in sweep_part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
             filled[np.ix_(*part.study_grid_indices_by_dimension)] = True
         if not filled.all():
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)
-        for variable in variables:
+        for variable in outcome_variables:
             cells = np.full(grid.cube_shape_of_variable(variable), variable.fill_value_in_file, variable.dtype_in_file)
             for part in parts:
                 part.copy_variable_into(variable.name, cells)
@@ -172,7 +176,7 @@ def _add_record_coordinate_variables(cube: Any, records: Sequence[Record], uses_
 
 
 def _add_station_and_epicentre_coordinates(
-    add_record_coordinate: Callable[..., None], records: Sequence[Record]
+    add_record_coordinate_function: Callable[..., None], records: Sequence[Record]
 ) -> None:
     """Add latitude and longitude of stations and epicentres to a results cube."""
     for where, pairs in (
@@ -183,7 +187,7 @@ def _add_station_and_epicentre_coordinates(
             # A location needs both coordinates.
             values = [None if None in pair else pair[index] for pair in pairs]
             said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
-            add_record_coordinate(f"{where}_{name}", "f8", values, np.nan, **said)
+            add_record_coordinate_function(f"{where}_{name}", "f8", values, np.nan, **said)
 
 
 @cache

@@ -11,18 +11,18 @@ from overturning.study.schema import Study
 from overturning.study.sections import Variant
 
 
-def results_cube_name_for_soil(study: Study, soil: SoilSite | None) -> str:
+def results_cube_name_for_soil(study: Study, soil_site: SoilSite | None) -> str:
     """Return the name of the results cube that was computed with motions on top of given soil layers.
 
     The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
     otherwise derived from the layers, so that equal layers are computed once.
     """
-    if soil is None:
+    if soil_site is None:
         return NOMINAL_VARIANT
     for name, variant in study.variants.items():
-        if variant == Variant(site=soil):
+        if variant == Variant(site=soil_site):
             return name
-    return f"soil-{hashlib.sha256(soil.model_dump_json().encode()).hexdigest()[:8]}"
+    return f"soil-{hashlib.sha256(soil_site.model_dump_json().encode()).hexdigest()[:8]}"
 
 
 def soil_cube_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
@@ -65,17 +65,19 @@ def soil_settings_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
             yield f"surveys.{number}.sites.{name}", soil
 
 
-def check_survey_site_names(study: Study, number: int, known_names: Collection[str], study_file: str) -> None:
+def check_survey_site_names(
+    study: Study, survey_index: int, site_names_in_survey_table: Collection[str], study_file_in_error_messages: str
+) -> None:
     """Raise a `ConfigError` if soil layers are set for a site that does not occur in the survey's table.
 
-    Surveys are counted from 0; `known_names` are the names in the column ``site`` of its table.
+    Surveys are counted from 0; `site_names_in_survey_table` are the names in the column ``site`` of its table.
     """
-    for name in study.surveys[number].sites:
-        if name not in known_names:
-            named = sorted(one for one in known_names if one)
+    for name in study.surveys[survey_index].sites:
+        if name not in site_names_in_survey_table:
+            named = sorted(one for one in site_names_in_survey_table if one)
             there = f"its sites are {', '.join(named)}" if named else "no stone has one; give `site` instead of `sites`"
             remedy = closest_name_hint(name, named, there)
             raise ConfigError(
-                f"{study_file}: surveys.{number}.sites.{name}: no stone of {study.surveys[number].stones} has this "
-                f"site; {remedy}"
+                f"{study_file_in_error_messages}: surveys.{survey_index}.sites.{name}: no stone of "
+                f"{study.surveys[survey_index].stones} has this site; {remedy}"
             )

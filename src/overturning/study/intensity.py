@@ -62,7 +62,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
         table.to_netcdf(part, engine="netcdf4")
 
 
-def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
+def _azimuth_independent_measures(records: Sequence[Record], oscillator_periods_s: FloatArray) -> dict[str, Any]:
     """Compute the intensity measures that do not depend on azimuth, such as JMA intensity; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
@@ -70,17 +70,29 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
         for motion, record in zip(motions, records, strict=True)
     ]
     spectra = [
-        rotd_percentile_measures(motion, periods, percentiles_over_azimuths=ROTD_PERCENTILES) for motion in motions
+        rotd_percentile_measures(motion, oscillator_periods_s, percentiles_over_azimuths=ROTD_PERCENTILES) for motion in motions
     ]
     variables: dict[str, Any] = {}
 
-    def add_variable(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
+    def add_variable(
+        measure_name: str, space_separated_dimension_names: str, measure_values: Any, units: str, long_name: str
+    ) -> None:
         """Add an intensity measure with its unit and description; dimension names are separated by blanks."""
-        variables[name] = (dimensions.split(), np.asarray(values), {"units": units, "long_name": long_name})
+        variables[measure_name] = (
+            space_separated_dimension_names.split(),
+            np.asarray(measure_values),
+            {"units": units, "long_name": long_name},
+        )
 
-    def add_measure_by_record(name: str, units: str, long_name: str) -> None:
+    def add_measure_by_record(measure_name: str, units: str, long_name: str) -> None:
         """Add an intensity measure with one value per record; NaN where it is undefined."""
-        add_variable(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
+        add_variable(
+            measure_name,
+            "record",
+            [np.nan if one[measure_name] is None else one[measure_name] for one in columns],
+            units,
+            long_name,
+        )
 
     add_measure_by_record("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")
     add_measure_by_record(
@@ -99,7 +111,7 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
     add_variable("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
     add_variable("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
     add_variable("percentile", "percentile", ROTD_PERCENTILES, "percent", "percentile over azimuths")
-    add_variable("period", "period", periods, "s", "period of the oscillator")
+    add_variable("period", "period", oscillator_periods_s, "s", "period of the oscillator")
     add_variable("frequency", "frequency", FOURIER_SPECTRUM_FREQUENCIES_HZ, "Hz", "frequency")
     for name, (units, long_name) in PEAK_UNITS_AND_LONG_NAMES.items():
         larger = f"{long_name}, larger of north and east"
@@ -124,9 +136,9 @@ def _azimuth_independent_measures(records: Sequence[Record], periods: FloatArray
     return variables
 
 
-def _smoothed_fourier_amplitude(acceleration: FloatArray, sampling_interval: float) -> FloatArray:
+def _smoothed_fourier_amplitude(acceleration_samples_m_s2: FloatArray, sampling_interval_s: float) -> FloatArray:
     """Return Konno–Ohmachi Fourier amplitudes at `FOURIER_SPECTRUM_FREQUENCIES_HZ`, m/s; NaN above Nyquist."""
-    frequency, amplitude = fourier_amplitude_spectrum(acceleration, sampling_interval)
+    frequency, amplitude = fourier_amplitude_spectrum(acceleration_samples_m_s2, sampling_interval_s)
     inside = frequency[-1] >= FOURIER_SPECTRUM_FREQUENCIES_HZ
     values = np.full(FOURIER_SPECTRUM_FREQUENCIES_HZ.size, np.nan)
     values[inside] = konno_ohmachi_smoothed_amplitude(frequency, amplitude, FOURIER_SPECTRUM_FREQUENCIES_HZ[inside])

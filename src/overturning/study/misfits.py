@@ -85,28 +85,30 @@ def _survey_and_published_value_conflict_messages(study: Any) -> Iterator[str]:
             )
 
 
-def _body_conflict_messages(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _body_conflict_messages(
+    study: Any, body_settings: BodySettings, contact_settings_by_key_prefix: dict[str, ContactSettings]
+) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 3-D body."""
     for key, reason in _REASONS_TO_REFUSE_KEYS_IN_3D.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
             yield f"{key}: {reason}"
-    if study.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
+    if study.population is not None and (body_settings.plan != "rectangle" or 1.0 not in body_settings.aspect):
         yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
     try:
-        study.orientation.orientations_of_body(body)
+        study.orientation.orientations_of_body(body_settings)
     except ValueError as error:
         yield str(error)
     if study.simulation.scheme not in (None, DEFAULT_SCHEME):
         yield f"simulation.scheme: a 3-D body supports {DEFAULT_SCHEME!r} only; leave the key out"
-    for where, contact in contacts.items():
+    for where, contact in contact_settings_by_key_prefix.items():
         if contact.stiffness != "auto" or contact.damping is not None:
             yield f"{where}contact: in 3-D the stiffness is auto and the dashpot is given as damping_ratio"
-    if not body.body_shape().slenderness_is_parameter and study.ensemble.b_over_h not in (
+    if not body_settings.body_shape().slenderness_is_parameter and study.ensemble.b_over_h not in (
         0.0,
         EnsembleSettings.model_fields["b_over_h"].default,
     ):
         yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
-    if study.ensemble.relief is not None and body.scan is None:
+    if study.ensemble.relief is not None and body_settings.scan is None:
         yield (
             "ensemble.relief: only a scanned stone has a relief; give body.mesh, and for a convex mesh also body.relief"
         )
@@ -169,13 +171,15 @@ def _research_question_conflict_messages(study: Any) -> Iterator[str]:
         yield f"asks: {study.asks}, but variant {against!r} has none of its own; change it there"
 
 
-def _planar_scene_conflict_messages(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _planar_scene_conflict_messages(
+    study: Any, contact_settings_by_key_prefix: dict[str, ContactSettings]
+) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 2-D scene."""
     scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
     scenes[""] = study.scene
     own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density
     for where in own:
-        if contacts.get(where, ContactSettings()) != ContactSettings():
+        if contact_settings_by_key_prefix.get(where, ContactSettings()) != ContactSettings():
             yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
     if own and study.population is not None:
         yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"

@@ -1,4 +1,4 @@
-"""Parts of a sweep: the cases of a record are divided into chunks, with one file per chunk."""
+"""Parts of a sweep (simulation of all cases): the cases of a record are divided into chunks, one file per chunk."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,14 +31,14 @@ class SweepChunk:
     chunk_count: int = 1
 
     @classmethod
-    def parse(cls, text: str) -> Self:
+    def parse(cls, chunk_number_of_count_text: str) -> Self:
         """Parse the number of a chunk and the number of all chunks from a text such as ``3-of-8``.
 
         An `ArgumentError` is raised for any other text.
         """
-        found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", text)
+        found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", chunk_number_of_count_text)
         if found is None or not 1 <= int(found[1]) <= int(found[2]):
-            raise ArgumentError(f"chunk: {text!r}; write a number and that of all chunks, 3-of-8")
+            raise ArgumentError(f"chunk: {chunk_number_of_count_text!r}; write a number and that of all chunks, 3-of-8")
         return cls(int(found[1]), int(found[2]))
 
     def __str__(self) -> str:
@@ -51,19 +51,19 @@ SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
 _UNREADABLE_FILE_REMEDY: Final = "run again to recreate it"
 
 
-def sweep_part_path(folder: Path, record_id: str, chunk: SweepChunk) -> Path:
+def sweep_part_path(sweep_part_folder: Path, record_id: str, chunk: SweepChunk) -> Path:
     """Return the path of the file with one chunk of the outcomes of a record, such as ``rinaldi.3-of-8.nc``."""
-    return folder / f"{record_id}.{chunk}.nc"
+    return sweep_part_folder / f"{record_id}.{chunk}.nc"
 
 
-def sweep_part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
+def sweep_part_paths(sweep_part_folder: Path, record_ids: Iterable[str], chunks_per_record: int) -> list[Path]:
     """Return the paths of all outcome files: one for each given record and each chunk of its cases."""
-    all_chunks = [SweepChunk(number, chunk_count) for number in range(1, chunk_count + 1)]
-    return [sweep_part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
+    all_chunks = [SweepChunk(number, chunks_per_record) for number in range(1, chunks_per_record + 1)]
+    return [sweep_part_path(sweep_part_folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
 def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL_VARIANT) -> CaseGrid:
-    """Return the part of a parameter grid that one job (chunk) of a sweep simulates.
+    """Return the part of a parameter grid that one chunk (job) of a record's simulation covers.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
     from each other by symmetry stay together, and so do all B/H, since the ensemble compares neighbours along B/H.
@@ -82,21 +82,23 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
 
 
 def write_sweep_part(
-    path: Path,
+    sweep_part_path: Path,
     grid: CaseGrid,
-    outcome_arrays: dict[str, NDArray[Any]],
-    attributes: dict[str, str | int],
-    variables: tuple[OutcomeVariable, ...] = PLANAR_OUTCOME_VARIABLES,
+    outcomes_by_variable_name: dict[str, NDArray[Any]],
+    global_file_attributes: dict[str, str | int],
+    outcome_variables: tuple[OutcomeVariable, ...] = PLANAR_OUTCOME_VARIABLES,
 ) -> None:
     """Write the outcomes of one chunk of cases to a NetCDF file; without cases the file has only attributes."""
     from netCDF4 import Dataset
 
-    with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
+    with atomic_write(sweep_part_path) as part, Dataset(part, "w", format="NETCDF4") as file:
         if grid.case_count:
             create_grid_dimensions_and_coordinates(file, grid)
-            for variable in variables:
-                create_outcome_variable(file, variable, grid)[:] = variable.encode(outcome_arrays[variable.name])
-        file.setncatts(attributes)
+            for variable in outcome_variables:
+                create_outcome_variable(file, variable, grid)[:] = variable.encode(
+                    outcomes_by_variable_name[variable.name]
+                )
+        file.setncatts(global_file_attributes)
 
 
 class OpenedSweepPartFile(NamedTuple):
@@ -105,11 +107,11 @@ class OpenedSweepPartFile(NamedTuple):
     file: Any  # netCDF4 dataset without masking and scaling
     study_grid_indices_by_dimension: list[NDArray[np.intp]]  # positions of its cells in the whole grid
 
-    def copy_variable_into(self, variable_name: str, grid_array: NDArray[Any]) -> None:
+    def copy_variable_into(self, variable_name: str, array_over_study_grid: NDArray[Any]) -> None:
         """Copy this file's values of a variable to their positions in an array for the whole parameter grid."""
         if self.study_grid_indices_by_dimension[0].size:
             where: tuple[Any, ...] = np.ix_(*self.study_grid_indices_by_dimension)
-            grid_array[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
+            array_over_study_grid[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
                 variable_name
             ][:]
 
@@ -121,31 +123,38 @@ def read_record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def open_sweep_part(path: Path, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> Iterator[OpenedSweepPartFile]:
+def open_sweep_part(
+    path: Path, grid: CaseGrid, outcome_variables: Sequence[OutcomeVariable]
+) -> Iterator[OpenedSweepPartFile]:
     """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""
     with open_netcdf_without_masking_and_scaling(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield OpenedSweepPartFile(file, [np.zeros(0, np.intp)] * len(grid.dimension_names))
             return
-        if wrong := _first_mismatch_with_grid(file, grid, variables):
+        if wrong := _first_mismatch_with_grid(file, grid, outcome_variables):
             raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
         yield OpenedSweepPartFile(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.dimension_names])
 
 
-def _first_mismatch_with_grid(file: Any, grid: CaseGrid, variables: Sequence[OutcomeVariable]) -> str:
+def _first_mismatch_with_grid(netcdf_file: Any, grid: CaseGrid, outcome_variables: Sequence[OutcomeVariable]) -> str:
     """Return the first difference between a file of outcomes and the study's grid; "" if there is none."""
     factors = (
         {"amplitude": np.array(grid.motion_amplitude_factors_if_several)}
         if grid.motion_amplitude_factors_if_several
         else {}
     )
-    needed = [*(variable.name for variable in variables), *grid.dimension_names, *factors]
-    if absent := [name for name in needed if name not in file.variables]:
+    needed = [*(variable.name for variable in outcome_variables), *grid.dimension_names, *factors]
+    if absent := [name for name in needed if name not in netcdf_file.variables]:
         return f"has no {absent[0]}"
-    if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.free_element_names_if_several:
+    if (
+        tuple(netcdf_file["element_name"][:] if "element" in netcdf_file.dimensions else ())
+        != grid.free_element_names_if_several
+    ):
         return "its elements are not those of the scene"
     for name, values in {**grid.values_by_dimension, **factors}.items():
         # Compare exactly: a part of this study has exactly the same numbers.
-        if not np.isin(file[name][:], values).all() or (name in factors and file[name].size != values.size):
+        if not np.isin(netcdf_file[name][:], values).all() or (
+            name in factors and netcdf_file[name].size != values.size
+        ):
             return f"its {name} values are not those of the study"
     return ""

@@ -139,15 +139,16 @@ def explorer_fits_single_page(study: Study) -> bool:
     )
 
 
-def check_study_size(study: Study, study_file: str, chunks_per_record: int = 1) -> StudySizeEstimate:
+def check_study_size(study: Study, study_file_in_error_messages: str, chunks_per_record: int = 1) -> StudySizeEstimate:
     """Return the estimated cost of a study; a `ConfigError` if this machine lacks memory or disk space."""
     size = estimate_study_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
     if size.largest_job_memory_bytes > memory or size.results_disk_bytes > disk:
         raise ConfigError(
-            f"{study_file}: {size}. This machine has {_format_bytes(memory)} of memory and {_format_bytes(disk)} of "
-            "free disk: take larger steps in azimuth, b_over_h, height or friction, or fewer records"
+            f"{study_file_in_error_messages}: {size}. This machine has {_format_bytes(memory)} of memory and "
+            f"{_format_bytes(disk)} of free disk: take larger steps in azimuth, b_over_h, height or friction, "
+            "or fewer records"
         )
     return size
 
@@ -161,12 +162,14 @@ def check_results_folder_is_writable(results_folder: Path) -> None:
         )
 
 
-def _closest_existing_folder(folder: Path) -> Path:
+def _closest_existing_folder(folder_that_may_not_exist: Path) -> Path:
     """Return a folder if it exists, otherwise the closest parent folder that exists."""
-    return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
+    return next(
+        one for one in (folder_that_may_not_exist, *folder_that_may_not_exist.absolute().parents) if one.is_dir()
+    )
 
 
-def check_soil_curve_package(study: Study, study_file: str) -> None:
+def check_soil_curve_package(study: Study, study_file_in_error_messages: str) -> None:
     """Raise a `ConfigError` if the optional package with a study's soil curves is missing, or lacks one of them."""
     from overturning.motion.soil import check_pystrata_has_soil_curves
 
@@ -176,20 +179,20 @@ def check_soil_curve_package(study: Study, study_file: str) -> None:
             check_pystrata_has_soil_curves(site.layers)
         except ArgumentError as error:
             where = "" if key == "site" else f"{key.removesuffix('.site')}: "
-            problems[f"{study_file}: {where}{error}"] = None
+            problems[f"{study_file_in_error_messages}: {where}{error}"] = None
     if problems:
         raise ConfigError(_format_problems(list(problems)))
 
 
 def find_record_rows_and_files(
-    study: Study, study_file: str
+    study: Study, study_file_in_error_messages: str
 ) -> tuple[dict[str, RecordTableRow], dict[str, list[Path]]]:
     """Return the record-table rows that a study uses, and the files that the user provides, by record id.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
     `MissingDataError` all files that are missing.
     """
-    entries, folder = read_record_table_rows_of_study(study, study_file), Path(study.records.folder)
+    entries, folder = read_record_table_rows_of_study(study, study_file_in_error_messages), Path(study.records.folder)
     files: dict[str, list[Path]] = {}
     problems: list[str] = []
     for name, entry in entries.items():
@@ -211,7 +214,9 @@ def find_record_rows_and_files(
     return entries, files
 
 
-def check_records_and_collect_notes(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
+def check_records_and_collect_notes(
+    study: Study, record_table_rows_by_id: dict[str, RecordTableRow]
+) -> tuple[str, ...]:
     """Read and prepare a study's records as a run would; return notes on them, or raise a `ConfigError` with failures.
 
     The notes are on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
@@ -227,7 +232,7 @@ def check_records_and_collect_notes(study: Study, record_rows: dict[str, RecordT
     from overturning.records.read import read_record
 
     problems, records, notes, prints = [], [], [], []
-    for entry in record_rows.values():
+    for entry in record_table_rows_by_id.values():
         try:
             # Keep only metadata and a fingerprint, since a study can have thousands of records.
             record = process_record(read_record(entry, Path(study.records.folder)), study.processing)
@@ -249,20 +254,22 @@ def check_records_and_collect_notes(study: Study, record_rows: dict[str, RecordT
     return (*(f"earthquakes: {note}" for note in assign_records_to_earthquakes(records).notes), *notes)
 
 
-def can_compute_fault_alignment(record_rows: Iterable[RecordTableRow]) -> bool:
+def can_compute_fault_alignment(record_table_rows: Iterable[RecordTableRow]) -> bool:
     """True if the alignment of falls with the fault can be computed: fault strike known for some record.
 
     If only some records have a velocity pulse, the strike of one of these must be known (the others are the control).
     """
-    records = list(record_rows)
+    records = list(record_table_rows)
     with_control = {True, False} <= {entry.pulse for entry in records}
     chosen = [entry for entry in records if entry.pulse or not with_control]
     return any(entry.fault_strike_deg is not None for entry in chosen)
 
 
-def note_if_primary_statistic_is_unavailable(study: Study, record_rows: dict[str, RecordTableRow]) -> tuple[str, ...]:
+def note_if_primary_statistic_is_unavailable(
+    study: Study, record_table_rows_by_id: dict[str, RecordTableRow]
+) -> tuple[str, ...]:
     """Return a note if a study's primary statistic cannot be computed for its records; () if it can."""
-    if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_rows.values()):
+    if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_table_rows_by_id.values()):
         return ()
     return (
         f"primary.statistic: alignment has no answer: {study.records.table} has no fault_strike_deg for the records of "
@@ -270,14 +277,15 @@ def note_if_primary_statistic_is_unavailable(study: Study, record_rows: dict[str
     )
 
 
-def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
+def _check_cases_at_grid_limits(study: Study, shortest_sampling_interval_s: float) -> None:
     """Check that a study's cases of extreme size, B/H and friction can be simulated; a ConfigError if not.
 
-    Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `sampling_interval`, s.
+    Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling
+    `shortest_sampling_interval_s`, s.
     """
     from overturning.dem.run import plan_simulation  # imported lazily: imports Numba
 
-    still = Motion(np.zeros(2), np.zeros(2), sampling_interval=sampling_interval, trust_data=True)
+    still = Motion(np.zeros(2), np.zeros(2), sampling_interval=shortest_sampling_interval_s, trust_data=True)
     ends = (
         (min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspect_ratios_d_over_b)
     )
@@ -294,12 +302,12 @@ def _check_cases_at_grid_limits(study: Study, sampling_interval: float) -> None:
             raise ConfigError(f"study {study.name!r}: {REASON_SEPARATOR.join(lines)}") from None
 
 
-def _name_study_key_in_error_message(message: str, variant: str) -> str:
+def _name_study_key_in_error_message(simulation_error_message: str, variant: str) -> str:
     """Replace the name of a simulation argument in an error message by the key of the study that sets it.
 
     A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
     """
-    name, rest = message.partition(":")[::2]
+    name, rest = simulation_error_message.partition(":")[::2]
     own = "" if variant == NOMINAL_VARIANT else f"variants.{variant}."
     if name in SimulationSettings.model_fields:
         return f"simulation.{name}:{rest}"
@@ -307,7 +315,7 @@ def _name_study_key_in_error_message(message: str, variant: str) -> str:
         return f"{own}contact.{name}:{rest}"
     if name == "initial_tilt":
         return f"ensemble.{name}:{rest}"
-    return f"variant {variant}: {message}" if own else message
+    return f"variant {variant}: {simulation_error_message}" if own else simulation_error_message
 
 
 def _record_is_too_weak_to_move_any_block(study: Study, record: "Record") -> bool:
@@ -330,10 +338,14 @@ def _record_is_too_weak_to_move_any_block(study: Study, record: "Record") -> boo
     return all(bool((shaking <= weight * threshold).all()) for weight in weights)
 
 
-def _format_problems(problems: list[str]) -> str:
+def _format_problems(problem_messages: list[str]) -> str:
     """Join problems to the text of an error message, one line each; a long list is cut."""
-    more = [f"… and {len(problems) - MAX_LISTED_PROBLEMS} more"] if len(problems) > MAX_LISTED_PROBLEMS else []
-    return "\n       ".join([*problems[:MAX_LISTED_PROBLEMS], *more])
+    more = (
+        [f"… and {len(problem_messages) - MAX_LISTED_PROBLEMS} more"]
+        if len(problem_messages) > MAX_LISTED_PROBLEMS
+        else []
+    )
+    return "\n       ".join([*problem_messages[:MAX_LISTED_PROBLEMS], *more])
 
 
 def format_duration(seconds: float) -> str:
@@ -344,8 +356,8 @@ def format_duration(seconds: float) -> str:
     )
 
 
-def _format_bytes(count: float) -> str:
+def _format_bytes(byte_count: float) -> str:
     """Return a number of bytes as text in a suitable unit, such as "1.5 GB"."""
     units = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
-    unit, name = next((one for one in units if count >= one[0]), units[-1])
-    return f"{count / unit:,.{0 if count >= 10 * unit or name == 'kB' else 1}f} {name}"
+    unit, name = next((one for one in units if byte_count >= one[0]), units[-1])
+    return f"{byte_count / unit:,.{0 if byte_count >= 10 * unit or name == 'kB' else 1}f} {name}"

@@ -1,4 +1,4 @@
-"""Run a random sample of the cells of a cube again and compare the results bit by bit."""
+"""Simulate a random sample of the cases of a results cube again, and compare the outcomes bit by bit."""
 
 from dataclasses import dataclass, field
 from functools import cache
@@ -64,15 +64,15 @@ def hash_of_outcomes_in_cube(cube_path: Path) -> str:
 
 
 def recompute_and_compare_random_cases(
-    cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1
+    cube_path: Path, motion_folder: Path | None = None, *, max_random_case_count: int = 200, seed: int = 1
 ) -> RecheckResult:
     """Simulate a random sample of cases of a results cube again, and compare the outcomes bit for bit.
 
-    An `ArgumentError` is raised if `cell_count` is below 1, a `ResultError` if the cube or a motion is missing, or if
-    the cube is only a part of the cube of its study.
+    An `ArgumentError` is raised if `max_random_case_count` is below 1, a `ResultError` if the cube or a motion is
+    missing, or if the cube is only a part of the cube of its study.
     """
-    if cell_count < 1:
-        raise ArgumentError(f"cells: {cell_count}; at least 1")
+    if max_random_case_count < 1:
+        raise ArgumentError(f"cells: {max_random_case_count}; at least 1")
     with open_cube(cube_path, amplitude=None) as cube:
         study, variant = study_of_cube(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
@@ -95,7 +95,9 @@ def recompute_and_compare_random_cases(
         result = RecheckResult(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
         chosen = np.sort(
-            generator.choice(result.cube_cell_count, size=min(cell_count, result.cube_cell_count), replace=False)
+            generator.choice(
+                result.cube_cell_count, size=min(max_random_case_count, result.cube_cell_count), replace=False
+            )
         )
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
             cell = (index, *((scale,) if grid.motion_amplitude_factors_if_several else ()), *place)
@@ -115,23 +117,30 @@ def recompute_and_compare_random_cases(
 
 
 def _recompute_case_of_grid(
-    motion: Motion, grid: CaseGrid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
+    motion: Motion,
+    grid: CaseGrid,
+    grid_indices_of_case: list[int],
+    study: Study,
+    variant: str,
+    with_ensemble_runs: bool,
 ) -> dict[str, Any]:
     """Simulate one case of the grid again, or the case of which it is a symmetric copy; return values by variable."""
     sources = (
         variant_model(study, variant)
         .simulated_direction_for_each_direction(grid)
-        .simulated_direction_index[cell_position[0]]
+        .simulated_direction_index[grid_indices_of_case[0]]
     )
-    source = int(sources[cell_position[3] if sources.size > 1 else 0])
-    directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
-    rows = zip(grid.dimension_names, [directions, *([i] for i in cell_position[1:])], strict=True)
+    source = int(sources[grid_indices_of_case[3] if sources.size > 1 else 0])
+    directions = list(
+        dict.fromkeys([source, grid_indices_of_case[0]] if study.simulation.leave_out else [grid_indices_of_case[0]])
+    )
+    rows = zip(grid.dimension_names, [directions, *([i] for i in grid_indices_of_case[1:])], strict=True)
     few = grid.copy_with_dimension_values(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerical_options_of_study(study))
-    if with_ensemble:
+    if with_ensemble_runs:
         run = create_ensemble_member_case_runner(study, variant, motion, numerical_options_of_study(study))
         arrays |= create_ensemble_runner(
             study, variant, run_members_in_all_grid_cells=True
         ).run_ensemble_of_selected_cases(motion, few, arrays, run)[0]
-    cell = (-1, *(0,) * (len(cell_position) - 1))
+    cell = (-1, *(0,) * (len(grid_indices_of_case) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in CASE_COUNTER_NAMES}

@@ -157,7 +157,7 @@ def _ends_like_complete_file(path: Path) -> bool:
         return file.read().rstrip().endswith(ends)
 
 
-def remove_results_no_longer_made(results_folder: Path, produced_file_names: Collection[str]) -> list[str]:
+def remove_results_no_longer_made(results_folder: Path, relative_paths_of_produced_files: Collection[str]) -> list[str]:
     """Remove tables, curves and figures that a study does not make, because its settings have changed.
 
     Users would mistake these files for results of the present settings. Simulations and files with other names stay.
@@ -166,7 +166,7 @@ def remove_results_no_longer_made(results_folder: Path, produced_file_names: Col
     ----------
     results_folder : Path
         Folder of the results of the study.
-    produced_file_names : collection of str
+    relative_paths_of_produced_files : collection of str
         Files that the study makes, relative to this folder.
 
     Returns
@@ -176,7 +176,9 @@ def remove_results_no_longer_made(results_folder: Path, produced_file_names: Col
     """
     names = [path.relative_to(results_folder).as_posix() for path in results_folder.rglob("*") if path.is_file()]
     gone = sorted(
-        name for name in names if name not in produced_file_names and _OPTIONAL_RESULT_FILE_PATTERN.fullmatch(name)
+        name
+        for name in names
+        if name not in relative_paths_of_produced_files and _OPTIONAL_RESULT_FILE_PATTERN.fullmatch(name)
     )
     for name in gone:
         (results_folder / name).unlink()

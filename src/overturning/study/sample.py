@@ -1,4 +1,4 @@
-"""Random sample of the cells of a cube, with the outcomes of the study, for the convergence check."""
+"""Random sample of the cases of a results cube, with the outcomes of the study, for the convergence check."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,16 +49,21 @@ class RandomCaseSample:
 
 
 def choose_random_case_indices(
-    settings: ConvergenceCheckSettings, record_count: int, computed_cells: NDArray[np.bool_]
+    convergence_check_settings: ConvergenceCheckSettings, record_count: int, simulated_cell_mask: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose n cases of a study at random; return their record indices (n,) and grid indices (n, dimensions).
 
-    The first cases of the choice are a random choice, too. `computed_cells` has the shape of the grid and is the same
-    for every record; where it is False, the case is a symmetric copy of another and is not chosen.
+    The first cases of the choice are a random choice, too. `simulated_cell_mask` has the shape of the grid and is the
+    same for every record; where it is False, the case is a symmetric copy of another and is not chosen.
     """
-    cells = np.argwhere(computed_cells)
-    wanted = max(settings.at_least, round(settings.share * record_count * computed_cells.size))
-    order = np.random.Generator(np.random.PCG64(settings.seed)).permutation(record_count * len(cells))[:wanted]
+    cells = np.argwhere(simulated_cell_mask)
+    wanted = max(
+        convergence_check_settings.at_least,
+        round(convergence_check_settings.share * record_count * simulated_cell_mask.size),
+    )
+    order = np.random.Generator(np.random.PCG64(convergence_check_settings.seed)).permutation(
+        record_count * len(cells)
+    )[:wanted]
     return order // len(cells), cells[order % len(cells)]
 
 
@@ -74,20 +79,22 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
 
 
 def read_random_case_sample(
-    cube: Path, settings: ConvergenceCheckSettings, candidate_cells: NDArray[np.bool_] | None = None
+    cube_path: Path,
+    convergence_check_settings: ConvergenceCheckSettings,
+    candidate_cell_mask: NDArray[np.bool_] | None = None,
 ) -> RandomCaseSample:
     """Choose cases of a results cube at random, and read their outcomes from the cube.
 
-    A case can be chosen if it was computed (not copied by symmetry) and, if given, is True in `candidate_cells`, shaped
-    like the grid. A ResultError is raised if the cube cannot be read.
+    A case can be chosen if it was computed (not copied by symmetry) and, if given, is True in `candidate_cell_mask`,
+    shaped like the grid. A ResultError is raised if the cube cannot be read.
     """
-    with open_netcdf_without_masking_and_scaling(cube, "opened", "run the study again") as file:
+    with open_netcdf_without_masking_and_scaling(cube_path, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
         # With several amplitudes, use the outcomes for the motions as recorded.
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
         computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
-        computed = computed if candidate_cells is None else computed & candidate_cells
-        record, index = choose_random_case_indices(settings, records, computed)
+        computed = computed if candidate_cell_mask is None else computed & candidate_cell_mask
+        record, index = choose_random_case_indices(convergence_check_settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
         def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
@@ -122,12 +129,12 @@ def read_random_case_sample(
         return RandomCaseSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
-def read_sample_to_compare_with_rigid_block(cube: Path, study: Study) -> RandomCaseSample | None:
-    """Choose up to `MAX_CELLS_COMPARED_WITH_RIGID_BLOCK` cases to compare with a rigid block; None if unsuitable."""
+def read_sample_to_compare_with_rigid_block(cube_path: Path, study: Study) -> RandomCaseSample | None:
+    """Choose up to `MAX_CELLS_COMPARED_WITH_RIGID_BLOCK` cases to compare with a rigid block; None without such."""
     among = mask_of_cells_comparable_with_rigid_block(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None
     return read_random_case_sample(
-        cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_CELLS_COMPARED_WITH_RIGID_BLOCK}), among
+        cube_path, settings.model_copy(update={"share": 0.0, "at_least": MAX_CELLS_COMPARED_WITH_RIGID_BLOCK}), among
     )

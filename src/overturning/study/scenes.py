@@ -60,9 +60,9 @@ def variant_scene(study: Study, variant: str = NOMINAL_VARIANT) -> Scene:
     return gravestone(Contact(**variant_contact_settings(study, variant).model_dump()), study.density)
 
 
-def select_outcomes_of_element(cube: "xr.Dataset", element: str) -> "xr.Dataset":
+def select_outcomes_of_element(cube: "xr.Dataset", element_name: str) -> "xr.Dataset":
     """Select the outcomes of one scene element from a results cube; a cube of one element is returned unchanged."""
-    return cube.sel(element=element) if "element" in cube.dims else cube
+    return cube.sel(element=element_name) if "element" in cube.dims else cube
 
 
 def compared_element_names_of_study_and_variant(study: Study, variant: str) -> tuple[str, str]:
@@ -145,22 +145,31 @@ class StudyToSceneSizeConversion:
             factor, own_ratio if scene.size_reference_element_name != study.scene.size_reference_element_name else None
         )
 
-    def to_scene_heights(self, height: FloatArray) -> FloatArray:
+    def to_scene_heights(self, study_height_m_by_case: FloatArray) -> FloatArray:
         """Convert heights of the study's stone, m, to those of the stone that sets the size of the variant's scene."""
         return (
-            height
+            study_height_m_by_case
             if self.scene_over_study_height_ratio == 1.0
-            else np.round(height * self.scene_over_study_height_ratio, 10)
+            else np.round(study_height_m_by_case * self.scene_over_study_height_ratio, 10)
         )
 
-    def to_scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
+    def to_scene_b_over_h(
+        self, study_b_over_h_by_case: FloatArray, nominal_b_over_h_values_of_study: FloatArray
+    ) -> FloatArray:
         """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""
         if self.scene_b_over_h_independent_of_study is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
-            b_over_h = self.scene_b_over_h_independent_of_study * (
-                b_over_h / nominal_b_over_h[np.abs(np.log(b_over_h[:, None] / nominal_b_over_h)).argmin(axis=1)]
+            study_b_over_h_by_case = self.scene_b_over_h_independent_of_study * (
+                study_b_over_h_by_case
+                / nominal_b_over_h_values_of_study[
+                    np.abs(np.log(study_b_over_h_by_case[:, None] / nominal_b_over_h_values_of_study)).argmin(axis=1)
+                ]
             )
-        return b_over_h if self.b_over_h_decimal_places is None else np.round(b_over_h, self.b_over_h_decimal_places)
+        return (
+            study_b_over_h_by_case
+            if self.b_over_h_decimal_places is None
+            else np.round(study_b_over_h_by_case, self.b_over_h_decimal_places)
+        )
 
 
 def variant_size_note(study: Study, variant: str) -> str:
@@ -174,11 +183,14 @@ def variant_size_note(study: Study, variant: str) -> str:
 
 
 def numerical_options_of_study(
-    study: Study, threads: int = 1, progress: ProgressCallback | None = None, client: Any = None
+    study: Study, thread_count: int = 1, progress: ProgressCallback | None = None, dask_client: Any = None
 ) -> NumericalOptions:
     """Return the numerical options of a study: integration scheme, time step, threads and progress callback."""
     given = study.simulation
-    scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
+    scheme, taken = (
+        given.scheme or DEFAULT_SCHEME,
+        {"threads": thread_count, "progress": progress, "client": dask_client},
+    )
     return NumericalOptions(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 

@@ -172,11 +172,13 @@ class Study(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_defaults_from_scene_or_body(cls, content: Any) -> Any:
+    def _fill_defaults_from_scene_or_body(cls, unvalidated_study_settings: Any) -> Any:
         """Set missing heights, B/H and ensemble settings of a study from its scene or 3-D body."""
-        if not isinstance(content, dict):
-            return content
-        filled = {key: value for key, value in content.items() if key != "scene" or value is not None}
+        if not isinstance(unvalidated_study_settings, dict):
+            return unvalidated_study_settings
+        filled = {
+            key: value for key, value in unvalidated_study_settings.items() if key != "scene" or value is not None
+        }
         if filled.get("body") is not None:
             if filled.get("orientation") is None:
                 filled["orientation"] = OrientationRange()
@@ -188,7 +190,7 @@ class Study(StrictModel):
         if "scene" not in filled:
             return filled
         try:
-            filled["scene"] = Scene.model_validate(load_scene_by_name(content["scene"]))
+            filled["scene"] = Scene.model_validate(load_scene_by_name(unvalidated_study_settings["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
         height, b_over_h = default_height_and_b_over_h(filled["scene"])
@@ -198,26 +200,26 @@ class Study(StrictModel):
         return filled
 
     @staticmethod
-    def _fill_sizes_from_body(content: dict[str, Any]) -> dict[str, Any]:
+    def _fill_sizes_from_body(unvalidated_study_settings: dict[str, Any]) -> dict[str, Any]:
         """Set missing height and B/H of a study from the vertices of its 3-D body."""
         try:
-            shape = BodySettings.model_validate(content["body"]).body_shape()
+            shape = BodySettings.model_validate(unvalidated_study_settings["body"]).body_shape()
         except ValidationError:
-            return content  # said where the body stands
+            return unvalidated_study_settings  # said where the body stands
         if not shape.slenderness_is_parameter:
             own = round(shape.solid(1.0, 1.0, 1.0).b_over_h, 10)
-            if list(content.setdefault("b_over_h", [own])) != [own]:
+            if list(unvalidated_study_settings.setdefault("b_over_h", [own])) != [own]:
                 raise ValueError("b_over_h: the body of these vertices has its own; leave it out")
-            content.setdefault("height", [round(getattr(shape, "unscaled_height", 1.0), 10)])
-        return content
+            unvalidated_study_settings.setdefault("height", [round(getattr(shape, "unscaled_height", 1.0), 10)])
+        return unvalidated_study_settings
 
     @field_validator("amplitude")
     @classmethod
-    def _check_amplitudes_include_1(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
+    def _check_amplitudes_include_1(cls, motion_amplitude_factors: tuple[float, ...]) -> tuple[float, ...]:
         """Raise a ValueError unless the amplitude factors include 1, the record as recorded."""
-        if 1.0 not in amplitude:
+        if 1.0 not in motion_amplitude_factors:
             raise ValueError("1 is missing: the report is of the records as recorded; add it")
-        return amplitude
+        return motion_amplitude_factors
 
     @field_validator("variants")
     @classmethod

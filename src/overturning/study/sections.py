@@ -52,25 +52,31 @@ class RecordSettings(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _add_pulses_to_records(cls, data: Any) -> Any:
+    def _add_pulses_to_records(cls, unvalidated_record_settings: Any) -> Any:
         """Add all synthetic pulses to the list of records that the study uses."""
-        if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
-            use = list(data.get("use") or ())
-            return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
-        return data
+        if (
+            isinstance(unvalidated_record_settings, dict)
+            and isinstance(unvalidated_record_settings.get("pulses"), dict)
+            and unvalidated_record_settings["pulses"]
+        ):
+            use = list(unvalidated_record_settings.get("use") or ())
+            return unvalidated_record_settings | {
+                "use": [*use, *(name for name in unvalidated_record_settings["pulses"] if name not in use)]
+            }
+        return unvalidated_record_settings
 
     @field_validator("use")
     @classmethod
-    def _check_unique_ids(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
+    def _check_unique_ids(cls, record_ids: tuple[str, ...]) -> tuple[str, ...]:
         """Raise a ValueError if a record id occurs twice in the list of records."""
-        twice = sorted({name for name in ids if ids.count(name) > 1})
+        twice = sorted({name for name in record_ids if record_ids.count(name) > 1})
         if twice:
             raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
-        return ids
+        return record_ids
 
 
 class SimulationSettings(StrictModel):
-    """Numerical settings of a study: scheme, time step, vertical motion and omission of samples."""
+    """Numerical settings of a study: integration scheme, time step, vertical motion, omission of weak samples."""
 
     scheme: str | None = Field(default=None, description="integration scheme; not given: the default of the kernel")
     time_step: Literal["auto"] | Second = Field(
@@ -85,17 +91,21 @@ class SimulationSettings(StrictModel):
 
     @field_validator("time_step")
     @classmethod
-    def _check_time_step_is_positive(cls, step: float | str) -> float | str:
+    def _check_time_step_is_positive(cls, time_step_s_or_auto: float | str) -> float | str:
         """Raise a ValueError if the time step is not positive."""
-        if isinstance(step, float) and step <= 0:
+        if isinstance(time_step_s_or_auto, float) and time_step_s_or_auto <= 0:
             raise ValueError("the time step must be above 0 s, or auto")
-        return step
+        return time_step_s_or_auto
 
 
-def load_scene_by_name(name_or_scene: Any) -> Any:
+def load_scene_by_name(scene_name_or_path_or_scene: Any) -> Any:
     """Load a scene from its name or file path; any other value is returned unchanged."""
     # A name or path is read at once, so that a filled-in study holds the whole scene.
-    return load_scene(name_or_scene) if isinstance(name_or_scene, str) else name_or_scene
+    return (
+        load_scene(scene_name_or_path_or_scene)
+        if isinstance(scene_name_or_path_or_scene, str)
+        else scene_name_or_path_or_scene
+    )
 
 
 SceneChoice = Annotated[Scene, BeforeValidator(load_scene_by_name, json_schema_input_type=str | Scene)]
@@ -162,7 +172,7 @@ class ScanProperties(StrictModel):
     )
 
 
-def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
+def read_scan_of_body(unvalidated_body_settings: Mapping[str, Any]) -> "ScanResult":
     """Read a scanned stone from its mesh file; file, unit and relief are keys of the study's body settings.
 
     The relief is the height above the lowest point of the base up to which points count as resting on the ground.
@@ -171,8 +181,10 @@ def read_scan_of_body(body_settings: Mapping[str, Any]) -> "ScanResult":
     """
     from overturning.model.mesh import read_scanned_stone
 
-    unit, relief = body_settings.get("mesh_unit"), body_settings.get("relief")
-    return read_scanned_stone(str(body_settings["mesh"]), unit, None if relief is None else parse_quantity(relief, "m"))
+    unit, relief = unvalidated_body_settings.get("mesh_unit"), unvalidated_body_settings.get("relief")
+    return read_scanned_stone(
+        str(unvalidated_body_settings["mesh"]), unit, None if relief is None else parse_quantity(relief, "m")
+    )
 
 
 class BodySettings(StrictModel):
@@ -215,22 +227,22 @@ class BodySettings(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_vertices_from_mesh_file(cls, data: Any) -> Any:
+    def _read_vertices_from_mesh_file(cls, unvalidated_body_settings: Any) -> Any:
         """Replace the mesh file in the settings of a body by the vertices and properties that are read from it."""
         # A mesh is read at once, so that a filled-in study holds the whole body.
-        if not isinstance(data, dict) or data.get("mesh") is None:
-            return data
-        if data.get("vertices") is not None:
+        if not isinstance(unvalidated_body_settings, dict) or unvalidated_body_settings.get("mesh") is None:
+            return unvalidated_body_settings
+        if unvalidated_body_settings.get("vertices") is not None:
             raise ValueError("vertices and mesh are both given; keep one")
         from overturning.model.scan import ScannedStone
 
-        if data.get("mesh_unit") not in (None, "m", "cm", "mm"):
-            return data  # the field says what is wrong
+        if unvalidated_body_settings.get("mesh_unit") not in (None, "m", "cm", "mm"):
+            return unvalidated_body_settings  # the field says what is wrong
         try:
-            read = read_scan_of_body(data)
+            read = read_scan_of_body(unvalidated_body_settings)
         except OverturningError as error:
             raise ValueError(f"mesh: {error}") from None
-        filled = {key: value for key, value in data.items() if key not in ("mesh", "mesh_unit")}
+        filled = {key: value for key, value in unvalidated_body_settings.items() if key not in ("mesh", "mesh_unit")}
         shape: Any = read.shape
         filled["vertices"] = np.asarray(shape.vertices).tolist()
         if isinstance(shape, ScannedStone):
@@ -276,12 +288,16 @@ class BodySettings(StrictModel):
 
 @lru_cache(maxsize=4)
 def _create_scanned_stone(
-    vertices: tuple[tuple[float, float, float], ...], properties: ScanProperties, relief: float
+    vertices_xyz_m: tuple[tuple[float, float, float], ...],
+    scan_properties: ScanProperties,
+    max_height_of_bearing_base_points_m: float,
 ) -> "Shape":
     """Create the body of a scanned stone; cached, because computing its outlines takes a second."""
     from overturning.model.scan import ScannedStone
 
-    return ScannedStone(vertices, properties.centre_of_mass, properties.inertia, relief)
+    return ScannedStone(
+        vertices_xyz_m, scan_properties.centre_of_mass, scan_properties.inertia, max_height_of_bearing_base_points_m
+    )
 
 
 class OrientationRange(StrictModel):

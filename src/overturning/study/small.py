@@ -71,23 +71,24 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     return table[list(dict.fromkeys([*known, *table]))]
 
 
-def write_table_of_cases(cube: "xr.Dataset", path: Path) -> int:
+def write_table_of_cases(cube: "xr.Dataset", csv_or_parquet_path: Path) -> int:
     """Write all cases of a results cube as .csv or .parquet, record by record; return the number of cases.
 
     A MissingDataError is raised if pyarrow, which Parquet needs, is not installed.
     """
     parts = (to_dataframe(cube.isel(record=[number]).load()) for number in range(cube.sizes["record"]))
-    if path.suffix.lower() == ".csv":
-        with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as text:
+    if csv_or_parquet_path.suffix.lower() == ".csv":
+        with atomic_write(csv_or_parquet_path) as part, part.open("w", encoding="utf-8", newline="") as text:
             return sum(table.to_csv(text, index=False, header=text.tell() == 0) or len(table) for table in parts)
     try:
         from pyarrow import Table, parquet
     except ImportError:
         raise MissingDataError(
-            f"{path.name}: Parquet needs pyarrow; python -m pip install 'overturning[parquet]', or write .csv"
+            f"{csv_or_parquet_path.name}: Parquet needs pyarrow; python -m pip install 'overturning[parquet]', "
+            "or write .csv"
         ) from None
     rows = 0
-    with atomic_write(path) as part, ExitStack() as stack:
+    with atomic_write(csv_or_parquet_path) as part, ExitStack() as stack:
         writer = None
         for table in parts:
             arrow = Table.from_pandas(table, preserve_index=False)
@@ -140,7 +141,7 @@ def run_study(
         )
     used = _read_and_process_records(given, study)
     refuse_duplicate_records(used)
-    numerics = numerical_options_of_study(study, threads, client=client)
+    numerics = numerical_options_of_study(study, threads, dask_client=client)
     members = draw_parameter_changes_of_members(study.ensemble) if study.ensemble.members else None
     with _NETCDF_WRITING_LOCK, tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]

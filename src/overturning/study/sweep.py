@@ -100,13 +100,22 @@ def create_ensemble_member_case_runner(
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
     def simulate_members_at_scene_size(
-        cases: Cases, progress: ProgressCallback | None, relief: float | None = None
+        cases_with_study_stone_sizes: Cases,
+        progress: ProgressCallback | None,
+        max_height_of_bearing_base_points_m: float | None = None,
     ) -> CaseResults:
         """Simulate ensemble runs, after converting the sizes of the study's stone to those of the variant's scene."""
-        height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
+        height, b_over_h = (
+            np.asarray(cases_with_study_stone_sizes.height),
+            np.asarray(cases_with_study_stone_sizes.b_over_h),
+        )
         ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
-        sized = replace(cases, height=sizes.to_scene_heights(height), b_over_h=ratio)
-        body = model if relief is None else model.with_base_relief(relief)
+        sized = replace(cases_with_study_stone_sizes, height=sizes.to_scene_heights(height), b_over_h=ratio)
+        body = (
+            model
+            if max_height_of_bearing_base_points_m is None
+            else model.with_base_relief(max_height_of_bearing_base_points_m)
+        )
         return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
     return simulate_members_at_scene_size
@@ -179,13 +188,14 @@ def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
 
 
 def _join_outcomes_of_amplitudes(
-    outcomes_by_amplitude: list[dict[str, NDArray[Any]]],
-    variables: tuple[OutcomeVariable, ...],
-    nominal_outcome: dict[str, NDArray[Any]],
+    outcomes_by_name_for_each_amplitude: list[dict[str, NDArray[Any]]],
+    outcome_variables: tuple[OutcomeVariable, ...],
+    nominal_outcomes_by_variable_name: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
     """Join outcomes for all amplitude factors along a new first axis; ensemble results exist for factor 1 only."""
-    unknown = {one.name: 0 if one.name == "members" else one.missing_value_in_memory for one in variables}
-    missing = {name: np.full_like(nominal_outcome[name], value) for name, value in unknown.items()}
+    unknown = {one.name: 0 if one.name == "members" else one.missing_value_in_memory for one in outcome_variables}
+    missing = {name: np.full_like(nominal_outcomes_by_variable_name[name], value) for name, value in unknown.items()}
     return {
-        name: np.stack([one.get(name, absent) for one in outcomes_by_amplitude]) for name, absent in missing.items()
+        name: np.stack([one.get(name, absent) for one in outcomes_by_name_for_each_amplitude])
+        for name, absent in missing.items()
     }

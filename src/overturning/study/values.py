@@ -67,20 +67,24 @@ class AzimuthRange(StrictModel):
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
-def _to_value_list(value: Any) -> Any:
+def _to_value_list(value_or_range_in_study_file: Any) -> Any:
     """Convert the value of a study setting, a range or single number, to a list of values; a list stays unchanged."""
-    if isinstance(value, dict):
-        return ValueRange.model_validate(value).expand_values()
-    return [value] if isinstance(value, int | float | str) else value
+    if isinstance(value_or_range_in_study_file, dict):
+        return ValueRange.model_validate(value_or_range_in_study_file).expand_values()
+    return (
+        [value_or_range_in_study_file]
+        if isinstance(value_or_range_in_study_file, int | float | str)
+        else value_or_range_in_study_file
+    )
 
 
-def _sort_and_check_unique_values(listed_values: tuple[float, ...]) -> tuple[float, ...]:
+def _sort_and_check_unique_values(setting_values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort the values of a setting; raise a ValueError if there are none, or if one occurs twice."""
-    if not listed_values:
+    if not setting_values:
         raise ValueError("empty list; give at least one value")
-    if len(set(listed_values)) != len(listed_values):
-        raise ValueError(f"a value stands twice in {list(listed_values)}")
-    return tuple(sorted(listed_values))
+    if len(set(setting_values)) != len(setting_values):
+        raise ValueError(f"a value stands twice in {list(setting_values)}")
+    return tuple(sorted(setting_values))
 
 
 _Value = TypeVar("_Value", bound=float)

@@ -171,7 +171,10 @@ def _compare_survey_with_cube(
         )
         return
     comparison = compare_survey_with_prediction(
-        survey_table.counted_stones, default, results_cube_by_site=cubes, random_outcome_share=share_falling_in_random_direction
+        survey_table.counted_stones,
+        default,
+        results_cube_by_site=cubes,
+        random_outcome_share=share_falling_in_random_direction,
     )
     parts = {
         one: survey_table.select_site(one).counted_stones
@@ -179,7 +182,9 @@ def _compare_survey_with_cube(
         if len(survey_table.site_names) > 1
     }
     by_site = {
-        one: compare_survey_with_prediction(part, cubes.get(one, default), random_outcome_share=share_falling_in_random_direction)
+        one: compare_survey_with_prediction(
+            part, cubes.get(one, default), random_outcome_share=share_falling_in_random_direction
+        )
         for one, part in parts.items()
         if part
     }
@@ -240,7 +245,9 @@ def _compare_falls_shifts_and_twists(
         comparisons_by_site=tuple(
             (
                 site,
-                compare_displacements(part, by_site.get(site, default), random_fall_direction_share=share_falling_in_random_direction),
+                compare_displacements(
+                    part, by_site.get(site, default), random_fall_direction_share=share_falling_in_random_direction
+                ),
             )
             for site, part in parts.items()
             if part.counted_stones
@@ -264,7 +271,9 @@ def _print_results_with_template(results: "BaseModel", report_template_name: str
     from overturning.report.terminal import terminal_lines_of_markdown
 
     print(
-        *terminal_lines_of_markdown(parse_markdown(render_template_as_markdown(results, template_name=report_template_name))),
+        *terminal_lines_of_markdown(
+            parse_markdown(render_template_as_markdown(results, template_name=report_template_name))
+        ),
         sep="\n",
     )
 

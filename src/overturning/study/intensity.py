@@ -70,7 +70,8 @@ def _azimuth_independent_measures(records: Sequence[Record], oscillator_periods_
         for motion, record in zip(motions, records, strict=True)
     ]
     spectra = [
-        rotd_percentile_measures(motion, oscillator_periods_s, percentiles_over_azimuths=ROTD_PERCENTILES) for motion in motions
+        rotd_percentile_measures(motion, oscillator_periods_s, percentiles_over_azimuths=ROTD_PERCENTILES)
+        for motion in motions
     ]
     variables: dict[str, Any] = {}
 

@@ -107,40 +107,43 @@ class LogHandler(LogHandlerBase):
         self._failures.clear()
         super().close()
 
-    def _update_progress(self, event: Any, about: dict[str, Any]) -> None:
+    def _update_progress(self, event_kind: Any, event_data: dict[str, Any]) -> None:
         """Update the data of the progress line from an event."""
-        if "expected_s" in about:
-            self._expected.expected_job_seconds_by_rule = about["expected_s"]
-            figure = Path(about["first_figure"])
+        if "expected_s" in event_data:
+            self._expected.expected_job_seconds_by_rule = event_data["expected_s"]
+            figure = Path(event_data["first_figure"])
             self._first_figure = None if figure.is_file() else figure
-        elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):
-            self._expected.parallel_job_count = int(about.get("cores") or about.get("nodes") or 1)
-        elif event == LogEvent.RUN_INFO:
+        elif event_kind == LogEvent.RESOURCES_INFO and ("cores" in event_data or "nodes" in event_data):
+            self._expected.parallel_job_count = int(event_data.get("cores") or event_data.get("nodes") or 1)
+        elif event_kind == LogEvent.RUN_INFO:
             self._expected.store_run_start_and_job_counts(
-                {rule: count for rule, count in about["stats"].items() if rule != "total"}
+                {rule: count for rule, count in event_data["stats"].items() if rule != "total"}
             )
             self._drawing = threading.Thread(target=self._redraw_progress_line_until_end, daemon=True)
             self._drawing.start()
-        elif event == LogEvent.JOB_INFO:
-            name = " ".join([about["rule_name"], *map(str, about["wildcards"].values())])
-            logs, size = [Path(log) for log in about["log"]], _first_input_size_over_folder_mean(about["input"])
-            self._expected.store_job_start(about["jobid"], about["rule_name"], name, logs, size)
-        elif event in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
-            well = event == LogEvent.JOB_FINISHED
-            self._expected.store_job_end(about["job_id" if well else "jobid"], well)
+        elif event_kind == LogEvent.JOB_INFO:
+            name = " ".join([event_data["rule_name"], *map(str, event_data["wildcards"].values())])
+            logs, size = (
+                [Path(log) for log in event_data["log"]],
+                _first_input_size_over_folder_mean(event_data["input"]),
+            )
+            self._expected.store_job_start(event_data["jobid"], event_data["rule_name"], name, logs, size)
+        elif event_kind in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
+            well = event_kind == LogEvent.JOB_FINISHED
+            self._expected.store_job_end(event_data["job_id" if well else "jobid"], well)
             if self._first_figure is not None and self._first_figure.is_file():
                 self._print_message(f"First polar map: {self._first_figure}")
                 self._first_figure = None
 
-    def _report_failure(self, text: str) -> None:
+    def _report_failure(self, failure_message: str) -> None:
         """Print a message of failure once, and keep it to be repeated at the end of the run."""
-        if text not in self._failures:
-            self._failures[text] = None
-            self._print_message(text)
+        if failure_message not in self._failures:
+            self._failures[failure_message] = None
+            self._print_message(failure_message)
 
-    def _print_message(self, text: str, where: Any = None) -> None:
+    def _print_message(self, text: str, output_stream: Any = None) -> None:
         self._clear_progress_line()
-        print(text, file=where or sys.stderr, flush=True)
+        print(text, file=output_stream or sys.stderr, flush=True)
 
     def _redraw_progress_line_until_end(self) -> None:
         on_terminal = sys.stderr.isatty()
@@ -158,18 +161,18 @@ class LogHandler(LogHandlerBase):
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-def _first_input_size_over_folder_mean(inputs: list[str]) -> float:
+def _first_input_size_over_folder_mean(input_files: list[str]) -> float:
     """Return the size of a job's first input file relative to the mean size of files of this type in its folder."""
     with suppress(OSError, IndexError, ZeroDivisionError):
-        first = Path(str(inputs[0]))
+        first = Path(str(input_files[0]))
         sizes = [path.stat().st_size for path in first.parent.glob(f"*{first.suffix}")]
         return first.stat().st_size * len(sizes) / sum(sizes)
     return 1.0
 
 
-def _error_message_of_step(rule: str, logs: list[str]) -> str:
+def _error_message_of_step(rule_name: str, log_files: list[str]) -> str:
     """Return the error message at the end of a step's log; the last line if it is a traceback."""
-    for log in logs:
+    for log in log_files:
         lines = [line for line in _read_log_lines(Path(log)) if line.strip()]
         begins = [index for index, line in enumerate(lines) if line.startswith("error: ")]
         if begins:
@@ -182,7 +185,7 @@ def _error_message_of_step(rule: str, logs: list[str]) -> str:
             return (
                 f"error: {log}: no space left on device; free some space and run again; nothing half-written was kept"
             )
-    return f"error: the step {rule} failed without a message" + "".join(f"; see {log}" for log in logs[:1])
+    return f"error: the step {rule_name} failed without a message" + "".join(f"; see {log}" for log in log_files[:1])
 
 
 def _snakemake_error_without_code_positions(text: str) -> str:

@@ -69,33 +69,36 @@ class RunProgressEstimate:
     _expected_seconds_of_finished_jobs: float = 0.0  # expected seconds of the jobs that ended
     _running_jobs: dict[int, RunningJob] = field(default_factory=dict)
 
-    def store_run_start_and_job_counts(self, counts: dict[str, int], now: float | None = None) -> None:
+    def store_run_start_and_job_counts(
+        self, job_count_by_rule: dict[str, int], current_time_s: float | None = None
+    ) -> None:
         """Begin a run: store its start time and the number of jobs of each rule."""
-        self.total_step_count = sum(counts.values())
+        self.total_step_count = sum(job_count_by_rule.values())
         self._expected_seconds_of_all_jobs = sum(
             count * self.expected_job_seconds_by_rule.get(rule, EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE)
-            for rule, count in counts.items()
+            for rule, count in job_count_by_rule.items()
         )
-        self._start_time_s = time.time() if now is None else now
+        self._start_time_s = time.time() if current_time_s is None else current_time_s
 
     def store_job_start(
-        self, job: int, rule: str, name: str, logs: list[Path], relative_input_size: float = 1.0
+        self, job_id: int, rule_name: str, job_name: str, log_files: list[Path], relative_input_size: float = 1.0
     ) -> None:
         """Store a job that begins; `relative_input_size` is relative to the mean of the jobs of its rule."""
-        self._running_jobs[job] = RunningJob(
-            name,
-            relative_input_size * self.expected_job_seconds_by_rule.get(rule, EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE),
-            logs,
+        self._running_jobs[job_id] = RunningJob(
+            job_name,
+            relative_input_size
+            * self.expected_job_seconds_by_rule.get(rule_name, EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE),
+            log_files,
         )
 
-    def store_job_end(self, job: int, succeeded: bool) -> None:
+    def store_job_end(self, job_id: int, succeeded: bool) -> None:
         """Store the end of a job; its work counts as completed if the job was successful."""
-        ended = self._running_jobs.pop(job, None)
+        ended = self._running_jobs.pop(job_id, None)
         if ended is not None and succeeded:
             self.finished_step_count += 1
             self._expected_seconds_of_finished_jobs += ended.expected_seconds
 
-    def completed_share_and_remaining_time(self, now: float) -> tuple[float, float]:
+    def completed_share_and_remaining_time(self, current_time_s: float) -> tuple[float, float]:
         """Return the completed share of the work, and the remaining time, s."""
         running = sum(job.completed_share() * job.expected_seconds for job in list(self._running_jobs.values()))
         done = min(
@@ -104,13 +107,15 @@ class RunProgressEstimate:
         pace = (
             self._expected_seconds_of_all_jobs / self.parallel_job_count
             if done < _MIN_COMPLETED_SHARE_TO_USE_MEASURED_PACE
-            else (now - self._start_time_s) / done
+            else (current_time_s - self._start_time_s) / done
         )
         return done, max(pace * (1.0 - done), 0.0)
 
-    def progress_line(self, now: float | None = None) -> str:
+    def progress_line(self, current_time_s: float | None = None) -> str:
         """Return the progress as one line: steps, share of the work, remaining time, and the running jobs."""
-        share, seconds = self.completed_share_and_remaining_time(time.time() if now is None else now)
+        share, seconds = self.completed_share_and_remaining_time(
+            time.time() if current_time_s is None else current_time_s
+        )
         names = ", ".join(job.rule_and_wildcards for job in list(self._running_jobs.values()))
         steps = f"{self.finished_step_count} of {self.total_step_count} steps"
         return f"{steps}, {share:.0%}, {format_minutes_and_seconds(seconds)} to go: {names}".removesuffix(": ")

@@ -189,8 +189,9 @@ def test_texts_made_of_several_phrases_are_translated_phrase_by_phrase(english: 
 @pytest.mark.parametrize(
     "sentence",
     [
-        "← W    E →      motion along E: " + film_words.standing_elements_sentence(0.62, None, several=False),
-        film_words.standing_elements_sentence(0.12, None, several=True),
+        "← W    E →      motion along E: "
+        + film_words.standing_elements_sentence(0.62, None, has_several_free_stones=False),
+        film_words.standing_elements_sentence(0.12, None, has_several_free_stones=True),
         film_words.standing_body_sentence((1.2, ""), (3.1, ""), (0.012, ""), still_moves=False),
         film_words.standing_body_sentence((1.2, "shaft"), (-3.1, "shaft"), (0.012, "upper-base"), still_moves=True),
         film_words.join_fall_sentences([film_words.fall_sentence(32.0, 2.2, "shaft"), "falls towards N at 3.14 s"], 3),

@@ -17,7 +17,7 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
     After each job the remaining time is exact.
     """
     run = RunProgressEstimate(dict(EXPECTED_SECONDS_BY_RULE), at_once)
-    run.store_run_start_and_job_counts({"sweep": 8}, now=0.0)
+    run.store_run_start_and_job_counts({"sweep": 8}, current_time_s=0.0)
     assert run.completed_share_and_remaining_time(0.0) == (0.0, 32.0 / at_once)
     each = factor * EXPECTED_SECONDS_BY_RULE["sweep"]
     for job in range(8):
@@ -34,7 +34,7 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
 def test_a_percentage_in_the_log_of_a_job_counts_as_progress(tmp_path: Path) -> None:
     log = tmp_path / "sweep.log"
     run = RunProgressEstimate({"sweep": 100.0})
-    run.store_run_start_and_job_counts({"sweep": 2}, now=0.0)
+    run.store_run_start_and_job_counts({"sweep": 2}, current_time_s=0.0)
     run.store_job_start(1, "sweep", "sweep a", [log])
     assert run.progress_line(10.0) == "0 of 2 steps, 0%, 3:20 to go: sweep a", "no log yet: the expected time"
     log.write_text("12%\n80%\n", encoding="utf-8")
@@ -45,7 +45,7 @@ def test_a_percentage_in_the_log_of_a_job_counts_as_progress(tmp_path: Path) -> 
 
 def test_progress_weights_a_large_job_more_than_a_small_one() -> None:
     run = RunProgressEstimate({"sweep": 10.0})
-    run.store_run_start_and_job_counts({"sweep": 2}, now=0.0)
+    run.store_run_start_and_job_counts({"sweep": 2}, current_time_s=0.0)
     for job, size in ((1, 0.5), (2, 1.5)):
         run.store_job_start(job, "sweep", "sweep", [], size)
     run.store_job_end(1, succeeded=True)
@@ -54,6 +54,6 @@ def test_progress_weights_a_large_job_more_than_a_small_one() -> None:
 
 def test_the_remaining_time_is_shorter_with_concurrent_jobs() -> None:
     run = RunProgressEstimate({"sweep": 100.0}, parallel_job_count=4)
-    run.store_run_start_and_job_counts({"sweep": 8}, now=0.0)
+    run.store_run_start_and_job_counts({"sweep": 8}, current_time_s=0.0)
     assert run.completed_share_and_remaining_time(0.0)[1] == 200.0
     assert format_minutes_and_seconds(200.0) == "3:20"

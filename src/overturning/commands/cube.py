@@ -95,7 +95,9 @@ def draw_figure(
         drawn = draw_study_figure(kind, cube)
     set_figure_title(drawn, title)
     with use_translation_language(language or (study.language if study else None)):
-        warning = save_figure_and_return_warning(drawn, output, dpi=dpi, width_inches=inches, font_family_and_size=font)
+        warning = save_figure_and_return_warning(
+            drawn, output, dpi=dpi, width_inches=inches, font_family_and_size_text=font
+        )
     print(output)
     if warning:
         print(f"warning: {warning}")

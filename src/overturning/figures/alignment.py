@@ -40,30 +40,32 @@ def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEst
 
 
 def fall_alignment_by_b_over_h_figure(
-    alignment_by_group: dict[str, FallAlignmentWithReferences], b_over_h: FloatArray
+    alignment_with_references_by_group: dict[str, FallAlignmentWithReferences], b_over_h_values: FloatArray
 ) -> Figure:
     """Draw the alignment of falls with reference directions against B/H, one column of panels per group of records.
 
-    The upper row compares axes (period 180°), the lower row directions (period 360°). `alignment_by_group`
-    maps each group to its means, keyed by the name of the reference and by whether the reference is an axis. Each
-    entry has one mean for each of the values `b_over_h`.
+    The upper row compares axes (period 180°), the lower row directions (period 360°).
+    `alignment_with_references_by_group` maps each group to its means, keyed by the name of the reference and by whether
+    the reference is an axis. Each entry has one mean for each B/H of `b_over_h_values`.
     """
-    figure, panels = create_panel_grid(2, len(alignment_by_group), max(3.4 * len(alignment_by_group), 4.4), 5.4)
+    figure, panels = create_panel_grid(
+        2, len(alignment_with_references_by_group), max(3.4 * len(alignment_with_references_by_group), 4.4), 5.4
+    )
     names = list(
         dict.fromkeys(
             name
-            for group in alignment_by_group.values()
+            for group in alignment_with_references_by_group.values()
             for name, _ in group.cosines_per_b_over_h_by_reference_and_axial
         )
     )
     known = {
         name
-        for group in alignment_by_group.values()
+        for group in alignment_with_references_by_group.values()
         for (name, _), means in group.cosines_per_b_over_h_by_reference_and_axial.items()
         if any(np.isfinite(mean.mean) for mean in means)
     }
-    apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
-    for column, (group, of_group) in enumerate(alignment_by_group.items()):
+    apart = 0.12 * float(np.diff(b_over_h_values).min(initial=0.05))
+    for column, (group, of_group) in enumerate(alignment_with_references_by_group.items()):
         means = of_group.cosines_per_b_over_h_by_reference_and_axial
         for row, axial in enumerate((True, False)):
             axes = panels[row, column]
@@ -75,7 +77,7 @@ def fall_alignment_by_b_over_h_figure(
                     [(mean.mean, mean.interval_low, mean.interval_high) for mean in means[name, axial]]
                 ).T
                 x, colour = (
-                    b_over_h + (place - 0.5 * (len(names) - 1)) * apart,
+                    b_over_h_values + (place - 0.5 * (len(names) - 1)) * apart,
                     SERIES_COLOURS[place % len(SERIES_COLOURS)],
                 )
                 axes.vlines(x, low, high, color=colour, linewidth=1.0)
@@ -86,11 +88,11 @@ def fall_alignment_by_b_over_h_figure(
                 axes.plot(x[~few], value[~few], marker, color=colour, markersize=3.5, label=name)
                 axes.plot(x[few], value[few], marker, color=colour, markersize=3.5, markerfacecolor="white")
             axes.set_ylim(-1.05, 1.05)
-            axes.set_xlim(b_over_h.min() - 0.05, b_over_h.max() + 0.05)
+            axes.set_xlim(b_over_h_values.min() - 0.05, b_over_h_values.max() + 0.05)
             measure = "mean cos 2Δ of axes" if axial else "mean cos Δ of directions"
             label_axes(axes, "B/H" if row else "", measure if column == 0 else "")
             axes.grid(True, axis="y")
             if row == 0:
                 axes.set_title(group, fontsize=9)
-    add_title_and_legend(figure, "", panels[0, 0], 4 if len(alignment_by_group) > 1 else 2)
+    add_title_and_legend(figure, "", panels[0, 0], 4 if len(alignment_with_references_by_group) > 1 else 2)
     return figure

@@ -49,27 +49,30 @@ class PlottedEstimate(NamedTuple):
 
 
 def fault_normal_alignment_by_earthquake_figure(
-    alignments_by_group: Mapping[str, Mapping[str, float]], mean_by_group: Mapping[str, PlottedEstimate]
+    alignment_by_group_and_earthquake: Mapping[str, Mapping[str, float]],
+    mean_alignment_by_group: Mapping[str, PlottedEstimate],
 ) -> Figure:
     """Draw each earthquake's alignment of falls with the fault normal, sorted, with its mean; a panel per group.
 
     Parameters
     ----------
-    alignments_by_group : mapping of str to mapping of str to float
+    alignment_by_group_and_earthquake : mapping of str to mapping of str to float
         For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
         if all fall along it, NaN if it is not known (no falls, no fault normal, or planes of a sector only).
-    mean_by_group : mapping of str to PlottedEstimate
+    mean_alignment_by_group : mapping of str to PlottedEstimate
         Mean over the earthquakes of each group, with its interval.
     """
-    rows = max(len(of_group) for of_group in alignments_by_group.values())
-    wide = PAGE_WIDTH_INCHES if len(alignments_by_group) > 1 else 4.6
-    max_letters_per_line = int(7.4 * wide / len(alignments_by_group))  # half of the width of a panel
-    every = [name for of_group in alignments_by_group.values() for name in of_group]
+    rows = max(len(of_group) for of_group in alignment_by_group_and_earthquake.values())
+    wide = PAGE_WIDTH_INCHES if len(alignment_by_group_and_earthquake) > 1 else 4.6
+    max_letters_per_line = int(7.4 * wide / len(alignment_by_group_and_earthquake))  # half of the width of a panel
+    every = [name for of_group in alignment_by_group_and_earthquake.values() for name in of_group]
     most_lines = max((len(wrap_name_into_lines(name, max_letters_per_line)) for name in every), default=1)
     high = ROW_HEIGHT_INCHES * (rows + 2) * (1.0 + 0.4 * (most_lines - 1)) + 1.05
-    figure, panels = create_panel_grid(1, len(alignments_by_group), wide, high)
-    for place, ((group, of_group), axes) in enumerate(zip(alignments_by_group.items(), panels[0], strict=True)):
-        look, mean = _marker_style_of_record_group(place), mean_by_group[group]
+    figure, panels = create_panel_grid(1, len(alignment_by_group_and_earthquake), wide, high)
+    for place, ((group, of_group), axes) in enumerate(
+        zip(alignment_by_group_and_earthquake.items(), panels[0], strict=True)
+    ):
+        look, mean = _marker_style_of_record_group(place), mean_alignment_by_group[group]
         ordered = sorted(
             of_group.items(), key=lambda item: (not _is_finite(item[1]), -item[1] if _is_finite(item[1]) else 0.0)
         )
@@ -97,7 +100,9 @@ def fault_normal_alignment_by_earthquake_figure(
         names = ["\n".join(wrap_name_into_lines(name, max_letters_per_line)) for name, _ in ordered]
         axes.set_yticks([*range(len(ordered)), at], [*names, "mean"], fontsize=8, parse_math=False)
         axes.set_ylim(rows + 0.95, -0.7)  # rows of all panels line up
-        _set_x_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.6)
+        _set_x_axis_from_minus_1_to_1(
+            axes, ("along\nthe fault", "neither", "across\nthe fault"), x_margin_beyond_ends=0.6
+        )
         gap = "\n" if is_drawing_for_phone() else ", "
         heading = f"{group}{gap}{_earthquake_count_label(mean.earthquake_count)}\nmean {format_estimate(mean)}"
         axes.set_title(heading, fontsize=8.5, parse_math=False)
@@ -105,17 +110,19 @@ def fault_normal_alignment_by_earthquake_figure(
     return figure
 
 
-def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapping[str, PlottedEstimate]]) -> Figure:
+def fall_alignment_with_references_figure(
+    alignment_by_group_and_reference: Mapping[str, Mapping[str, PlottedEstimate]],
+) -> Figure:
     """Draw the alignment of falls with several reference directions, with intervals, one marker per group of records.
 
     Parameters
     ----------
-    alignments_by_group : mapping of str to mapping of str to PlottedEstimate
+    alignment_by_group_and_reference : mapping of str to mapping of str to PlottedEstimate
         For each group of records the alignment by the name of the reference: 1 if all stones fall along its axis, −1
         if all fall across it. The first group sets the order of references.
     """
-    first = next(iter(alignments_by_group.values()))
-    every = dict.fromkeys(name for of_group in alignments_by_group.values() for name in of_group)
+    first = next(iter(alignment_by_group_and_reference.values()))
+    every = dict.fromkeys(name for of_group in alignment_by_group_and_reference.values() for name in of_group)
     names = sorted(
         every,
         key=lambda name: (
@@ -123,16 +130,19 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
         ),
     )
     figure, panels = create_panel_grid(
-        1, 1, PAGE_WIDTH_INCHES, 1.35 * ROW_HEIGHT_INCHES * len(names) * max(1.3, 0.75 * len(alignments_by_group)) + 1.2
+        1,
+        1,
+        PAGE_WIDTH_INCHES,
+        1.35 * ROW_HEIGHT_INCHES * len(names) * max(1.3, 0.75 * len(alignment_by_group_and_reference)) + 1.2,
     )
     axes, marks = panels[0, 0], []
     apart = 0.28
-    for place, (group, of_group) in enumerate(alignments_by_group.items()):
+    for place, (group, of_group) in enumerate(alignment_by_group_and_reference.items()):
         look = _marker_style_of_record_group(place)
         for row, name in enumerate(names):
             dot, at = (
                 of_group.get(name, PlottedEstimate(None)),
-                row + apart * (place - (len(alignments_by_group) - 1) / 2),
+                row + apart * (place - (len(alignment_by_group_and_reference) - 1) / 2),
             )
             draw_estimate_with_interval(axes, dot, at, look, 1.6)
             text = format_estimate(dot) if _is_finite(dot.value) else "not known"
@@ -143,19 +153,19 @@ def fall_alignment_with_references_figure(alignments_by_group: Mapping[str, Mapp
     shown = [fill(name, 12) for name in names] if is_drawing_for_phone() else names
     axes.set_yticks(range(len(names)), shown, fontsize=8.5, parse_math=False)
     axes.set_ylim(len(names) - 0.5, -0.5)
-    _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
+    _set_x_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), x_margin_beyond_ends=0.05)
     if is_drawing_for_phone():
         axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=VALUE_FONT_SIZE_PT)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
-    add_title_and_legend(figure, "", None, 2, first_marks=marks)
+    add_title_and_legend(figure, "", None, 2, first_legend_handles=marks)
     return figure
 
 
 def overturned_share_difference_figure(
     row_names: Sequence[str],
-    shares_by_setting: Mapping[str, Sequence[PlottedEstimate]],
-    share_differences: Sequence[PlottedEstimate],
+    overturned_share_by_setting_and_row: Mapping[str, Sequence[PlottedEstimate]],
+    share_difference_by_row: Sequence[PlottedEstimate],
 ) -> Figure:
     """Draw the shares of cases that overturn under two settings, and their difference; a row per group of cases.
 
@@ -163,15 +173,15 @@ def overturned_share_difference_figure(
     ----------
     row_names : sequence of str
         Names of the rows, from the top, such as all cases and then each B/H.
-    shares_by_setting : mapping of str to sequence of PlottedEstimate
+    overturned_share_by_setting_and_row : mapping of str to sequence of PlottedEstimate
         Shares, 0 to 1, by the name of the setting, one for each row.
-    share_differences : sequence of PlottedEstimate
+    share_difference_by_row : sequence of PlottedEstimate
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = create_panel_grid(
         1, 2, PAGE_WIDTH_INCHES, ROW_HEIGHT_INCHES * len(row_names) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
-    for place, (setting, dots) in enumerate(shares_by_setting.items()):
+    for place, (setting, dots) in enumerate(overturned_share_by_setting_and_row.items()):
         look = _marker_style_of_record_group(place)
         for row, dot in enumerate(dots):
             share = scale_estimate(dot, 100.0)
@@ -186,11 +196,11 @@ def overturned_share_difference_figure(
                 **_ANNOTATE_ARGUMENTS_RIGHT_OF_PANEL,
             )
         left.plot([], [], **look, label=setting)
-    for row, pair in enumerate(zip(*shares_by_setting.values(), strict=True)):
+    for row, pair in enumerate(zip(*overturned_share_by_setting_and_row.values(), strict=True)):
         if all(_is_finite(dot.value) for dot in pair):
             ends = [100.0 * _nan_if_none(dot.value) for dot in pair]
             left.plot(ends, [row - 0.14, row + 0.14], color="#bbbbbb", linewidth=1.2, zorder=1)
-    for row, dot in enumerate(share_differences):
+    for row, dot in enumerate(share_difference_by_row):
         points = scale_estimate(dot, 100.0)
         draw_estimate_with_interval(
             right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4
@@ -198,7 +208,7 @@ def overturned_share_difference_figure(
         if _is_finite(points.value):
             right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_ANNOTATE_ARGUMENTS_RIGHT_OF_PANEL)
     right.axvline(0.0, color=INK, linestyle=DASHED_LINE_STYLE, linewidth=1.0, zorder=0)
-    ends = [100.0 * _nan_if_none(end) for dot in share_differences for end in dot[:3] if _is_finite(end)]
+    ends = [100.0 * _nan_if_none(end) for dot in share_difference_by_row for end in dot[:3] if _is_finite(end)]
     reach = 1.12 * max([*map(abs, ends), 2.0])
     if is_drawing_for_phone():
         # Short lines of names, and no empty half, leave room for the dots.
@@ -220,30 +230,32 @@ def overturned_share_difference_figure(
     return figure
 
 
-def format_with_typographic_minus(value: float, digits: int = 2) -> str:
-    """Return a number as text with `digits` decimals and a typographic minus sign; no sign if it rounds to 0."""
-    return f"{value:z.{digits}f}".replace("-", "−")
+def format_with_typographic_minus(value: float, decimal_count: int = 2) -> str:
+    """Return a number as text with `decimal_count` decimals and a typographic minus sign; no sign if it rounds to 0."""
+    return f"{value:z.{decimal_count}f}".replace("-", "−")
 
 
-def format_estimate(estimate: PlottedEstimate, digits: int = 2) -> str:
+def format_estimate(estimate: PlottedEstimate, decimal_count: int = 2) -> str:
     """Return an estimate as text, such as "0.42 (0.10 to 0.60)", with its interval if that is known."""
     if not _is_finite(estimate.value):
         return "not known"
-    text = format_with_typographic_minus(_nan_if_none(estimate.value), digits)
+    text = format_with_typographic_minus(_nan_if_none(estimate.value), decimal_count)
     if _is_finite(estimate.interval_low) and _is_finite(estimate.interval_high):
         low, high = (
-            format_with_typographic_minus(_nan_if_none(end), digits)
+            format_with_typographic_minus(_nan_if_none(end), decimal_count)
             for end in (estimate.interval_low, estimate.interval_high)
         )
         text += f" ({low} to {high})"
     return text
 
 
-def _set_x_axis_from_minus_1_to_1(axes: Any, tick_names: tuple[str, str, str], margin: float) -> None:
-    """Set the horizontal axis to −1 … 1, and write the texts `tick_names` below its ticks −1, 0 and 1."""
+def _set_x_axis_from_minus_1_to_1(
+    axes: Any, names_at_minus_1_0_and_1: tuple[str, str, str], x_margin_beyond_ends: float
+) -> None:
+    """Set the horizontal axis to −1 … 1, and write the texts `names_at_minus_1_0_and_1` below its ticks −1, 0 and 1."""
     axes.axvline(0.0, color=INK, linestyle=DASHED_LINE_STYLE, linewidth=1.0, zorder=0)
-    axes.set_xlim(-1.0 - margin, 1.0 + margin)
-    low, middle, high = tick_names
+    axes.set_xlim(-1.0 - x_margin_beyond_ends, 1.0 + x_margin_beyond_ends)
+    low, middle, high = names_at_minus_1_0_and_1
     labels = [f"−1\n{low}", "−0.5", f"0\n{middle}", "0.5", f"1\n{high}"]
     axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=VALUE_FONT_SIZE_PT)
 
@@ -266,12 +278,12 @@ def draw_estimate_with_interval(
     axes.plot(estimate.value, y_position, **marker_style, zorder=3)
 
 
-def _marker_style_of_record_group(group_index: int) -> dict[str, Any]:
+def _marker_style_of_record_group(position_in_drawing_order: int) -> dict[str, Any]:
     """Return Matplotlib keywords for the markers of one group of records; only the first group's are filled."""
-    colour = RECORD_GROUP_COLOURS[group_index % len(RECORD_GROUP_COLOURS)]
-    face = colour if group_index == 0 else "white"
+    colour = RECORD_GROUP_COLOURS[position_in_drawing_order % len(RECORD_GROUP_COLOURS)]
+    face = colour if position_in_drawing_order == 0 else "white"
     return {
-        "color": colour, "marker": RECORD_GROUP_MARKERS[group_index % len(RECORD_GROUP_MARKERS)],
+        "color": colour, "marker": RECORD_GROUP_MARKERS[position_in_drawing_order % len(RECORD_GROUP_MARKERS)],
         "markerfacecolor": face, "markersize": 5.5,
         "linestyle": "none",
     }  # fmt: skip
@@ -283,9 +295,9 @@ def scale_estimate(estimate: PlottedEstimate, factor: float) -> PlottedEstimate:
     return PlottedEstimate(value, low, high, estimate.earthquake_count)
 
 
-def _earthquake_count_label(count: int) -> str:
+def _earthquake_count_label(earthquake_count: int) -> str:
     """Return a number of earthquakes as text, such as "3 earthquakes"."""
-    return f"{count} earthquake{'s' * (count != 1)}"
+    return f"{earthquake_count} earthquake{'s' * (earthquake_count != 1)}"
 
 
 def _is_finite(value: float | None) -> bool:

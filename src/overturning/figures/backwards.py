@@ -28,9 +28,9 @@ _MAX_DRAWN_MOTIONS = 10
 
 def inferred_motion_posterior_figure(
     title: str,
-    velocity_axis_probabilities: FloatArray,
+    posterior_probability_by_velocity_axis: FloatArray,
     credible_arc_middle_and_width_deg: tuple[float, float],
-    motion_probabilities: Mapping[str, float],
+    posterior_probability_by_motion_name: Mapping[str, float],
     strength_cdfs_and_interval_by_measure: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
     """Draw the motion inferred from fallen stones: posterior distributions of velocity axis, record, PGA and PGV.
@@ -39,11 +39,11 @@ def inferred_motion_posterior_figure(
     ----------
     title : str
         Title of the figure.
-    velocity_axis_probabilities : array, shape (n,)
+    posterior_probability_by_velocity_axis : array, shape (n,)
         Probabilities of n axes, evenly spaced from north over 180°.
     credible_arc_middle_and_width_deg : tuple of float
         Middle and width of the 90 % credible arc of the velocity axis, degrees.
-    motion_probabilities : mapping
+    posterior_probability_by_motion_name : mapping
         Probability of each motion, by name.
     strength_cdfs_and_interval_by_measure : mapping
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
@@ -54,7 +54,7 @@ def inferred_motion_posterior_figure(
     polar: Any = figure.add_subplot(rows, columns, 1, projection="polar")
     turn_axes_into_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
-    both = np.sqrt(np.tile(velocity_axis_probabilities, 2))
+    both = np.sqrt(np.tile(posterior_probability_by_velocity_axis, 2))
     angle, middle, half = (
         2 * np.pi * np.arange(both.size) / both.size,
         np.radians(credible_arc_middle_and_width_deg[0]),
@@ -73,7 +73,7 @@ def inferred_motion_posterior_figure(
     polar.set_yticks([])
     polar.set_title("axis of the largest velocity", fontsize=9)
     bars = figure.add_subplot(rows, columns, 2)
-    best = sorted(motion_probabilities.items(), key=lambda item: -item[1])[:_MAX_DRAWN_MOTIONS][::-1]
+    best = sorted(posterior_probability_by_motion_name.items(), key=lambda item: -item[1])[:_MAX_DRAWN_MOTIONS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES_COLOURS[0])
     bars.tick_params(axis="y", labelsize=8)
     label_axes(bars, "probability, %", "")

@@ -17,7 +17,7 @@ from overturning.figures.style import SERIES_COLOURS, SERIES_LINE_STYLES, add_ti
 from overturning.labels import friction_label
 
 
-def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, largest_b_over_h: float) -> None:
+def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, largest_simulated_b_over_h: float) -> None:
     """Draw on a polar axis the largest B/H at which blocks of one height fall, by azimuth of the motion.
 
     Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
@@ -47,16 +47,16 @@ def _draw_overturning_boundary(axes: Any, boundary_by_azimuth: xr.Dataset, large
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
             axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)
-    axes.set_ylim(0.0, largest_b_over_h * 1.04)
+    axes.set_ylim(0.0, largest_simulated_b_over_h * 1.04)
 
 
 def overturning_boundary_figure(
-    boundary_by_azimuth: xr.Dataset, largest_b_over_h: float, fault_normal_deg: float, title: str
+    boundary_by_azimuth: xr.Dataset, largest_simulated_b_over_h: float, fault_normal_deg: float, title: str
 ) -> Figure:
     """Draw the largest B/H at which blocks fall under one record, by azimuth of the motion, one panel per height.
 
-    `boundary_by_azimuth` has the attributes of its cube if the cube belongs to a study. `largest_b_over_h` is the
-    largest B/H of the cube. The azimuth of the fault normal, degrees, can be NaN.
+    `boundary_by_azimuth` has the attributes of its cube if the cube belongs to a study. `largest_simulated_b_over_h` is
+    the largest B/H of the cube. The azimuth of the fault normal, degrees, can be NaN.
     """
     loaded = extend_azimuths_to_full_circle(boundary_by_azimuth.compute())
     heights = loaded["height"].to_numpy()
@@ -65,10 +65,13 @@ def overturning_boundary_figure(
     figure, panels = create_compass_grid(
         rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size
     )
-    rings, marked = b_over_h_ring_labels(1.04 * largest_b_over_h, largest_b_over_h), np.isfinite(fault_normal_deg)
+    rings, marked = (
+        b_over_h_ring_labels(1.04 * largest_simulated_b_over_h, largest_simulated_b_over_h),
+        np.isfinite(fault_normal_deg),
+    )
     for axes, height in zip(panels.flat, heights, strict=False):
-        axes.draw_compass(1.04 * largest_b_over_h, rings, has_marks_at_rim=bool(marked), has_spokes=True)
-        _draw_overturning_boundary(axes, loaded.sel(height=height), largest_b_over_h)
+        axes.draw_compass(1.04 * largest_simulated_b_over_h, rings, has_marks_at_rim=bool(marked), has_spokes=True)
+        _draw_overturning_boundary(axes, loaded.sel(height=height), largest_simulated_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
         axes.write_title(f"H = {height:g} m", 10.0)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
@@ -78,5 +81,5 @@ def overturning_boundary_figure(
     band = "\nband: between the two halves of the ensemble" if spread else ""
     legend_columns = 3 if figure.get_figwidth() > 5.0 or not (marked and beyond) else 1
     whole = f"{title}\nlargest B/H that falls, by azimuth of the motion{band}"
-    add_title_and_legend(figure, whole, panels[0, 0], legend_columns, last_marks=beyond)
+    add_title_and_legend(figure, whole, panels[0, 0], legend_columns, last_legend_handles=beyond)
     return figure

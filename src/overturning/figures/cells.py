@@ -50,13 +50,13 @@ def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr
 def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
     """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
 
-    def has_possible_fall_by_ring(fall_values: xr.Variable) -> xr.Variable:
+    def has_possible_fall_by_ring(fall_flags_or_probabilities: xr.Variable) -> xr.Variable:
         """Return, for each B/H (a ring of the map), True if a block may fall."""
-        computed = fall_values.notnull().any(
-            [name for name in fall_values.dims if name not in {"azimuth", "orientation"}]
+        computed = fall_flags_or_probabilities.notnull().any(
+            [name for name in fall_flags_or_probabilities.dims if name not in {"azimuth", "orientation"}]
         )
-        return ((fall_values.isnull() & computed) | (fall_values > 0)).any(
-            [name for name in fall_values.dims if name != "b_over_h"]
+        return ((fall_flags_or_probabilities.isnull() & computed) | (fall_flags_or_probabilities > 0)).any(
+            [name for name in fall_flags_or_probabilities.dims if name != "b_over_h"]
         )
 
     rings = falls[0].sizes["b_over_h"]
@@ -65,12 +65,12 @@ def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 
-def panel_row_and_column_counts(row_group_count: int, panels_per_group: int) -> tuple[int, int]:
+def panel_row_and_column_counts(panel_group_count: int, panels_per_group: int) -> tuple[int, int]:
     """Return the numbers of rows and columns of a figure's panels, with at most `MAX_PANEL_COLUMNS` columns."""
-    count = row_group_count * panels_per_group
+    count = panel_group_count * panels_per_group
     columns = (
         panels_per_group
-        if row_group_count > 1 and 1 < panels_per_group <= MAX_PANEL_COLUMNS
+        if panel_group_count > 1 and 1 < panels_per_group <= MAX_PANEL_COLUMNS
         else min(count, MAX_PANEL_COLUMNS)
     )
     columns = 2 if count == 4 else columns
@@ -85,38 +85,38 @@ def cell_edges(cell_centres: FloatArray) -> FloatArray:
     return np.concatenate([[2 * cell_centres[0] - between[0]], between, [2 * cell_centres[-1] - between[-1]]])
 
 
-def b_over_h_cell_edges(b_over_h: FloatArray) -> FloatArray:
+def b_over_h_cell_edges(b_over_h_values: FloatArray) -> FloatArray:
     """Return the n + 1 edges of map cells around n values of B/H; edges below 0 become 0, as polar axes need."""
-    return np.maximum(cell_edges(b_over_h), 0.0)
+    return np.maximum(cell_edges(b_over_h_values), 0.0)
 
 
-def azimuth_cell_edges_rad(azimuth_deg: FloatArray) -> FloatArray:
+def azimuth_cell_edges_rad(full_circle_azimuths_deg: FloatArray) -> FloatArray:
     """Return the m + 1 ascending edges, radians, of map cells around m azimuths (degrees) of a full circle."""
-    next_one = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
-    after = (azimuth_deg + next_one) / 2
+    next_one = np.append(full_circle_azimuths_deg[1:], full_circle_azimuths_deg[0] + 360.0)
+    after = (full_circle_azimuths_deg + next_one) / 2
     return np.radians(np.append(after[-1] - 360.0, after))
 
 
 def symmetric_polar_curve_angles_rad_and_radii(
-    azimuth_deg: FloatArray, values_by_azimuth: FloatArray
+    simulated_azimuths_deg: FloatArray, radius_by_azimuth: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return angles (radians) and radii of a closed curve; each value applies to its azimuth and the opposite one.
 
     The curve has NaN across gaps between azimuths that were not simulated.
     """
-    both = np.concatenate([azimuth_deg, azimuth_deg + 180.0]) % 360.0
+    both = np.concatenate([simulated_azimuths_deg, simulated_azimuths_deg + 180.0]) % 360.0
     around = np.concatenate([both, azimuths_one_step_into_unsimulated_gaps(both)])
     unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
-    theta, closed = np.radians(around[order]), np.concatenate([values_by_azimuth, values_by_azimuth, unknown])[order]
+    theta, closed = np.radians(around[order]), np.concatenate([radius_by_azimuth, radius_by_azimuth, unknown])[order]
     return np.append(theta, theta[0] + 2 * np.pi), np.append(closed, closed[0])
 
 
-def isolated_curve_point_indices(curve_values: FloatArray) -> list[int]:
+def isolated_curve_point_indices(closed_curve_radii: FloatArray) -> list[int]:
     """Return the indices of the points between two NaN of a closed curve, which a line without markers would not show.
 
     The last value of the closed curve is the first one again. A curve of a single point is isolated.
     """
-    known = np.isfinite(curve_values[:-1])
+    known = np.isfinite(closed_curve_radii[:-1])
     has_neighbour = (np.roll(known, 1) | np.roll(known, -1)) & (known.size > 1)
     return [int(index) for index in np.flatnonzero(known & ~has_neighbour)]

@@ -80,8 +80,8 @@ class CompassAxes(PolarAxes):
         self.direction_and_ring_labels = []
 
     def draw_compass(
-        self, outer_radius: float, ring_labels: Mapping[float, str], label_azimuth_deg: float = 112.5,
-        *, has_marks_at_rim: bool = False, has_spokes: bool = False, labels_in_front: bool = False,
+        self, outer_radius: float, ring_label_by_radius: Mapping[float, str], ring_label_azimuth_deg: float = 112.5,
+        *, has_marks_at_rim: bool = False, has_spokes: bool = False, ring_labels_in_front_of_lines: bool = False,
     ) -> None:  # fmt: skip
         """Draw the direction names and the rings of a compass, and limit its radius to ``outer_radius``; call it once.
 
@@ -89,23 +89,23 @@ class CompassAxes(PolarAxes):
         ----------
         outer_radius : float
             Radius of the rim.
-        ring_labels : mapping
+        ring_label_by_radius : mapping
             Labels of the rings, by radius.
-        label_azimuth_deg : float
+        ring_label_azimuth_deg : float
             Azimuth at which the rings are labelled, degrees.
         has_marks_at_rim : bool
             True to leave room between the rim and the names.
         has_spokes : bool
             True to draw lines from the centre towards the named directions.
-        labels_in_front : bool
+        ring_labels_in_front_of_lines : bool
             True to draw the labels of rings in front of lines, not behind them.
         """
         self.set_ylim(0.0, outer_radius)
-        self.set_rlabel_position(label_azimuth_deg)
+        self.set_rlabel_position(ring_label_azimuth_deg)
         self.xaxis.set_visible(False)
         self.yaxis.set_visible(False)
         self.spines["polar"].set_linewidth(0.6)
-        self._draw_compass_rings([radius / outer_radius for radius in ring_labels], has_spokes)
+        self._draw_compass_rings([radius / outer_radius for radius in ring_label_by_radius], has_spokes)
         self._name_distance = _DIRECTION_NAME_DISTANCE_FROM_RIM_PT + (
             _EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks_at_rim else 0.0
         )
@@ -118,21 +118,21 @@ class CompassAxes(PolarAxes):
                 0.5 + 0.5 * outward, name, transform=shifted, ha="center", fontsize=_DIRECTION_NAME_FONT_SIZE_PT
             )
         behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # legible on any background
-        for radius, label in ring_labels.items():
-            place = 0.5 + 0.5 * radius / outer_radius * _unit_vector_towards_azimuth(label_azimuth_deg)
+        for radius, label in ring_label_by_radius.items():
+            place = 0.5 + 0.5 * radius / outer_radius * _unit_vector_towards_azimuth(ring_label_azimuth_deg)
             look = {"va": "bottom", "ha": "left", "fontsize": 8, "bbox": behind}
-            look |= {"zorder": 2.8} if labels_in_front else {}
+            look |= {"zorder": 2.8} if ring_labels_in_front_of_lines else {}
             self._write_direction_or_ring_label(place, label, transform=self.transAxes, **look)
 
-    def write_title(self, title: str, font_size: float = 9.0) -> None:
+    def write_title(self, title: str, font_size_pt: float = 9.0) -> None:
         """Write a title, of one or more lines, above the name of north."""
         # Half of the name's line and the descenders of the title, as shares of the font sizes.
-        pad = self._name_distance + 0.6 * _DIRECTION_NAME_FONT_SIZE_PT + 0.25 * font_size
-        self.set_title(title, fontsize=font_size, pad=pad, y=1.0, parse_math=False)
+        pad = self._name_distance + 0.6 * _DIRECTION_NAME_FONT_SIZE_PT + 0.25 * font_size_pt
+        self.set_title(title, fontsize=font_size_pt, pad=pad, y=1.0, parse_math=False)
 
-    def _draw_compass_rings(self, radii: Sequence[float], has_spokes: bool) -> None:
+    def _draw_compass_rings(self, ring_to_outer_radius_ratios: Sequence[float], has_spokes: bool) -> None:
         """Draw rings (radii as shares of the outer one) and lines to the named directions of a compass, as one path."""
-        lines = [Path.circle((0.5, 0.5), 0.5 * radius) for radius in radii]
+        lines = [Path.circle((0.5, 0.5), 0.5 * radius) for radius in ring_to_outer_radius_ratios]
         if has_spokes:
             lines += [
                 Path(0.5 + np.array([[0.0], [0.5]]) * _unit_vector_towards_azimuth(45.0 * number))
@@ -156,18 +156,18 @@ def _unit_vector_towards_azimuth(azimuth_deg: float) -> FloatArray:
     return np.array([np.sin(angle), np.cos(angle)])
 
 
-def labels_of_rings_at_round_radii(outer_radius: float) -> dict[float, str]:
+def labels_of_rings_at_round_radii(max_ring_radius: float) -> dict[float, str]:
     """Return labels for up to four rings at round numbers, not larger than an outer radius, keyed by radius."""
-    steps = np.asarray(MaxNLocator(4).tick_values(0.0, outer_radius))
-    radii = steps[(steps > 0.0) & (steps <= outer_radius * (1.0 + 1e-9))]
+    steps = np.asarray(MaxNLocator(4).tick_values(0.0, max_ring_radius))
+    radii = steps[(steps > 0.0) & (steps <= max_ring_radius * (1.0 + 1e-9))]
     decimals = next(digits for digits in range(12) if np.allclose(np.round(radii, digits), radii, rtol=1e-6, atol=0.0))
     return {round(float(radius), decimals): f"{radius:.{decimals}f}" for radius in radii}
 
 
-def b_over_h_ring_labels(largest_b_over_h: float, fallback_ring: float) -> dict[float, str]:
-    """Return labels of rings at round B/H, keyed by B/H; only `fallback_ring` if no round number is small enough."""
-    steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
-    rings = [step for step in steps if step < largest_b_over_h] or [round(fallback_ring, 2)]
+def b_over_h_ring_labels(rim_b_over_h: float, fallback_b_over_h: float) -> dict[float, str]:
+    """Return labels of rings at round B/H, keyed by B/H; only `fallback_b_over_h` if none is below the rim."""
+    steps = (0.1, 0.2, 0.3) if rim_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
+    rings = [step for step in steps if step < rim_b_over_h] or [round(fallback_b_over_h, 2)]
     return {ring: f"{ring:g}" for ring in rings}
 
 
@@ -180,7 +180,7 @@ def create_compass_grid(
     """
     return create_panel_grid(
         row_count, column_count, width_inches, height_inches, visible_count,
-        polar=CompassAxes, layout=CompassGridLayout(),
+        polar=CompassAxes, layout_engine=CompassGridLayout(),
     )  # fmt: skip
 
 
@@ -282,36 +282,56 @@ def _text_overhang_beyond_rim_pt(axes: CompassAxes, texts: Sequence[Text], rende
     return np.maximum(beyond, 0.0) * 72.0 / axes.figure.dpi
 
 
-def _set_panel_position(axes: CompassAxes, left: float, bottom: float, width: float, height: float) -> None:
+def _set_panel_position(
+    axes: CompassAxes,
+    left_figure_fraction: float,
+    bottom_figure_fraction: float,
+    width_figure_fraction: float,
+    height_figure_fraction: float,
+) -> None:
     """Set the position of a panel, as shares of the figure, and let Matplotlib's layout go on counting the panel."""
-    axes.set_position((left, bottom, width, height))
+    axes.set_position((left_figure_fraction, bottom_figure_fraction, width_figure_fraction, height_figure_fraction))
     axes.set_in_layout(True)
 
 
-def _largest_compass_diameter_pt(row_length_pt: float, text_lengths_pt: FloatArray) -> float:
+def _largest_compass_diameter_pt(row_or_column_length_pt: float, text_lengths_around_rims_pt: FloatArray) -> float:
     """Return the largest diameter, pt, at which a row (or column) of compasses and their texts fit into a length.
 
-    `text_lengths_pt` are the lengths that texts need before and after each compass, pt, shape (compasses, 2).
+    `text_lengths_around_rims_pt` are the lengths that texts need before and after each compass, shape (compasses, 2).
     """
-    count = len(text_lengths_pt)
-    gaps = (count - 1) * _least_gap_between_rims_pt(text_lengths_pt)
-    return float(row_length_pt - text_lengths_pt[0, 0] - text_lengths_pt[-1, 1] - gaps) / count
+    count = len(text_lengths_around_rims_pt)
+    gaps = (count - 1) * _least_gap_between_rims_pt(text_lengths_around_rims_pt)
+    return (
+        float(row_or_column_length_pt - text_lengths_around_rims_pt[0, 0] - text_lengths_around_rims_pt[-1, 1] - gaps)
+        / count
+    )
 
 
 def _compass_left_or_upper_edges_pt(
-    row_start_pt: float, row_end_pt: float, text_lengths_pt: FloatArray, diameter_pt: float
+    row_or_column_start_pt: float,
+    row_or_column_end_pt: float,
+    text_lengths_around_rims_pt: FloatArray,
+    compass_diameter_pt: float,
 ) -> FloatArray:
     """Return the left (or upper) edges, pt, of compasses in a row (or column) with the spare length divided evenly.
 
-    `text_lengths_pt` are those of `_largest_compass_diameter_pt`.
+    `text_lengths_around_rims_pt` are those of `_largest_compass_diameter_pt`.
     """
-    count = len(text_lengths_pt)
-    largest = _largest_compass_diameter_pt(row_end_pt - row_start_pt, text_lengths_pt)
-    spare = count * (largest - diameter_pt) / (count + 1)
-    step = diameter_pt + _least_gap_between_rims_pt(text_lengths_pt) + spare
-    return row_start_pt + text_lengths_pt[0, 0] + spare + step * np.arange(count)
+    count = len(text_lengths_around_rims_pt)
+    largest = _largest_compass_diameter_pt(row_or_column_end_pt - row_or_column_start_pt, text_lengths_around_rims_pt)
+    spare = count * (largest - compass_diameter_pt) / (count + 1)
+    step = compass_diameter_pt + _least_gap_between_rims_pt(text_lengths_around_rims_pt) + spare
+    return row_or_column_start_pt + text_lengths_around_rims_pt[0, 0] + spare + step * np.arange(count)
 
 
-def _least_gap_between_rims_pt(text_lengths_pt: FloatArray) -> float:
+def _least_gap_between_rims_pt(text_lengths_around_rims_pt: FloatArray) -> float:
     """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
-    return float(np.max(text_lengths_pt[:-1, 1] + text_lengths_pt[1:, 0], initial=0.0)) + _COMPASS_GAP_PT
+    return (
+        float(
+            np.max(
+                text_lengths_around_rims_pt[:-1, 1] + text_lengths_around_rims_pt[1:, 0],
+                initial=0.0,
+            )
+        )
+        + _COMPASS_GAP_PT
+    )

@@ -14,31 +14,34 @@ from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2
 from overturning.units import GAL
 
 
-def check_is_results_cube(cube: object, function_name: str) -> None:
+def check_is_results_cube(cube: object, figure_function_name: str) -> None:
     """Raise an ArgumentError unless the argument of a figure function is a results cube, a dataset with outcomes."""
     if isinstance(cube, xr.Dataset) and "overturned" in cube and "time" not in cube.dims:
         return
     what = "a dataset without outcomes by case" if isinstance(cube, xr.Dataset) else f"a {type(cube).__name__}"
     motion = "; time_histories and spectra draw a motion" if isinstance(cube, Accelerogram) else ""
     raise ArgumentError(
-        f"{function_name}: {what}; give a cube of overturning.open_cube or run_study, or outcomes of simulate{motion}"
+        f"{figure_function_name}: {what}; give a cube of overturning.open_cube or run_study, "
+        f"or outcomes of simulate{motion}"
     )
 
 
-def check_has_outcomes(cube: xr.Dataset, figure_kind: str) -> None:
+def check_has_outcomes(cube: xr.Dataset, figure_description: str) -> None:
     """Raise an ArgumentError if no case in a results cube has an outcome, since the figure would be empty."""
     if not bool(overturning_indicator(cube).notnull().any()):
         count = f"none of the {cube['overturned'].size:,} cases has an outcome"
-        raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
+        raise ArgumentError(
+            f"{figure_description}: nothing to draw: {count}; `status` in the cube gives the cause of each"
+        )
 
 
-def check_has_falls(cube: xr.Dataset, figure_kind: str) -> None:
+def check_has_falls(cube: xr.Dataset, figure_description: str) -> None:
     """Raise an ArgumentError if no case in a results cube overturns, since the figure would be empty."""
-    check_has_outcomes(cube, figure_kind)
+    check_has_outcomes(cube, figure_description)
     falls = overturning_indicator(cube)
     if not bool((falls > 0).any()):
         count = f"none of the {int(falls.notnull().sum()):,} cases with an outcome overturns"
-        raise ArgumentError(f"{figure_kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")
+        raise ArgumentError(f"{figure_description}: nothing to draw: {count}; choose stronger records, or smaller B/H")
 
 
 def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[str, xr.Dataset]) -> None:
@@ -65,11 +68,13 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")
 
 
-def check_has_fall_alignment(cube: xr.Dataset, alignment_by_group: dict[str, FallAlignmentWithReferences]) -> None:
+def check_has_fall_alignment(
+    cube: xr.Dataset, alignment_with_references_by_group: dict[str, FallAlignmentWithReferences]
+) -> None:
     """Raise an ArgumentError if the alignment of falls is known for no record, since the figure would be empty."""
     means = [
         mean.mean
-        for group in alignment_by_group.values()
+        for group in alignment_with_references_by_group.values()
         for of_part in group.cosines_per_b_over_h_by_reference_and_axial.values()
         for mean in of_part
     ]
@@ -100,10 +105,10 @@ def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
             )
 
 
-def check_ground_moves(peak_acceleration: float, figure_kind: str) -> None:
+def check_ground_moves(peak_acceleration: float, figure_description: str) -> None:
     """Raise an ArgumentError if the peak acceleration, m/s², is at most a rounding error: the ground is at rest."""
     if not peak_acceleration > MAX_PGA_FROM_ROUNDING_M_S2:
         raise ArgumentError(
-            f"{figure_kind}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal); "
-            "choose another motion"
+            f"{figure_description}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal)"
+            "; choose another motion"
         )

@@ -181,11 +181,15 @@ def _list_with_nine_decimals(numbers: NDArray[Any]) -> list[float]:
     return [round(float(value), 9) for value in numbers]
 
 
-def _direction_cell_edges_rad_or_deg(direction_deg: FloatArray, is_planar: bool) -> FloatArray:
+def _direction_cell_edges_rad_or_deg(azimuths_or_orientations_deg: FloatArray, is_planar: bool) -> FloatArray:
     """Return the boundaries between neighbouring direction cells: radians for azimuths, degrees for orientations."""
     if is_planar:
-        return azimuth_cell_edges_rad(direction_deg)
-    return cell_edges(direction_deg) if direction_deg.size > 1 else direction_deg + np.array([-2.5, 2.5])
+        return azimuth_cell_edges_rad(azimuths_or_orientations_deg)
+    return (
+        cell_edges(azimuths_or_orientations_deg)
+        if azimuths_or_orientations_deg.size > 1
+        else azimuths_or_orientations_deg + np.array([-2.5, 2.5])
+    )
 
 
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:

@@ -43,11 +43,13 @@ ENCODED_ROTATION_STEP_DEG: Final = 0.1 / 11
 
 
 def encode_outcomes_of_record(
-    record_cube: "xr.Dataset", fall_probabilities: "xr.Dataset", rotation_steps: Sequence[float]
+    record_cube: "xr.Dataset",
+    towards_and_away_probabilities: "xr.Dataset",
+    rotation_encoding_step_by_element: Sequence[float],
 ) -> dict[str, Any]:
     """Encode the outcomes of all cases under one record as base64 text for the interactive results page.
 
-    Rotations are multiples of the step of each scene element (`rotation_steps`).
+    Rotations are multiples of the step of each scene element (`rotation_encoding_step_by_element`).
     """
     model = default_model_for_results_cube(record_cube)
     order = (model.direction_dimension_name, "height", "b_over_h", "aspect", "friction", "element")
@@ -59,7 +61,9 @@ def encode_outcomes_of_record(
     flag = transpose_to_page_order(record_cube["overturned"])
     ensemble = ensemble_fall_probability(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
-    known = fall_probabilities if ensemble is None else fall_probabilities.where(ensemble.notnull())
+    known = (
+        towards_and_away_probabilities if ensemble is None else towards_and_away_probabilities.where(ensemble.notnull())
+    )
     time = transpose_to_page_order(record_cube["overturning_time"])
     time_step = max(
         _MIN_ENCODED_TIME_STEP_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
@@ -74,7 +78,7 @@ def encode_outcomes_of_record(
             transpose_to_page_order(
                 record_cube[_ROTATION_VARIABLE_BY_DIRECTION_DIMENSION[model.direction_dimension_name]]
             ),
-            np.asarray(rotation_steps),
+            np.asarray(rotation_encoding_step_by_element),
             "<u2",
         ),
         "time": _encode_multiples_of_step_as_base64(time, time_step, "<u2"),
@@ -112,22 +116,24 @@ def _encode_array_as_base64(values: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _encode_multiples_of_step_as_base64(values: FloatArray, step: float | FloatArray, integer_type: str) -> str:
-    """Round an array to multiples of `step`, and encode the multiples as unsigned integers in base64 text.
+def _encode_multiples_of_step_as_base64(
+    values: FloatArray, encoding_step: float | FloatArray, integer_dtype_name: str
+) -> str:
+    """Round an array to multiples of `encoding_step`, and encode the multiples as unsigned integers in base64 text.
 
     The largest integer stands for missing; larger values are clipped to the second largest.
     """
-    largest = np.iinfo(integer_type).max
-    whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
-    return _encode_array_as_base64(whole.astype(integer_type))
+    largest = np.iinfo(integer_dtype_name).max
+    whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / encoding_step), largest - 1))
+    return _encode_array_as_base64(whole.astype(integer_dtype_name))
 
 
-def _clip_intermediate_probabilities(probability: FloatArray) -> FloatArray:
+def _clip_intermediate_probabilities(fall_probabilities: FloatArray) -> FloatArray:
     """Clip probabilities strictly between 0 and 1, so that rounding to 255 steps gives neither 0 nor 1."""
     return np.where(
-        (probability > 0) & (probability < 1),
-        np.clip(probability, 1 / ENCODED_PROBABILITY_STEP_COUNT, 1 - 1 / ENCODED_PROBABILITY_STEP_COUNT),
-        probability,
+        (fall_probabilities > 0) & (fall_probabilities < 1),
+        np.clip(fall_probabilities, 1 / ENCODED_PROBABILITY_STEP_COUNT, 1 - 1 / ENCODED_PROBABILITY_STEP_COUNT),
+        fall_probabilities,
     )
 
 
@@ -147,7 +153,9 @@ class InitialExplorerCase(NamedTuple):
     fall_clarity_sort_key: tuple[bool, float, float, int]
 
 
-def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -> InitialExplorerCase:
+def choose_initial_explorer_case(
+    cells_by_direction_and_b_over_h: "xr.Dataset", directions_close_full_circle: bool
+) -> InitialExplorerCase:
     """Choose the case of a block under one record that the interactive page shows first: a clear fall.
 
     Candidates are the cases that fall towards their azimuth (3-D: that fall) in every run of the ensemble. The chosen
@@ -156,19 +164,24 @@ def choose_initial_explorer_case(block_cells: "xr.Dataset", full_circle: bool) -
 
     Parameters
     ----------
-    block_cells : Dataset
+    cells_by_direction_and_b_over_h : Dataset
         Cells over direction and B/H.
-    full_circle : bool
+    directions_close_full_circle : bool
         True if the last direction is next to the first one.
     """
-    order = (default_model_for_results_cube(block_cells).direction_dimension_name, "b_over_h")
-    ensemble = ensemble_fall_probability(block_cells)
+    order = (default_model_for_results_cube(cells_by_direction_and_b_over_h).direction_dimension_name, "b_over_h")
+    ensemble = ensemble_fall_probability(cells_by_direction_and_b_over_h)
     chance = np.nan_to_num(
-        explorer_fall_probabilities(block_cells)["towards"].transpose(*order).to_numpy().astype(np.float64)
+        explorer_fall_probabilities(cells_by_direction_and_b_over_h)["towards"]
+        .transpose(*order)
+        .to_numpy()
+        .astype(np.float64)
     )
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
-    every = (chance == 1.0) & (block_cells["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
-    around = np.pad(chance, ((1, 1), (0, 0)), mode="wrap" if full_circle else "edge")
+    every = (
+        (chance == 1.0) & (cells_by_direction_and_b_over_h["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
+    )
+    around = np.pad(chance, ((1, 1), (0, 0)), mode="wrap" if directions_close_full_circle else "edge")
     around = np.pad(around, ((0, 0), (1, 1)), mode="edge")
     nearby = np.lib.stride_tricks.sliding_window_view(around, (3, 3)).mean(axis=(2, 3)).round(6)
     stoutness = np.broadcast_to(np.arange(chance.shape[1]), chance.shape)

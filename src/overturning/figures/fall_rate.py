@@ -33,32 +33,36 @@ _FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE: Final[dict[str, Any]] = {"color": SERIES_
 
 
 def overturned_fraction_by_intensity_figure(
-    fall_rates: FloatArray,
-    intensity_levels: FloatArray,
+    fallen_fraction_by_record_and_factor: FloatArray,
+    intensity_by_record_and_factor: FloatArray,
     fragility_curve: FittedFragilityCurve,
-    jma_intensity: FloatArray,
+    jma_intensity_by_record_and_factor: FloatArray,
 ) -> Figure:
     """Draw the fraction overturned against an intensity measure, with its fragility curve, and against JMA intensity.
 
     Parameters
     ----------
-    fall_rates : array, shape (record, a)
+    fallen_fraction_by_record_and_factor : array, shape (record, a)
         Fractions overturned under each record and factor, NaN if unknown.
-    intensity_levels : array, shape (record, a)
+    intensity_by_record_and_factor : array, shape (record, a)
         Values of the measure of the curve, in its unit, NaN if unknown.
     fragility_curve : FittedFragilityCurve
         Fragility curve of the whole population; it is drawn with the 95 % interval of its median if it has one.
-    jma_intensity : array, shape (record, a)
+    jma_intensity_by_record_and_factor : array, shape (record, a)
         JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
     """
-    with_jma = bool(np.isfinite(jma_intensity).any())
+    with_jma = bool(np.isfinite(jma_intensity_by_record_and_factor).any())
     figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9 + 0.2 * with_jma, 1 + with_jma)
-    _draw_fragility_curve(panels.flat[0], intensity_levels, fall_rates, fragility_curve)
-    if with_jma and _draw_fall_rates_by_jma_intensity(panels.flat[1], jma_intensity, fall_rates):
+    _draw_fragility_curve(
+        panels.flat[0], intensity_by_record_and_factor, fallen_fraction_by_record_and_factor, fragility_curve
+    )
+    if with_jma and _draw_fall_rates_by_jma_intensity(
+        panels.flat[1], jma_intensity_by_record_and_factor, fallen_fraction_by_record_and_factor
+    ):
         add_title_and_legend(
             figure,
             "",
-            first_marks=[
+            first_legend_handles=[
                 legend_patch(_FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE, "share from which surveys infer the degree")
             ],
         )
@@ -70,17 +74,17 @@ def overturned_fraction_by_intensity_figure(
 
 
 def fragility_curves_figure(
-    fall_rates: FloatArray,
-    levels_by_measure: Mapping[str, FloatArray],
+    fallen_fraction_by_record_and_factor: FloatArray,
+    intensities_by_measure: Mapping[str, FloatArray],
     fragility_curves: Sequence[FittedFragilityCurve],
 ) -> Figure:
     """Draw the fraction overturned against each intensity measure that has a fragility curve, with the curve.
 
     Parameters
     ----------
-    fall_rates : array, shape (record, a)
+    fallen_fraction_by_record_and_factor : array, shape (record, a)
         Fractions overturned under each record and factor, NaN if unknown.
-    levels_by_measure : mapping of str to array, shape (record, a)
+    intensities_by_measure : mapping of str to array, shape (record, a)
         Values of each measure, in the unit of its curve, NaN if unknown.
     fragility_curves : sequence of FittedFragilityCurve
         Fragility curves of the same stones, one for each panel; see `overturned_fraction_by_intensity_figure`.
@@ -89,7 +93,7 @@ def fragility_curves_figure(
     # One below the other: a curve for PGA and one for PGV fit a column of a journal.
     figure, panels = create_panel_grid(count, 1, 3.5, 2.2 * count + 0.4)
     for panel, curve in zip(panels.flat, fragility_curves, strict=False):
-        _draw_fragility_curve(panel, levels_by_measure[curve.measure], fall_rates, curve)
+        _draw_fragility_curve(panel, intensities_by_measure[curve.measure], fallen_fraction_by_record_and_factor, curve)
         panel.get_legend().remove()
         panel.set_ylim(-2, 102)
         panel.grid(True)
@@ -99,12 +103,15 @@ def fragility_curves_figure(
 
 
 def _draw_fragility_curve(
-    panel: Any, intensity_levels: FloatArray, fall_rates: FloatArray, fragility_curve: FittedFragilityCurve
+    panel: Any,
+    intensity_by_record_and_factor: FloatArray,
+    fallen_fraction_by_record_and_factor: FloatArray,
+    fragility_curve: FittedFragilityCurve,
 ) -> None:
     """Draw the fraction overturned against intensity, with the fragility curve and the 95 % band of its median."""
     panel.plot(
-        intensity_levels.ravel(),
-        100 * fall_rates.ravel(),
+        intensity_by_record_and_factor.ravel(),
+        100 * fallen_fraction_by_record_and_factor.ravel(),
         ".",
         color=SERIES_COLOURS[4],
         markersize=3,
@@ -127,13 +134,21 @@ def _draw_fragility_curve(
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
-def _draw_fall_rates_by_jma_intensity(panel: Any, jma_intensity: FloatArray, fall_rates: FloatArray) -> bool:
+def _draw_fall_rates_by_jma_intensity(
+    panel: Any, jma_intensity_by_record_and_factor: FloatArray, fallen_fraction_by_record_and_factor: FloatArray
+) -> bool:
     """Draw the fraction overturned by JMA intensity, with degree limits and the ranges stated by survey rules.
 
     Returns True if at least one of these ranges lies in the panel.
     """
-    known = np.isfinite(jma_intensity)
-    panel.plot(jma_intensity[known], 100 * fall_rates[known], ".", color=SERIES_COLOURS[4], markersize=3)
+    known = np.isfinite(jma_intensity_by_record_and_factor)
+    panel.plot(
+        jma_intensity_by_record_and_factor[known],
+        100 * fallen_fraction_by_record_and_factor[known],
+        ".",
+        color=SERIES_COLOURS[4],
+        markersize=3,
+    )
     left, right = panel.get_xlim()
     for low, high, least, most, _ in JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION:
         if least < right:

@@ -108,11 +108,11 @@ class FilmPanel:
         """Text on the keys that the film player accepts only for films of this kind (2-D or 3-D)."""
         return "a and d turn the view, as dragging it does" if self.shows_3d_body else "f shows contact forces"
 
-    def labelled_acceleration_traces(self, with_vertical: bool) -> list[tuple[str, list[FloatArray]]]:
+    def labelled_acceleration_traces(self, includes_vertical_trace: bool) -> list[tuple[str, list[FloatArray]]]:
         """Return the acceleration traces drawn below the bodies: label, and samples of each component, m/s²."""
         level = list(np.atleast_2d(self.horizontal_base_acceleration))
         shown = [(ACCELERATION_TRACE_LABELS["along" if len(level) == 1 else "level"], level)]
-        if with_vertical:
+        if includes_vertical_trace:
             up = np.zeros_like(level[0]) if self.vertical_base_acceleration is None else self.vertical_base_acceleration
             shown.append(
                 (ACCELERATION_TRACE_LABELS["no_up" if self.vertical_base_acceleration is None else "up"], [up])
@@ -237,10 +237,10 @@ def frame_times_around_movement(first_movement_time: float, last_movement_time: 
 
 
 def interpolate_to_frame_times(
-    frame_times: FloatArray, sample_times: FloatArray, sample_columns: FloatArray
+    frame_times: FloatArray, sample_times: FloatArray, values_by_sample_and_column: FloatArray
 ) -> FloatArray:
     """Interpolate columns of sampled values linearly to the times of film frames, shape (frames, columns)."""
-    return np.stack([np.interp(frame_times, sample_times, column) for column in sample_columns.T], axis=1)
+    return np.stack([np.interp(frame_times, sample_times, column) for column in values_by_sample_and_column.T], axis=1)
 
 
 def fall_times_of_fallen_stones(trajectory: "xr.Dataset") -> list[float]:
@@ -304,39 +304,43 @@ def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatAr
 
 
 def ground_displacement_at_times(
-    acceleration_components: Sequence[FloatArray | None], sampling_interval: float, times: FloatArray
+    acceleration_m_s2_by_component: Sequence[FloatArray | None],
+    sampling_interval: float,
+    times_after_first_sample: FloatArray,
 ) -> FloatArray:
-    """Return the displacement of the ground at `times` since the first of these, m, shape (times, components).
+    """Return the displacement of the ground since the first of some times, m, shape (times, components).
 
     Parameters
     ----------
-    acceleration_components : sequence of ndarray or None
+    acceleration_m_s2_by_component : sequence of ndarray or None
         Accelerations, m/s², whose first samples are at time 0; None for a component that does not move.
     sampling_interval : float
         Sampling interval, s.
-    times : ndarray
+    times_after_first_sample : ndarray
         Times, s. After the record the ground keeps its last velocity, which is small if the record does not drift.
     """
     columns = []
-    for samples in acceleration_components:
+    for samples in acceleration_m_s2_by_component:
         if samples is None:
-            columns.append(np.zeros(times.size))
+            columns.append(np.zeros(times_after_first_sample.size))
             continue
-        missing = max(0, int(np.ceil(times[-1] / sampling_interval)) + 2 - samples.size)
+        missing = max(0, int(np.ceil(times_after_first_sample[-1] / sampling_interval)) + 2 - samples.size)
         moved = integrate(integrate(np.pad(samples, (0, missing)), sampling_interval), sampling_interval)
-        at = np.interp(times, sampling_interval * np.arange(moved.size), moved)
+        at = np.interp(times_after_first_sample, sampling_interval * np.arange(moved.size), moved)
         columns.append(at - at[0])
     return np.stack(columns, axis=1)
 
 
-def samples_from_time_zero(samples: FloatArray, sampling_interval: float, first_sample_time: float) -> FloatArray:
+def samples_from_time_zero(
+    acceleration_samples: FloatArray, sampling_interval: float, first_sample_time: float
+) -> FloatArray:
     """Return the samples of an acceleration from time 0 on, shape (…, n), given the time of its first sample, s.
 
     Samples before time 0 are left out; zeros stand for those between time 0 and a first sample after it.
     """
     before = round(-first_sample_time / sampling_interval)
-    zeros = [*(samples.ndim - 1) * [(0, 0)], (max(0, -before), 0)]
-    return np.pad(samples, zeros)[..., max(0, before) :]
+    zeros = [*(acceleration_samples.ndim - 1) * [(0, 0)], (max(0, -before), 0)]
+    return np.pad(acceleration_samples, zeros)[..., max(0, before) :]
 
 
 def _encode_as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
@@ -349,14 +353,19 @@ def _encode_as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
 
 
 def _film_acceleration_extremes_and_interval(
-    acceleration: FloatArray, sampling_interval: float, film: Film
+    component_acceleration_from_time_zero: FloatArray, sampling_interval: float, film: Film
 ) -> tuple[FloatArray, float]:
     """Return the acceleration during a film, reduced to extreme values per 0.02 s, and its new sampling interval, s."""
     first, last = (
         int(film.first_frame_time / sampling_interval),
         int(np.ceil(film.last_frame_time / sampling_interval)) + 1,
     )
-    piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
+    piece = np.concatenate(
+        [
+            component_acceleration_from_time_zero[first:last],
+            np.zeros(max(0, last - max(first, component_acceleration_from_time_zero.size))),
+        ]
+    )
     group = max(1, int(np.floor(0.0201 / sampling_interval)))
     if group <= 2 or piece.size < 2 * group:
         return piece, sampling_interval

@@ -12,32 +12,39 @@ from overturning.model.shapes import Cylinder, RectangularPrism, RegularPrism, S
 from overturning.model.stack import Stack
 
 
-def film_title_facts(model: Model, block_sizes: Mapping[str, float], place_name: str, **more: Any) -> FilmTitleFacts:
+def film_title_facts(
+    model: Model, block_size_and_friction_by_name: Mapping[str, float], station_and_event: str, **more: Any
+) -> FilmTitleFacts:
     """Return the entries of a film title: kind, size and friction of the stone, and the name of the record.
 
     Parameters
     ----------
     model : Model
         Model of the case.
-    block_sizes : mapping
+    block_size_and_friction_by_name : mapping
         ``height`` (m), ``b_over_h`` and ``friction`` of the reference element or body, and ``aspect`` of an oblong one.
-    place_name : str
+    station_and_event : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
         ``motion_azimuth_or_orientation_deg``, ``amplitude_factor`` and ``is_vertical_motion_omitted`` of
         `FilmTitleFacts`.
     """
-    height, width = block_sizes["height"], block_sizes["height"] * block_sizes["b_over_h"]
+    height, width = (
+        block_size_and_friction_by_name["height"],
+        block_size_and_friction_by_name["height"] * block_size_and_friction_by_name["b_over_h"],
+    )
     given = {
         "width": width,
         "height": height,
-        "friction": block_sizes["friction"],
-        "station_and_event": place_name,
+        "friction": block_size_and_friction_by_name["friction"],
+        "station_and_event": station_and_event,
         **more,
     }
     if isinstance(model, Body):
         return FilmTitleFacts(
-            **_title_facts_of_body(model.shape, width, block_sizes.get("aspect", 1.0)), is_3d=True, **given
+            **_title_facts_of_body(model.shape, width, block_size_and_friction_by_name.get("aspect", 1.0)),
+            is_3d=True,
+            **given,
         )
     if isinstance(model, Stack):
         return FilmTitleFacts(**(given | _title_facts_of_scene(model.scene)), is_3d=True)
@@ -58,10 +65,14 @@ def _title_facts_of_scene(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _title_facts_of_body(shape: Shape, width: float, aspect: float) -> dict[str, Any]:
+def _title_facts_of_body(shape: Shape, width_m: float, depth_to_width_ratio: float) -> dict[str, Any]:
     """Return shape, width, and depth or number of sides of a 3-D body for a film title."""
     if isinstance(shape, RectangularPrism):
-        return {"stone_kind": "square"} if aspect == 1.0 else {"stone_kind": "oblong", "depth": aspect * width}
+        return (
+            {"stone_kind": "square"}
+            if depth_to_width_ratio == 1.0
+            else {"stone_kind": "oblong", "depth": depth_to_width_ratio * width_m}
+        )
     if isinstance(shape, Cylinder):
         return {"stone_kind": "round"}
     return (

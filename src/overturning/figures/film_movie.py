@@ -105,7 +105,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
             named.unlink(missing_ok=True)
 
 
-def name_of_installed_font_of_language(language: str, file_name: str) -> str:
+def name_of_installed_font_of_language(language: str, file_name_in_error_message: str) -> str:
     """Return the name of an installed font for a language; raise an error that names the package if none is."""
     from matplotlib import font_manager
 
@@ -117,7 +117,9 @@ def name_of_installed_font_of_language(language: str, file_name: str) -> str:
     listed = {one.name for one in font_manager.fontManager.ttflist}
     if found := [name for name in names if name in listed and "Serif" not in name]:
         return found[0]
-    raise MissingDataError(f"{file_name}: no font for the language {language}; install the Debian package {package}")
+    raise MissingDataError(
+        f"{file_name_in_error_message}: no font for the language {language}; install the Debian package {package}"
+    )
 
 
 def _translate_panel_texts_of_film(film: Film) -> Film:
@@ -129,12 +131,12 @@ def _translate_panel_texts_of_film(film: Film) -> Film:
     return replace(film, panels=tuple(panels))
 
 
-def _translated_movie_title_with_speed(film: Film, width_inches: float) -> str:
+def _translated_movie_title_with_speed(film: Film, max_line_width_inches: float) -> str:
     """Return the title of a movie with its playback speed; a title in another language than English is line-broken."""
     title = movie_title_with_speed(film.title, PLAYBACK_SPEED_LABELS[MOVIE_SPEED_OVER_REAL_TIME])
     if current_language() == ENGLISH:
         return title
-    return break_text_at_width(translate(title), width_inches, 10.5)
+    return break_text_at_width(translate(title), max_line_width_inches, 10.5)
 
 
 def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], bool]]":

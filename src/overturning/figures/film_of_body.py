@@ -41,29 +41,31 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
     return _standing_stones_sentence([trajectory])
 
 
-def _standing_stones_sentence(stones: list["xr.Dataset"]) -> str:
+def _standing_stones_sentence(trajectory_by_stone: list["xr.Dataset"]) -> str:
     """Return a sentence, without full stop, with the largest tilt, twist and slip of stones that stand.
 
     If there are several stones, the sentence names those that tilt, twist and slip most.
     """
     # A cylinder may roll for minutes: its place of rest is not known at the end of the trajectory.
-    last = [one.isel(time=-1) for one in stones]
+    last = [one.isel(time=-1) for one in trajectory_by_stone]
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
     moves = (
         max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last))
         > MAX_TILT_COSINE_AND_RAD_PER_S_AT_REST
     )
 
-    def largest_value_and_stone_name(values: list[float]) -> tuple[float, str]:
+    def largest_value_and_stone_name(value_by_stone: list[float]) -> tuple[float, str]:
         """Return the largest absolute value, and the name of its stone if there are several."""
-        place = int(np.argmax(np.abs(values)))
-        return values[place], str(stones[place]["element"].item()) if len(stones) > 1 else ""
+        place = int(np.argmax(np.abs(value_by_stone)))
+        return value_by_stone[place], str(trajectory_by_stone[place]["element"].item()) if len(
+            trajectory_by_stone
+        ) > 1 else ""
 
     return standing_body_sentence(
-        largest_value_and_stone_name([float(one["peak_tilt"]) for one in stones]),
-        largest_value_and_stone_name([float(one["residual_twist"]) for one in stones]),
+        largest_value_and_stone_name([float(one["peak_tilt"]) for one in trajectory_by_stone]),
+        largest_value_and_stone_name([float(one["residual_twist"]) for one in trajectory_by_stone]),
         largest_value_and_stone_name(
-            [float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in stones]
+            [float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in trajectory_by_stone]
         ),
         still_moves=bool(moves),
     )
@@ -137,7 +139,7 @@ def body_or_stack_film_panel(
     )
 
 
-def _film_body_of_trajectory(trajectory: "xr.Dataset", frame_times: FloatArray, name: str) -> FilmBody:
+def _film_body_of_trajectory(trajectory: "xr.Dataset", frame_times: FloatArray, body_name: str) -> FilmBody:
     """Return a 3-D body of a film: its convex hull, and its position and rotation at `frame_times`, s."""
     outline = trajectory["outline"].to_numpy()
     outline = outline[np.isfinite(outline).all(axis=1)]
@@ -145,7 +147,7 @@ def _film_body_of_trajectory(trajectory: "xr.Dataset", frame_times: FloatArray, 
     position, quaternion = (
         interpolate_to_frame_times(frame_times, clock, trajectory[one].to_numpy()) for one in ("place", "quaternion")
     )
-    return FilmBody(name, outline, position, quaternion, face_vertex_indices=convex_hull_faces(outline))
+    return FilmBody(body_name, outline, position, quaternion, face_vertex_indices=convex_hull_faces(outline))
 
 
 def convex_hull_faces(corners: FloatArray) -> tuple[tuple[int, ...], ...]:

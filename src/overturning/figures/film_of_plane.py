@@ -54,7 +54,9 @@ def scene_outcome_sentence(trajectory: "xr.Dataset") -> str:
         return join_fall_sentences(texts, len(names))
     peak, has = free["peak_rotation"].to_numpy(), np.isfinite(free["critical_angle"].to_numpy())
     share = float(peak[has].max()) if has.any() else None  # in parts of α
-    return standing_elements_sentence(share, None if has.all() else float(peak[~has].max()), several=several)
+    return standing_elements_sentence(
+        share, None if has.all() else float(peak[~has].max()), has_several_free_stones=several
+    )
 
 
 def free_element_poses_by_time(trajectory: "xr.Dataset") -> FloatArray:
@@ -100,7 +102,7 @@ def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> t
 
 
 def _film_bodies_of_scene(
-    trajectory: "xr.Dataset", frame_times: FloatArray, ground_displacement: FloatArray
+    trajectory: "xr.Dataset", frame_times: FloatArray, ground_displacement_by_frame: FloatArray
 ) -> tuple[FilmBody, ...]:
     """Return the bodies of a 2-D scene at the times `frame_times`; very wide ground is cut outside the picture."""
     vertices, x = trajectory["vertices"].to_numpy(), trajectory["x"].to_numpy()
@@ -110,7 +112,7 @@ def _film_bodies_of_scene(
     reach = (
         ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_SCENE_HEIGHT * tall
         + float(np.abs(x[:, free]).max())
-        + float(np.abs(ground_displacement).max())
+        + float(np.abs(ground_displacement_by_frame).max())
     )
     bodies = []
     for index, name in enumerate(trajectory["element"].to_numpy()):
@@ -129,10 +131,13 @@ def _film_bodies_of_scene(
     return tuple(bodies)
 
 
-def _clip_wide_ground(vertices: FloatArray, half_width_and_depth: float) -> FloatArray:
+def _clip_wide_ground(ground_vertices: FloatArray, clipped_half_width_and_depth_m: float) -> FloatArray:
     """Move the vertices of a very wide ground polygon, m, so that it has the half-width and the depth given, m."""
-    s, z = np.clip(vertices[:, 0], -half_width_and_depth, half_width_and_depth), vertices[:, 1]
-    return np.column_stack([s, np.where(z == z.min(), z.max() - half_width_and_depth, z)])
+    s, z = (
+        np.clip(ground_vertices[:, 0], -clipped_half_width_and_depth_m, clipped_half_width_and_depth_m),
+        ground_vertices[:, 1],
+    )
+    return np.column_stack([s, np.where(z == z.min(), z.max() - clipped_half_width_and_depth_m, z)])
 
 
 def _contact_points_and_forces(

@@ -103,14 +103,14 @@ def film_strip_figure(film: Film, *, has_title: bool = True) -> "Figure":
     return figure
 
 
-def _caption_below_frame_row(panel: FilmPanel, row_count: int) -> str:
+def _caption_below_frame_row(panel: FilmPanel, panel_count: int) -> str:
     """Return the text below a panel's row of frames: directions of left and right, panel heading, and outcome."""
     sides = (
         f"← {panel.left_and_right_bearings[0]}    {panel.left_and_right_bearings[1]} →      "
         if panel.left_and_right_bearings[0]
         else ""
     )
-    return sides + (f"{panel.title}: " if row_count > 1 else "") + panel.outcome_sentence
+    return sides + (f"{panel.title}: " if panel_count > 1 else "") + panel.outcome_sentence
 
 
 def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, fractional_frame_index: float) -> None:
@@ -136,11 +136,16 @@ def body_at_frame(body: FilmBody, fractional_frame_index: float) -> FilmBody:
     A position beyond the last frame gives the last pose.
     """
 
-    def interpolate_poses_at_frame(poses_by_frame: FloatArray) -> FloatArray:
+    def interpolate_poses_at_frame(positions_or_rotations_by_frame: FloatArray) -> FloatArray:
         """Interpolate positions or rotations linearly to `fractional_frame_index`; the first axis keeps length 1."""
-        low = min(int(fractional_frame_index), len(poses_by_frame) - 1)
-        high, part = min(low + 1, len(poses_by_frame) - 1), min(max(fractional_frame_index - low, 0.0), 1.0)
-        return np.asarray(poses_by_frame[low] * (1.0 - part) + poses_by_frame[high] * part)[None]
+        low = min(int(fractional_frame_index), len(positions_or_rotations_by_frame) - 1)
+        high, part = (
+            min(low + 1, len(positions_or_rotations_by_frame) - 1),
+            min(max(fractional_frame_index - low, 0.0), 1.0),
+        )
+        return np.asarray(
+            positions_or_rotations_by_frame[low] * (1.0 - part) + positions_or_rotations_by_frame[high] * part
+        )[None]
 
     return FilmBody(
         body.name,
@@ -152,9 +157,9 @@ def body_at_frame(body: FilmBody, fractional_frame_index: float) -> FilmBody:
     )
 
 
-def draw_scale_bar(axes: Any, view_edges: tuple[float, float, float, float]) -> None:
-    """Draw a scale bar of a round length in the lower left corner; `view_edges`: left, right, bottom, top, m."""
-    left, right, bottom, top = view_edges
+def draw_scale_bar(axes: Any, left_right_bottom_top_m: tuple[float, float, float, float]) -> None:
+    """Draw a scale bar of a round length in the lower left corner of a view, given the edges of the view, m."""
+    left, right, bottom, top = left_right_bottom_top_m
     length = largest_round_number_up_to(0.35 * (right - left))
     x, y = left + 0.04 * (right - left), bottom + 0.11 * (top - bottom)
     unit, name = (1e-3, "mm") if length < 0.009 else (1e-2, "cm") if length < 0.9 else (1.0, "m")
@@ -245,17 +250,25 @@ def _draw_bodies_with_floor(axes: Any, bodies: tuple[FilmBody, ...], fractional_
         _draw_body(axes, body, corners, camera)
 
 
-def _draw_body(axes: Any, body: FilmBody, corners: FloatArray, camera: FloatArray) -> None:
+def _draw_body(
+    axes: Any, body: FilmBody, corner_positions_east_north_up: FloatArray, camera_rotation_matrix: FloatArray
+) -> None:
     """Draw the visible faces of a 3-D body, given the positions of its corners (m, shape (n, 3)) and the camera."""
     from matplotlib.patches import Polygon
 
     for face in body.face_vertex_indices:
-        a, b, c = corners[list(face[:3])]
+        a, b, c = corner_positions_east_north_up[list(face[:3])]
         normal = np.cross(b - a, c - b)
-        if camera[2] @ normal <= 0:
+        if camera_rotation_matrix[2] @ normal <= 0:
             continue
         bright = 0.72 + 0.28 * float(DIRECTION_TOWARDS_LIGHT @ normal / np.linalg.norm(normal))
         colour = tuple(np.clip(np.array([201, 196, 186]) * bright / 255.0, 0.0, 1.0))
         axes.add_patch(
-            Polygon(corners[list(face)] @ camera[:2].T, facecolor=colour, edgecolor=INK, linewidth=0.7, zorder=3)
+            Polygon(
+                corner_positions_east_north_up[list(face)] @ camera_rotation_matrix[:2].T,
+                facecolor=colour,
+                edgecolor=INK,
+                linewidth=0.7,
+                zorder=3,
+            )
         )

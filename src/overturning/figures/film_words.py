@@ -147,9 +147,9 @@ def movie_title_with_speed(film_title: str, speed_label: str) -> str:
     return f"{film_title} (at {speed_label} of its speed)"
 
 
-def panel_heading_with_bearing(direction_deg: float, *, is_3d: bool) -> str:
+def panel_heading_with_bearing(azimuth_or_orientation_deg: float, *, is_3d: bool) -> str:
     """Return the heading of a panel: the azimuth of the motion (2-D), or the direction that a body faces (3-D)."""
-    return f"{'facing' if is_3d else 'motion along'} {compass_bearing_text(direction_deg)}"
+    return f"{'facing' if is_3d else 'motion along'} {compass_bearing_text(azimuth_or_orientation_deg)}"
 
 
 _SETTING_HEADING_TEMPLATES: Final = {
@@ -185,15 +185,15 @@ def fall_sentence(fall_azimuth_deg: float, fall_time: float, stone_name: str = "
     return f"{stone_name + ' ' if stone_name else ''}falls towards {towards} at {fall_time:.2f} s"
 
 
-def join_fall_sentences(fall_sentences: list[str], stone_count: int) -> str:
+def join_fall_sentences(fall_sentences: list[str], free_stone_count: int) -> str:
     """Join the sentences on the falls in a scene; for several stones the text begins with "2 of 3 fall"."""
     fall = "falls" if len(fall_sentences) == 1 else "fall"
-    counts = f"{len(fall_sentences)} of {stone_count} {fall}: " if stone_count > 1 else ""
+    counts = f"{len(fall_sentences)} of {free_stone_count} {fall}: " if free_stone_count > 1 else ""
     return counts + "; ".join(fall_sentences)
 
 
 def standing_elements_sentence(
-    peak_share_of_toppling_angle: float | None, peak_rotation_deg: float | None, *, several: bool
+    peak_share_of_toppling_angle: float | None, peak_rotation_deg: float | None, *, has_several_free_stones: bool
 ) -> str:
     """Return a sentence that no stone of a 2-D scene falls, with the largest rotation as share of the toppling angle.
 
@@ -203,7 +203,7 @@ def standing_elements_sentence(
         Largest rotation over the angle at which the stone topples; None if no stone has such an angle.
     peak_rotation_deg : float or None
         Largest rotation of the stones without such an angle, degrees; None if all have one.
-    several : bool
+    has_several_free_stones : bool
         True if there are several free stones.
     """
     leans = (
@@ -215,31 +215,34 @@ def standing_elements_sentence(
         leans if peak_share_of_toppling_angle is None or peak_share_of_toppling_angle >= 0.005 else ["does not lean"]
     )
     leans += [] if peak_rotation_deg is None else [f"rotates by up to {peak_rotation_deg:.2g}°"]
-    if several:
+    if has_several_free_stones:
         return f"everything stands; the stone that leans most {', another '.join(leans)}"
     return f"stands; {leans[0]}"
 
 
 def standing_body_sentence(
-    peak_tilt_deg: tuple[float, str], final_twist_deg: tuple[float, str], final_slip_m: tuple[float, str],
-    *, still_moves: bool,
-) -> str:  # fmt: skip
+    peak_tilt_deg_and_stone: tuple[float, str],
+    final_twist_deg_and_stone: tuple[float, str],
+    final_slip_m_and_stone: tuple[float, str],
+    *,
+    still_moves: bool,
+) -> str:
     """Return a sentence that a 3-D body or stack stands, with its largest tilt, final twist and slip.
 
     Each value comes with the name of its stone in a stack, or "" for a single body; the name is left out if the value
     is printed as 0.
     """
 
-    def format_value_and_stone_name(value: float, name: str) -> tuple[str, str]:
+    def format_value_and_stone_name(value: float, stone_name: str) -> tuple[str, str]:
         """Return a value with one decimal, and the name of its stone in brackets."""
         number = f"{abs(value):.1f}"
-        return number, f" ({name})" if name and number != "0.0" else ""
+        return number, f" ({stone_name})" if stone_name and number != "0.0" else ""
 
-    tilt, of_tilt = format_value_and_stone_name(*peak_tilt_deg)
-    twist, of_twist = format_value_and_stone_name(*final_twist_deg)
-    slip, of_slip = format_value_and_stone_name(100.0 * final_slip_m[0], final_slip_m[1])
-    stands = "everything stands" if peak_tilt_deg[1] else "stands"
-    side = "clockwise" if final_twist_deg[0] >= 0 else "anticlockwise"
+    tilt, of_tilt = format_value_and_stone_name(*peak_tilt_deg_and_stone)
+    twist, of_twist = format_value_and_stone_name(*final_twist_deg_and_stone)
+    slip, of_slip = format_value_and_stone_name(100.0 * final_slip_m_and_stone[0], final_slip_m_and_stone[1])
+    stands = "everything stands" if peak_tilt_deg_and_stone[1] else "stands"
+    side = "clockwise" if final_twist_deg_and_stone[0] >= 0 else "anticlockwise"
     still = ", where it still rocks or rolls" if still_moves else ""
     turned = f"turned {twist}° {side}{of_twist}, slipped {slip} cm by the end{of_slip}{still}"
     return f"{stands}; largest tilt {tilt}°{of_tilt}; {turned}"

@@ -40,11 +40,11 @@ def _draw_hodograph(
     axes: Any,
     north_component: FloatArray,
     east_component: FloatArray,
-    name_and_unit: tuple[str, str],
+    quantity_name_and_unit: tuple[str, str],
     fault_normal_deg: float,
 ) -> None:
     """Draw the path of a horizontal vector quantity, such as velocity, seen from above: east right, north up."""
-    radius, (title, unit) = np.hypot(north_component, east_component), name_and_unit
+    radius, (title, unit) = np.hypot(north_component, east_component), quantity_name_and_unit
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
@@ -134,16 +134,16 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
     return figure
 
 
-def pga_and_pgv_by_azimuth_figure(peaks_by_azimuth: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
+def pga_and_pgv_by_azimuth_figure(pga_and_pgv_by_azimuth: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
     """Draw polar curves of one record's ``pga`` (m/s²) and ``pgv`` (m/s) by azimuth (degrees), in Gal and cm/s.
 
     The azimuth of the fault normal, degrees, can be NaN.
     """
-    azimuth = peaks_by_azimuth["azimuth"].to_numpy().astype(np.float64)
+    azimuth = pga_and_pgv_by_azimuth["azimuth"].to_numpy().astype(np.float64)
     figure, panels = create_compass_grid(1, 2, 6.4, 3.7)
     measures = (("pga", GAL, "PGA, Gal", style.SERIES_COLOURS[1]), ("pgv", CM, "PGV, cm/s", style.SERIES_COLOURS[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
-        peaks = peaks_by_azimuth[name].to_numpy() / factor
+        peaks = pga_and_pgv_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
         axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks_at_rim=marked, has_spokes=True)

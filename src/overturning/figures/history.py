@@ -57,7 +57,7 @@ def record_before_and_after_processing_figure(unprocessed_record: Record, proces
     """
     names = [name for name in RECORD_COMPONENT_NAMES if getattr(processed_record, name) is not None]
     wide = len(names) > 2
-    figure, panels = create_panel_grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
+    figure, panels = create_panel_grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout_engine=None)
     for panel in panels[5, 1:] if wide else ():
         panel.remove()
     if wide:
@@ -88,10 +88,14 @@ def _add_title_and_legend(
     panels: Any,
     unprocessed_record: Record,
     processed_record: Record,
-    noise_spectra: SignalNoiseSpectra | None,
+    signal_noise_spectra: SignalNoiseSpectra | None,
 ) -> None:
     """Add the title (station, event and processing steps), the legend and the margins to a record's figure."""
-    ahead = "no noise before the onset" if noise_spectra is None else f"onset at {noise_spectra.onset_s:.1f} s"
+    ahead = (
+        "no noise before the onset"
+        if signal_noise_spectra is None
+        else f"onset at {signal_noise_spectra.onset_s:.1f} s"
+    )
     steps = _processing_step_lines(processed_record.processing)
     agency = (
         [str(unprocessed_record.extra["agency_processing"])] if "agency_processing" in unprocessed_record.extra else []
@@ -155,9 +159,9 @@ def start_time_after_unprocessed_start(processed_record: Record) -> float:
     return float(sum(step.get("shift_s", 0.0) for step in processed_record.processing))
 
 
-def _sample_times(record: Record, start_shift: float = 0.0) -> FloatArray:
-    """Return the times of a record's samples, s; the first sample is at the time `start_shift`."""
-    return np.asarray(np.arange(record.north.size) * record.sampling_interval + start_shift, dtype=np.float64)
+def _sample_times(record: Record, first_sample_time: float = 0.0) -> FloatArray:
+    """Return the times of a record's samples, s; the first sample is at the time `first_sample_time`."""
+    return np.asarray(np.arange(record.north.size) * record.sampling_interval + first_sample_time, dtype=np.float64)
 
 
 def _acceleration_velocity_displacement(record: Record, component_name: str) -> list[FloatArray]:
@@ -168,11 +172,14 @@ def _acceleration_velocity_displacement(record: Record, component_name: str) -> 
 
 
 def _draw_component_time_histories(
-    component_panels: Any, unprocessed_record: Record, processed_record: Record, component_name: str
+    acceleration_velocity_displacement_panels: Any,
+    unprocessed_record: Record,
+    processed_record: Record,
+    component_name: str,
 ) -> None:
     """Draw acceleration, velocity and displacement of a component in three panels, before and after processing."""
     rows = zip(
-        component_panels,
+        acceleration_velocity_displacement_panels,
         TIME_HISTORY_LABELS_AND_UNITS,
         _acceleration_velocity_displacement(unprocessed_record, component_name),
         _acceleration_velocity_displacement(processed_record, component_name),
@@ -199,7 +206,7 @@ def _draw_component_time_histories(
             color=INK,
             linewidth=0.6,
         )
-        label_axes(panel, "time, s" if panel is component_panels[-1] else "", label)
+        label_axes(panel, "time, s" if panel is acceleration_velocity_displacement_panels[-1] else "", label)
         panel.annotate(
             f"peak {format_three_significant_digits(peak)}",
             (0.98, 0.96),
@@ -279,17 +286,20 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
 
 
 def _draw_signal_to_noise_ratio(
-    panel: "Axes", noise_ratio: SignalNoiseSpectra | None, component_names: list[str], min_noise_duration_s: float
+    panel: "Axes",
+    signal_noise_spectra: SignalNoiseSpectra | None,
+    component_names: list[str],
+    min_noise_duration_s: float,
 ) -> None:
     """Draw the signal-to-noise ratio by frequency, or a note if the noise is shorter than `min_noise_duration_s`, s."""
     label_axes(panel, "frequency, Hz", "signal-to-noise ratio")
-    if noise_ratio is None:
+    if signal_noise_spectra is None:
         write_note_in_empty_panel(panel, f"no noise of {min_noise_duration_s:g} s\nbefore the onset")
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES_COLOURS, strict=False)):
         panel.plot(
-            noise_ratio.band_frequency_hz,
-            noise_ratio.signal_to_noise_and_offset_ratio[row],
+            signal_noise_spectra.band_frequency_hz,
+            signal_noise_spectra.signal_to_noise_and_offset_ratio[row],
             color=colour,
             linewidth=1.0,
             label=name,
@@ -306,19 +316,19 @@ def rotd_pseudo_acceleration_spectra(record: Record) -> FloatArray:
     )["psa"]
 
 
-def _draw_rotd_spectra(panel: "Axes", rotd_spectra: FloatArray) -> None:
+def _draw_rotd_spectra(panel: "Axes", rotd00_rotd50_rotd100_m_s2: FloatArray) -> None:
     """Draw RotD00, RotD50 and RotD100 of the pseudo-acceleration (m/s²), given in this order, by period."""
     label_axes(panel, "period, s", "pseudo-acceleration, Gal")
-    if not rotd_spectra.any():
+    if not rotd00_rotd50_rotd100_m_s2.any():
         write_note_in_empty_panel(panel, "no horizontal motion")
         return
-    for percentile, spectrum, colour in zip(ROTD_PERCENTILES, rotd_spectra, SERIES_COLOURS, strict=False):
+    for percentile, spectrum, colour in zip(ROTD_PERCENTILES, rotd00_rotd50_rotd100_m_s2, SERIES_COLOURS, strict=False):
         panel.plot(
             RESPONSE_SPECTRUM_PERIODS_S, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}"
         )
     _set_logarithmic_axes(panel)
     # RotD00 of a motion along one azimuth is 0.
-    panel.set_ylim(bottom=1e-4 * float(rotd_spectra[-1].max()) / GAL)
+    panel.set_ylim(bottom=1e-4 * float(rotd00_rotd50_rotd100_m_s2[-1].max()) / GAL)
     panel.legend(fontsize=7, loc="best")
 
 

@@ -55,7 +55,7 @@ def draw_illustrative_cases(
     cube_path: Path,
     motion_folder: Path,
     output_folder: Path,
-    compared_cube_path: Path | None = None,
+    compared_variant_cube_path: Path | None = None,
     candidate_record_ids: Sequence[str] = (),
 ) -> None:
     """Choose and simulate the illustrative cases of a study again, and write their films and figures.
@@ -68,7 +68,7 @@ def draw_illustrative_cases(
     ----------
     cube_path, motion_folder, output_folder : Path
         Cube of the study, folder of its motions, and folder for the results.
-    compared_cube_path : Path, optional
+    compared_variant_cube_path : Path, optional
         Cube of the variant with which the study is compared; the first case is then the one that answers which of both
         makes a block fall, if an outcome differs.
     candidate_record_ids : sequence of str, optional
@@ -87,8 +87,8 @@ def draw_illustrative_cases(
         elements = elements.isel(record=chosen)
         cube = _select_default_element_and_mark_any_fall(elements)
         cases = find_illustrative_cases(cube)
-        if compared_cube_path is not None:
-            with open_cube_for_reading_by_record(compared_cube_path, element_name=None) as other_cube:
+        if compared_variant_cube_path is not None:
+            with open_cube_for_reading_by_record(compared_variant_cube_path, element_name=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
                 here, there = compared_element_names_of_study_and_variant(study_of_cube(elements), variant)
                 answer = case_with_differing_outcomes(
@@ -125,13 +125,14 @@ def _draw_illustrative_case(
     cube: "xr.Dataset",
     case: IllustrativeCase,
     motion_folder: Path,
-    output_stem: Path,
-    drawn_files: dict[tuple[str, ...], Path],
+    figure_path_without_suffix: Path,
+    file_by_figure_and_motion: dict[tuple[str, ...], Path],
 ) -> IllustrativeCaseWithFigures:
     """Simulate one illustrative case again, and draw its film and figures.
 
-    `output_stem` is the path of the figures without ``-strip.svg`` and so on. `drawn_files` maps the name of a figure
-    of `FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION`, record and variant to its file; figures already drawn are copied.
+    `figure_path_without_suffix` is the path of the figures without ``-strip.svg`` and so on.
+    `file_by_figure_and_motion` maps the name of a figure of `FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION`, the id of the
+    record and the variant to the file; figures already drawn are copied.
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
@@ -162,9 +163,9 @@ def _draw_illustrative_case(
         ]
     figures = {}
     for name, draw, alt, options in drawn:
-        path = output_stem.with_name(f"{output_stem.name}-{name}.svg")
+        path = figure_path_without_suffix.with_name(f"{figure_path_without_suffix.name}-{name}.svg")
         same = (
-            drawn_files.setdefault((name, record, settings[0]), path)
+            file_by_figure_and_motion.setdefault((name, record, settings[0]), path)
             if name in FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION
             else path
         )
@@ -173,7 +174,7 @@ def _draw_illustrative_case(
         else:
             shutil.copyfile(same, path)
         figures[path.name] = {"alt": alt, **options}
-    strip = f"{output_stem.name}-strip.svg"
+    strip = f"{figure_path_without_suffix.name}-strip.svg"
     return IllustrativeCaseWithFigures(
         title=case.title,
         selection_rule=case.selection_rule_text,
@@ -211,10 +212,10 @@ def _film_title(
     )
 
 
-def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> str:
+def panel_heading_of_variant(study: Study, variant: str, compared_variant: str) -> str:
     """Return the heading of a film panel for a variant: the setting in which it differs from another variant."""
-    own, other = (variant_settings(study, name) for name in (variant, other_variant))
-    if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, other_variant):
+    own, other = (variant_settings(study, name) for name in (variant, compared_variant))
+    if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, compared_variant):
         return panel_heading_of_setting("vertical" if variant_uses_vertical_motion(study, variant) else "level")
     if (own.scene or study.scene) != (other.scene or study.scene):
         return panel_heading_of_setting("scene", variant_scene(study, variant).name)
@@ -227,21 +228,24 @@ def panel_heading_of_variant(study: Study, variant: str, other_variant: str) -> 
     )
 
 
-def block_label(study: Study, block: dict[str, float]) -> str:
+def block_label(study: Study, block_parameters: dict[str, float]) -> str:
     """Return B/H, height (m) and friction of a block as text for a title."""
-    oblong = f", D/B = {block['aspect']:g}" if variant_model(study).aspect_is_parameter else ""
-    coefficient = friction_label(study, block["friction"])
-    return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
+    oblong = f", D/B = {block_parameters['aspect']:g}" if variant_model(study).aspect_is_parameter else ""
+    coefficient = friction_label(study, block_parameters["friction"])
+    return f"B/H = {block_parameters['b_over_h']:.3g}{oblong}, H = {block_parameters['height']:.3g} m, {coefficient}"
 
 
 def _figures_for_planar_film(
-    record_cube: "xr.Dataset", trajectories: list["xr.Dataset"], motion: Motion, title_and_place: tuple[str, str]
+    record_cube: "xr.Dataset",
+    trajectories: list["xr.Dataset"],
+    motion: Motion,
+    film_title_and_station_event: tuple[str, str],
 ) -> list[FileSuffixDrawingAltTextAndOptions]:
     """Return the figures shown with a 2-D film: rotation history, overturning boundary, spectra and hodograph.
 
-    `title_and_place` are the title of the film, and station and earthquake as text.
+    `film_title_and_station_event` are the title of the film, and station and earthquake as text.
     """
-    (title, place), normal = title_and_place, float(record_cube["fault_normal"])
+    (title, place), normal = film_title_and_station_event, float(record_cube["fault_normal"])
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in trajectories))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
@@ -272,8 +276,8 @@ def _figures_for_planar_film(
 def simulate_block_trajectories(
     study: Study,
     motion: Motion,
-    block: dict[str, float],
-    directions_deg: Sequence[float],
+    block_parameters: dict[str, float],
+    azimuths_or_orientations_deg: Sequence[float],
     variant: str = NOMINAL_VARIANT,
 ) -> list["xr.Dataset"]:
     """Simulate one block of a study's variant for each direction, degrees; return its motion over time.
@@ -282,8 +286,8 @@ def simulate_block_trajectories(
     variant with another scene has the sizes of its own.
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
-    height, ratio = (np.array([block[name]]) for name in ("height", "b_over_h"))
-    scaled = block | {
+    height, ratio = (np.array([block_parameters[name]]) for name in ("height", "b_over_h"))
+    scaled = block_parameters | {
         "height": float(sizes.to_scene_heights(height)[0]),
         "b_over_h": float(sizes.to_scene_b_over_h(ratio, ratio)[0]),
     }
@@ -299,5 +303,5 @@ def simulate_block_trajectories(
     }
     return [
         trajectory(motion, model, **options, **{f"{model.direction_dimension_name}_deg": angle})
-        for angle in directions_deg
+        for angle in azimuths_or_orientations_deg
     ]

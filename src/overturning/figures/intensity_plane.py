@@ -37,7 +37,7 @@ CRITERION_LINE_STYLES: Final = (
 
 
 def fall_probability_by_pga_and_pgv_over_pga(
-    cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
+    cube: xr.Dataset, pga_and_pgv_dataset: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
 
@@ -45,7 +45,7 @@ def fall_probability_by_pga_and_pgv_over_pga(
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
-    along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
+    along = pga_and_pgv_dataset[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
     known = np.isfinite(falls) & (pga > MAX_PGA_FROM_ROUNDING_M_S2)
@@ -54,16 +54,16 @@ def fall_probability_by_pga_and_pgv_over_pga(
 
 def _draw_outcomes_by_pga_and_pgv_over_pga(
     axes: Any,
-    points: tuple[FloatArray, FloatArray, FloatArray],
+    pga_pgv_over_pga_and_fall_probability: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
     b_over_h: float,
     logistic_fit: LogisticFit | None = None,
     fit_label: str = "fit: probability ½",
     *,
-    with_criteria: bool = True,
+    draws_published_criteria: bool = True,
 ) -> None:
     """Draw one block's outcomes over PGA and PGV/PGA, with published overturning criteria and the fitted line."""
-    pga, ratio, falls = points
+    pga, ratio, falls = pga_pgv_over_pga_and_fall_probability
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration_limit(b_over_h))
     low_x, high_x = min(pga.min(initial=west), west) / 1.5, max(pga.max(initial=west), west) * 1.5
@@ -78,7 +78,7 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     x = np.geomspace(low_x, high_x, 200)
     y = np.geomspace(low_y, high_y, 200)
     for criterion, (color, dashes) in (
-        zip(OVERTURNING_CRITERIA, CRITERION_LINE_STYLES, strict=True) if with_criteria else ()
+        zip(OVERTURNING_CRITERIA, CRITERION_LINE_STYLES, strict=True) if draws_published_criteria else ()
     ):
         limit = criterion.pga_limit_m_s2_function(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
@@ -99,13 +99,17 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
 
 
 def outcomes_by_pga_and_pgv_over_pga_figure(
-    cube: xr.Dataset, intensity: xr.Dataset, logistic_fit: LogisticFit | None, friction: float, size_note: str = ""
+    cube: xr.Dataset,
+    pga_and_pgv_dataset: xr.Dataset,
+    logistic_fit: LogisticFit | None,
+    friction: float,
+    size_reference_note: str = "",
 ) -> Figure:
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
-    A figure for a phone shows the smallest height only. `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record
-    and azimuth. `size_note` is a note (see `note_on_size_reference_stone`) that the sizes belong to another
-    stone: it is added to the title, and the criteria, which need the stone's own sizes, are left out.
+    A figure for a phone shows the smallest height only. `pga_and_pgv_dataset` has ``pga`` (m/s²) and ``pgv`` (m/s) by
+    record and azimuth. `size_reference_note` is a note (see `note_on_size_reference_stone`) that the sizes belong to
+    another stone: it is added to the title, and the criteria, which need the stone's own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
@@ -123,11 +127,18 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.4 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = fall_probability_by_pga_and_pgv_over_pga(cube, intensity, float(height), float(b_over_h), friction)
+            points = fall_probability_by_pga_and_pgv_over_pga(
+                cube, pga_and_pgv_dataset, float(height), float(b_over_h), friction
+            )
             block = float(height), float(b_over_h)
             _draw_outcomes_by_pga_and_pgv_over_pga(
-                panels[row, column], points, *block, logistic_fit, named, with_criteria=not size_note
+                panels[row, column],
+                points,
+                *block,
+                logistic_fit,
+                named,
+                draws_published_criteria=not size_reference_note,
             )
     title = f"Every plane of every record, {friction_label(cube, friction)}"
-    add_title_and_legend(figure, f"{title}\n{size_note}".rstrip(), panels[0, 0], 3)
+    add_title_and_legend(figure, f"{title}\n{size_reference_note}".rstrip(), panels[0, 0], 3)
     return figure

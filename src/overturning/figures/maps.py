@@ -72,7 +72,7 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     if bool(cube["overturned"].isnull().any()):
         marks.append(style.legend_patch(style.MISSING_COLOUR, "no outcome"))
     style.add_title_and_legend(
-        figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_marks=marks
+        figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_legend_handles=marks
     )
     return figure
 
@@ -107,9 +107,9 @@ def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))
 
 
-def _fall_arrow_length_over_map_width(orientation_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
+def _fall_arrow_length_over_map_width(orientation_cell_edges: FloatArray, b_over_h_edges: FloatArray) -> float:
     """Return the length of the fall arrows of a map, as a share of the map width, so that they fit into its cells."""
-    across, up = (float(np.diff(edges).min() / np.ptp(edges)) for edges in (orientation_edges, b_over_h_edges))
+    across, up = (float(np.diff(edges).min() / np.ptp(edges)) for edges in (orientation_cell_edges, b_over_h_edges))
     return float(
         np.clip(min(0.6 * across, 0.45 * up), *_MIN_AND_MAX_ARROW_LENGTH_OVER_MAP_WIDTH)
     )  # a map is about 3/4 as high as wide

@@ -90,7 +90,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
         marks.append(Line2D([], [], **_mean_direction_marker(0.0), label="mean direction, 95 % interval"))
     if any(rose.mean_axis_deg is not None for rose in roses):
         marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis, 95 % interval"))
-    add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_marks=marks)
+    add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_legend_handles=marks)
     return figure
 
 
@@ -140,12 +140,18 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
 
 
 def _draw_mean_direction_interval(
-    axes: Any, middle_deg: float, half_width_deg: float | None, radius: float, line_style: dict[str, Any]
+    axes: Any,
+    mean_direction_deg: float,
+    interval_half_width_deg: float | None,
+    arc_radius: float,
+    line_style: dict[str, Any],
 ) -> None:
     """Draw the confidence interval of a mean fall direction as an arc; draw nothing if the interval is unknown."""
-    if half_width_deg is not None:
-        angles = np.radians(np.linspace(middle_deg - half_width_deg, middle_deg + half_width_deg, 60))
-        axes.plot(angles, np.full(60, radius), **line_style | {"linewidth": 1.3})
+    if interval_half_width_deg is not None:
+        angles = np.radians(
+            np.linspace(mean_direction_deg - interval_half_width_deg, mean_direction_deg + interval_half_width_deg, 60)
+        )
+        axes.plot(angles, np.full(60, arc_radius), **line_style | {"linewidth": 1.3})
 
 
 def _mean_direction_marker(azimuth_deg: float) -> dict[str, Any]:
@@ -156,10 +162,10 @@ def _mean_direction_marker(azimuth_deg: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _sector_border_with_fewest_falls_deg(counts: FloatArray) -> float:
+def _sector_border_with_fewest_falls_deg(fall_count_by_sector: FloatArray) -> float:
     """Return the azimuth, degrees, of the rose's sector border with the fewest falls next to it, for radius labels."""
-    most = np.maximum(counts, np.roll(counts, -1))
-    borders = (np.arange(counts.size) + 0.5) * 360.0 / counts.size
+    most = np.maximum(fall_count_by_sector, np.roll(fall_count_by_sector, -1))
+    borders = (np.arange(fall_count_by_sector.size) + 0.5) * 360.0 / fall_count_by_sector.size
     # Names of directions stand at multiples of 45°; a border between two names comes first.
     near = np.abs((borders + 22.5) % 45.0 - 22.5)
     return float(borders[np.lexsort((-near, most))[0]])

@@ -32,7 +32,7 @@ def json_for_script(data: Any) -> str:
     return text
 
 
-def render_page_template(template_name: str, style_sheet: str, script: str, data: Any, **more: Any) -> str:
+def render_page_template(template_name: str, style_sheet: str, javascript: str, script_data: Any, **more: Any) -> str:
     """Fill an HTML page template with a style sheet, a script and data; texts in `more` are escaped.
 
     The page loads nothing from the network and is reproducible.
@@ -41,28 +41,32 @@ def render_page_template(template_name: str, style_sheet: str, script: str, data
     from markupsafe import Markup
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    own = {"css": Markup(style_sheet), "js": Markup(script), "data": Markup(json_for_script(data))}
+    own = {"css": Markup(style_sheet), "js": Markup(javascript), "data": Markup(json_for_script(script_data))}
     return environment.from_string(read_template_text(template_name)).render(**own, **more)
 
 
-def film_html_element(film_data: dict[str, Any], strip_path: Path | None = None, alternative_text: str = "") -> str:
+def film_html_element(
+    film_player_data: dict[str, Any], film_strip_path: Path | None = None, alternative_text: str = ""
+) -> str:
     """Return the HTML element of a film; the script `film_player_script` turns it into a player.
 
     Parameters
     ----------
-    film_data : dict
+    film_player_data : dict
         Film, from `overturning.figures.film.Film.player_data`.
-    strip_path : path, optional
+    film_strip_path : path, optional
         Strip of the film (SVG or PNG), shown in print and without JavaScript.
     alternative_text : str
         Alternative text of the strip.
     """
     shown = ""
-    if strip_path is not None:
-        kind = {".svg": "image/svg+xml", ".png": "image/png"}[strip_path.suffix]
-        source = f"data:{kind};base64,{b64encode(strip_path.read_bytes()).decode('ascii')}"
+    if film_strip_path is not None:
+        kind = {".svg": "image/svg+xml", ".png": "image/png"}[film_strip_path.suffix]
+        source = f"data:{kind};base64,{b64encode(film_strip_path.read_bytes()).decode('ascii')}"
         shown = f'<figure class="film-strip"><img alt="{escape(alternative_text)}" src="{source}"></figure>'
-    texts = json_for_script(translate_nested_texts(film_data) if current_language() != ENGLISH else film_data)
+    texts = json_for_script(
+        translate_nested_texts(film_player_data) if current_language() != ENGLISH else film_player_data
+    )
     return f'<div class="film"><script type="application/json">{texts}</script>{shown}</div>'
 
 

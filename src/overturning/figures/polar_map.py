@@ -157,22 +157,22 @@ def fall_map_by_azimuth_figure(
         f"{title}\n{heading}",
         used[0],
         min(columns, 2),
-        first_marks=_polar_map_legend_marks(panels, spread, rim),
+        first_legend_handles=_polar_map_legend_marks(panels, spread, rim),
     )
     return figure
 
 
-def _panel_title(names: Sequence[str], max_letters_per_line: int) -> str:
+def _panel_title(parts: Sequence[str], max_letters_per_line: int) -> str:
     """Return the title of a panel in lines of limited length, from record, friction and height, as far as they differ.
 
     Quantities stay in one line: a text that is broken within a quantity could not be translated.
     """
-    title = ", ".join(names)
+    title = ", ".join(parts)
     if len(title) <= max_letters_per_line:
         return title
-    quantities = [name for name in names if "=" in name]
+    quantities = [name for name in parts if "=" in name]
     record = [
-        line for name in names if "=" not in name for line in style.wrap_name_into_lines(name, max_letters_per_line)
+        line for name in parts if "=" not in name for line in style.wrap_name_into_lines(name, max_letters_per_line)
     ]
     return "\n".join(filter(None, [*record, ", ".join(quantities)]))
 
@@ -210,18 +210,18 @@ def _create_polar_map_panels(
     return panels
 
 
-def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, rim_velocity: float) -> Any:
+def _draw_polar_map(axes: Any, panel: PolarMapPanel, rim_b_over_h: float, rim_velocity_m_s: float) -> Any:
     """Draw one polar map of falls, and return the mesh of its cells for the colour bar.
 
-    The rim of the compass is at the B/H ``largest_b_over_h`` and at the peak velocity ``rim_velocity``, m/s.
+    The rim of the compass is at the B/H ``rim_b_over_h`` and at the peak velocity ``rim_velocity_m_s``, m/s.
     """
     cells, radius = panel.fall_probability_cells, panel.b_over_h_edges
     axes.draw_compass(
-        largest_b_over_h,
-        b_over_h_ring_labels(largest_b_over_h, float(radius.mean())),
+        rim_b_over_h,
+        b_over_h_ring_labels(rim_b_over_h, float(radius.mean())),
         azimuth_deg_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
         has_marks_at_rim=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
-        labels_in_front=True,
+        ring_labels_in_front_of_lines=True,
     )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / MAX_DRAWN_CELL_WIDTH_DEG))
@@ -241,10 +241,10 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
         **_HALF_PROBABILITY_LINE_STYLE,
         zorder=2.5,
     )
-    if panel.peak_velocity_by_azimuth is not None and rim_velocity:
+    if panel.peak_velocity_by_azimuth is not None and rim_velocity_m_s:
         angles = panel.peak_velocity_by_azimuth["azimuth"].to_numpy().astype(np.float64)
         theta, peaks = symmetric_polar_curve_angles_rad_and_radii(
-            angles, panel.peak_velocity_by_azimuth.to_numpy() * largest_b_over_h / rim_velocity
+            angles, panel.peak_velocity_by_azimuth.to_numpy() * rim_b_over_h / rim_velocity_m_s
         )
         casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
         points = {"marker": ".", "markevery": isolated_curve_point_indices(peaks)}
@@ -256,11 +256,11 @@ def _draw_polar_map(axes: Any, panel: PolarMapPanel, largest_b_over_h: float, ri
 
 
 def _draw_simulated_area(
-    axes: Any, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, is_simulated: NDArray[np.bool_]
+    axes: Any, azimuth_edges_rad: FloatArray, b_over_h_edges: FloatArray, is_azimuth_simulated: NDArray[np.bool_]
 ) -> None:
     """Hatch and outline the simulated range of azimuth and B/H; cells with falls are drawn over the hatching."""
     size: dict[str, Any] = {"bottom": b_over_h_edges[0], "align": "edge"}
-    for start, width in start_and_width_rad_of_selected_cell_ranges(is_simulated, azimuth_edges_rad):
+    for start, width in start_and_width_rad_of_selected_cell_ranges(is_azimuth_simulated, azimuth_edges_rad):
         axes.bar(
             start, b_over_h_edges[-1] - b_over_h_edges[0], width, linewidth=0.0, zorder=1, **size, **_STANDS_PATCH_STYLE
         )
@@ -283,16 +283,16 @@ def _draw_simulated_area(
 
 
 def start_and_width_rad_of_selected_cell_ranges(
-    is_selected: NDArray[np.bool_], cell_edges_rad: FloatArray
+    is_cell_selected: NDArray[np.bool_], azimuth_edges_rad: FloatArray
 ) -> list[tuple[float, float]]:
     """Return start and width, radians, of each range of adjacent selected azimuth cells on a full circle."""
-    if is_selected.all():
-        return [(float(cell_edges_rad[0]), float(cell_edges_rad[-1] - cell_edges_rad[0]))]
+    if is_cell_selected.all():
+        return [(float(azimuth_edges_rad[0]), float(azimuth_edges_rad[-1] - azimuth_edges_rad[0]))]
     found = []
-    for start in np.flatnonzero(is_selected & ~np.roll(is_selected, 1)):
-        count = int(np.argmin(np.roll(is_selected, -start)))
-        widths = np.roll(np.diff(cell_edges_rad), -start)[:count]
-        found.append((float(cell_edges_rad[start]), float(widths.sum())))
+    for start in np.flatnonzero(is_cell_selected & ~np.roll(is_cell_selected, 1)):
+        count = int(np.argmin(np.roll(is_cell_selected, -start)))
+        widths = np.roll(np.diff(azimuth_edges_rad), -start)[:count]
+        found.append((float(azimuth_edges_rad[start]), float(widths.sum())))
     return found
 
 
@@ -334,11 +334,11 @@ def half_probability_cell_outline(
     return (np.concatenate(angles), np.concatenate(radii)) if angles else (pause, pause)
 
 
-def round_up_velocity_at_map_rim(peak_velocity: float) -> float:
+def round_up_velocity_at_map_rim(peak_velocity_m_s: float) -> float:
     """Round a peak velocity (m/s) up to a round value in cm/s that is at least 5 % higher; return it in m/s."""
-    if not peak_velocity > 0:
+    if not peak_velocity_m_s > 0:
         return 0.0
-    needed = peak_velocity / CM / 0.95
+    needed = peak_velocity_m_s / CM / 0.95
     power = 10.0 ** np.floor(np.log10(needed))
     return float(CM * power * next(one for one in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if one * power >= needed))
 
@@ -359,22 +359,22 @@ def azimuth_deg_for_radius_labels(map_cells: xr.Dataset, *marked_deg: float) -> 
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
-def write_radius_meaning_with_arrow(axes: Any, meaning: str, font_size: float = 7.5) -> None:
+def write_radius_meaning_with_arrow(axes: Any, outward_meaning: str, font_size_pt: float = 7.5) -> None:
     """Write the meaning of a larger radius, such as "stouter", with an outward arrow at the rim of a polar axis."""
     azimuth = axes.get_rlabel_position() % 360.0
     turn, right = 90.0 - azimuth, azimuth < 180.0
-    text, align, pad = (f"{meaning} →", "left", 3.0) if right else (f"← {meaning}", "right", 3.0)
+    text, align, pad = (f"{outward_meaning} →", "left", 3.0) if right else (f"← {outward_meaning}", "right", 3.0)
     outward = np.radians(turn)
     axes.annotate(
         text, (np.radians(azimuth), axes.get_ylim()[1]), (pad * np.cos(outward), pad * np.sin(outward)),
         textcoords="offset points", rotation=turn if right else turn + 180.0, rotation_mode="anchor",
-        ha=align, va="center", fontsize=font_size, annotation_clip=False,
+        ha=align, va="center", fontsize=font_size_pt, annotation_clip=False,
     )  # fmt: skip
 
 
-def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool, rim_velocity: float) -> list[Any]:
+def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], is_ensemble: bool, rim_velocity_m_s: float) -> list[Any]:
     """Return the legend entries of everything that is drawn in at least one polar map."""
-    if with_ensemble:
+    if is_ensemble:
         marks = [style.legend_patch(_STANDS_PATCH_STYLE, "no run falls, to either side")]
         marks.append(Line2D([], [], **_HALF_PROBABILITY_LINE_STYLE, label="half of the runs fall, to either side"))
     else:
@@ -391,10 +391,7 @@ def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], with_ensemble: bool
         marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))
     if not all(panel.is_azimuth_simulated.all() for panel in panels):
         marks.append(style.legend_patch("none", "not computed (azimuths outside the outline)"))
-    if rim_velocity:
-        marks.append(
-            Line2D(
-                [], [], **_PEAK_VELOCITY_LINE_STYLE, label=f"peak velocity by azimuth (rim: {rim_velocity / CM:g} cm/s)"
-            )
-        )
+    if rim_velocity_m_s:
+        label = f"peak velocity by azimuth (rim: {rim_velocity_m_s / CM:g} cm/s)"
+        marks.append(Line2D([], [], **_PEAK_VELOCITY_LINE_STYLE, label=label))
     return marks

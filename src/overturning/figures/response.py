@@ -176,5 +176,5 @@ def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, titl
     style.label_axes(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.scaled_by(float(trajectory.attrs["amplitude"])))
     peaks = panels[0, 1].get_legend_handles_labels()[0]
-    style.add_title_and_legend(figure, title, axes, 5, last_marks=peaks)
+    style.add_title_and_legend(figure, title, axes, 5, last_legend_handles=peaks)
     return figure

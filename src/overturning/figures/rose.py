@@ -40,15 +40,15 @@ _MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
-def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None) -> None:
+def draw_fall_rose(axes: Any, rose: FallRose, outer_radius_as_root_of_share: float | None = None) -> None:
     """Draw a rose diagram of fall directions or axes; sector areas are proportional to shares of the falls.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
     rose of axes is half of a disk, with 0° at its top. The axis ends at radius
-    ``radius_limit``, by default at `common_rose_radius_as_root_of_share`.
+    ``outer_radius_as_root_of_share``, by default at `common_rose_radius_as_root_of_share`.
     """
     turn_axes_into_compass(axes)
-    radius_limit = radius_limit or common_rose_radius_as_root_of_share(rose)
+    outer_radius_as_root_of_share = outer_radius_as_root_of_share or common_rose_radius_as_root_of_share(rose)
     centres = np.arange(rose.mean_fall_share_by_sector.size) * 2.0 * np.pi / ROSE_SECTOR_COUNT
     values = [rose.mean_fall_share_by_sector, rose.share_interval_low_by_sector, rose.share_interval_high_by_sector]
     if rose.is_axial:  # the sector across the top has one half at either end
@@ -74,13 +74,20 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
     shown = list[float]()  # labels of the radius, not so close that they overlap
     for level in (0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01):
         if (
-            0.25 * radius_limit
+            0.25 * outer_radius_as_root_of_share
             < np.sqrt(level)
-            <= min(radius_limit, *(np.sqrt(one) - apart * radius_limit for one in shown), radius_limit)
+            <= min(
+                outer_radius_as_root_of_share,
+                *(np.sqrt(one) - apart * outer_radius_as_root_of_share for one in shown),
+                outer_radius_as_root_of_share,
+            )
         ):
             shown.append(level)
     set_radius_ticks(
-        axes, radius_limit, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6
+        axes,
+        outer_radius_as_root_of_share,
+        {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]},
+        zorder=6,
     )
     axes.yaxis.grid(True, linewidth=0.4)
     if rose.is_axial:
@@ -89,36 +96,38 @@ def draw_fall_rose(axes: Any, rose: FallRose, radius_limit: float | None = None)
         axes.set_rlabel_position(_azimuth_deg_for_radius_labels(rose))
 
 
-def _label_fall_axis_angles(axes: Any, from_fault_normal: bool) -> None:
+def _label_fall_axis_angles(axes: Any, is_measured_from_fault_normal: bool) -> None:
     """Label the angles of a half-circle rose of fall axes, measured from the fault normal or from north."""
     names = ("along\nfault", "−45°", "across the fault (normal)", "45°", "along\nfault")
-    names = names if from_fault_normal else ("W", "NW", "N", "NE", "E")
+    names = names if is_measured_from_fault_normal else ("W", "NW", "N", "NE", "E")
     axes.set_xticks(np.radians([-90, -45, 0, 45, 90]), names, fontsize=8)
     axes.tick_params(axis="x", pad=10)
     axes.set_rlabel_position(-90.0)
-    if from_fault_normal:
+    if is_measured_from_fault_normal:
         top = axes.get_ylim()[1]
         axes.plot([0, 0], [0.93 * top, 1.03 * top], color=FAULT_COLOUR, linewidth=2.6, zorder=5, clip_on=False)
         axes.set_ylim(0.0, top)
 
 
-def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
+def mark_mean_fall_axis(axes: Any, mean_axis_deg: float, interval_half_width_deg: float) -> None:
     """Mark a mean fall axis and its confidence interval at the rim of a rose; draw nothing if the axis is NaN.
 
     An arc that leaves the half disk at one end enters it at the other.
     """
-    if not np.isfinite(axis_deg):
+    if not np.isfinite(mean_axis_deg):
         return
     top = axes.get_ylim()[1]
     axes.plot(
-        np.radians([axis_deg, axis_deg]),
+        np.radians([mean_axis_deg, mean_axis_deg]),
         [
             (_MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS - 0.05) * top,
             (_MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS + 0.05) * top,
         ],
         **_MEAN_AXIS_LINE_STYLE,
     )
-    for low, high in axis_interval_arcs_deg(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
+    for low, high in (
+        axis_interval_arcs_deg(mean_axis_deg, interval_half_width_deg) if np.isfinite(interval_half_width_deg) else ()
+    ):
         angles = np.radians(np.linspace(low, high, 60))
         axes.plot(
             angles,
@@ -128,9 +137,12 @@ def mark_mean_fall_axis(axes: Any, axis_deg: float, half_width_deg: float) -> No
     axes.set_ylim(0.0, top)
 
 
-def axis_interval_arcs_deg(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
+def axis_interval_arcs_deg(mean_axis_deg: float, interval_half_width_deg: float) -> list[tuple[float, float]]:
     """Return the confidence interval of an axis as arcs (start, end), degrees, within −90° to 90°."""
-    ends = ((axis_deg - half_width_deg + turn, axis_deg + half_width_deg + turn) for turn in (-180.0, 0.0, 180.0))
+    ends = (
+        (mean_axis_deg - interval_half_width_deg + turn, mean_axis_deg + interval_half_width_deg + turn)
+        for turn in (-180.0, 0.0, 180.0)
+    )
     clipped = ((max(-90.0, low), min(90.0, high)) for low, high in ends)
     return [(low, high) for low, high in clipped if low < high]
 
@@ -179,12 +191,15 @@ def fall_roses_by_group_figure(
         if rose.is_measured_from_fault_normal and name in means
     )
     style.add_title_and_legend(
-        figure, "", legend_columns=1 if width < 5 else 2, first_marks=_rose_legend_marks(list(roses.values()), marked)
+        figure,
+        "",
+        legend_column_count=1 if width < 5 else 2,
+        first_legend_handles=_rose_legend_marks(list(roses.values()), marked),
     )
     return figure
 
 
-def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]:
+def _rose_legend_marks(roses: list[FallRose], has_mean_axis: bool) -> list[Any]:
     """Return the legend entries of fall roses: shares, their intervals, and the mean axis if drawn."""
     marks = [style.legend_patch(FALL_COLOUR, "share of the falls (area)")]
     if any(np.isfinite(rose.share_interval_low_by_sector).any() for rose in roses):
@@ -193,7 +208,7 @@ def _rose_legend_marks(roses: list[FallRose], with_mean_axis: bool) -> list[Any]
                 SECTOR_CONFIDENCE_INTERVAL_COLOUR, "95 % interval of each sector by itself, from the white line"
             )
         )
-    if with_mean_axis:
+    if has_mean_axis:
         marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis with its 95 % interval"))
     return marks
 

@@ -21,9 +21,14 @@ _MAX_TITLE_LINE_CHARACTERS: Final = 32
 """Line length of the title above a panel, in characters."""
 
 
-def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
+def draw_scene(
+    axes: Any,
+    scene: Scene,
+    reference_element_height: float | None = None,
+    reference_element_b_over_h: float | None = None,
+) -> None:
     """Draw a 2-D scene to scale; elements that move with the ground are grey, fixed elements hatched."""
-    placed = place_elements(scene, height, b_over_h)
+    placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
     free = [item for item in placed if not item.is_driven_or_held]
     low = min(float(item.vertices_in_scene[:, 1].min()) for item in free)
     high = max(float(item.vertices_in_scene[:, 1].max()) for item in free)
@@ -74,7 +79,12 @@ def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"
     columns = min(len(cube_by_element_name), 3)
     rows = -(-len(cube_by_element_name) // columns)
     figure, panels = create_panel_grid(
-        rows, columns, max(PAGE_WIDTH_INCHES / 3 * columns, 3.3), 2.4 * rows, len(cube_by_element_name), polar=True
+        rows,
+        columns,
+        max(PAGE_WIDTH_INCHES / 3 * columns, 3.3),
+        2.4 * rows,
+        len(cube_by_element_name),
+        polar=True,
     )
     roses = {name: fall_rose_of_all_records(cube) for name, cube in cube_by_element_name.items()}
     top = common_rose_radius_as_root_of_share(*roses.values())

@@ -136,9 +136,9 @@ def _coordinates_of_records(cube: xr.Dataset, place_kind: str) -> list[tuple[flo
     return list(zip(north, east, strict=True))
 
 
-def _are_coordinates_known(coordinates: tuple[float, float]) -> bool:
+def _are_coordinates_known(latitude_and_longitude: tuple[float, float]) -> bool:
     """True if latitude and longitude of a place are known."""
-    return all(map(math.isfinite, coordinates))
+    return all(map(math.isfinite, latitude_and_longitude))
 
 
 def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
@@ -179,7 +179,7 @@ def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Fig
     for axes, site, title in zip(panels.flat, earthquakes, titles, strict=False):
         _draw_earthquake_map(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    add_title_and_legend(figure, "", None, legend_columns, first_marks=marks)
+    add_title_and_legend(figure, "", None, legend_columns, first_legend_handles=marks)
     return figure
 
 
@@ -298,24 +298,24 @@ def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt:
     _draw_scale_bar_and_north_arrow(axes, reach, middle[0], -8.0 / panel_width_pt)
 
 
-def _points_along_fault_trace(trace_pieces: Sequence[Any]) -> Any:
+def _points_along_fault_trace(fault_trace_pieces: Sequence[Any]) -> Any:
     """Return closely spaced points along all pieces of a fault trace, in the unit of the pieces, shape (points, 2)."""
     steps = np.linspace(0, 1, 51)[:, None, None]
-    points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in trace_pieces]
+    points = [(piece[:-1] + steps * (piece[1:] - piece[:-1])).reshape(-1, 2) for piece in fault_trace_pieces]
     return np.concatenate(points) if points else np.empty((0, 2))
 
 
 def _write_station_names(
     axes: Any,
     station_names: Sequence[str],
-    station_positions_km: Any,
-    occupied_points_km: list[Any],
-    points_per_km: float,
+    station_east_north_km: Any,
+    points_to_keep_visible_km: list[Any],
+    typographic_points_per_km: float,
 ) -> None:
     """Write each station's name on a map, at the place where the name hides the fewest lines, symbols and names."""
-    own = points_per_km * np.asarray(station_positions_km)
-    marks = points_per_km * np.asarray([*station_positions_km, *occupied_points_km])
-    frame = points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])
+    own = typographic_points_per_km * np.asarray(station_east_north_km)
+    marks = typographic_points_per_km * np.asarray([*station_east_north_km, *points_to_keep_visible_km])
+    frame = typographic_points_per_km * np.array([axes.get_xlim(), axes.get_ylim()])
     boxes: list[StationNameBox] = []
     for number, name in enumerate(station_names):
         size = np.array([0.58 * TEXT_SIZE_PT * len(name) + 2, TEXT_SIZE_PT + 2])
@@ -328,7 +328,7 @@ def _write_station_names(
                    key=lambda box: _name_placement_cost(box, number, own, marks, boxes, frame))  # fmt: skip
         boxes.append(best)
         axes.annotate(
-            name, (best.lower_left_corner_pt + best.upper_right_corner_pt) / 2 / points_per_km,
+            name, (best.lower_left_corner_pt + best.upper_right_corner_pt) / 2 / typographic_points_per_km,
             ha="center", va="center", fontsize=TEXT_SIZE_PT,
             parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4}, annotation_clip=False,
@@ -355,17 +355,15 @@ class StationNameBox(NamedTuple):
 def _name_placement_cost(
     box: StationNameBox,
     station_index: int,
-    station_points: Any,
-    occupied_points: Any,
-    placed_boxes: Sequence[StationNameBox],
-    panel_frame: Any,
+    station_positions_pt: Any,
+    points_to_keep_visible_pt: Any,
+    boxes_of_placed_names: Sequence[StationNameBox],
+    frame_pt: Any,
 ) -> float:
     """Return a penalty for placing a station's name in a box, such as if the box hides lines or other names."""
     out = float(
         np.clip(
-            np.concatenate(
-                [panel_frame[:, 0] - box.lower_left_corner_pt, box.upper_right_corner_pt - panel_frame[:, 1]]
-            ),
+            np.concatenate([frame_pt[:, 0] - box.lower_left_corner_pt, box.upper_right_corner_pt - frame_pt[:, 1]]),
             0,
             None,
         ).sum()
@@ -377,21 +375,21 @@ def _name_placement_cost(
                 & (box.upper_right_corner_pt > other.lower_left_corner_pt)
             )
         )
-        for other in placed_boxes
+        for other in boxes_of_placed_names
     )
-    away = box.distances_to_points_pt(station_points)
+    away = box.distances_to_points_pt(station_positions_pt)
     others = np.delete(away, station_index)
     misleading = bool(others.size) and others.min() < 1.3 * away[station_index]
-    covered = float((box.distances_to_points_pt(occupied_points) == 0).sum())
+    covered = float((box.distances_to_points_pt(points_to_keep_visible_pt) == 0).sum())
     return 3 * out + 3 * covered + 12 * over + 25 * misleading + 0.3 * float(away[station_index])
 
 
-def _draw_scale_bar_and_north_arrow(axes: Any, half_width_km: float, centre_km: float, height_share: float) -> None:
-    """Draw a scale bar and a north arrow below a map, at `height_share` of the panel's height."""
+def _draw_scale_bar_and_north_arrow(axes: Any, half_width_km: float, centre_x_km: float, axes_y: float) -> None:
+    """Draw a scale bar and a north arrow at the height `axes_y`, a share of the panel's height, below a map."""
     length = largest_round_number_up_to(half_width_km / 2)
-    below, left = axes.get_xaxis_transform(), centre_km - half_width_km
+    below, left = axes.get_xaxis_transform(), centre_x_km - half_width_km
     look = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
-    axes.plot([left, left + length], [height_share, height_share], transform=below, label="scale", **look)
+    axes.plot([left, left + length], [axes_y, axes_y], transform=below, label="scale", **look)
     text = {"xycoords": below, "textcoords": "offset points", "va": "center", "fontsize": TEXT_SIZE_PT}
-    axes.annotate(f"{length:g} km", (left + length, height_share), (3, 0), annotation_clip=False, **text)
-    axes.annotate("N ↑", (centre_km + half_width_km, height_share), (0, 0), ha="right", annotation_clip=False, **text)
+    axes.annotate(f"{length:g} km", (left + length, axes_y), (3, 0), annotation_clip=False, **text)
+    axes.annotate("N ↑", (centre_x_km + half_width_km, axes_y), (0, 0), ha="right", annotation_clip=False, **text)

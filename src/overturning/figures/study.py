@@ -53,26 +53,33 @@ def draw_study_figures(
 
 
 def study_figure_functions(
-    cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, axes_by_group: dict[str, xr.Dataset]
+    cube: xr.Dataset,
+    intensity_measures: xr.Dataset,
+    logistic_fit: LogisticFit | None,
+    fall_axes_by_group: dict[str, xr.Dataset],
 ) -> "dict[str, Callable[[], Figure]]":
     """Return, by name, functions that draw the figures combining all records of a study, except for the maps.
 
-    The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `fit` is drawn
-    into ``plane``; None leaves it out. `axes_by_group` comes from `fall_axes_from_fault_normal_by_group`.
+    The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `logistic_fit` is
+    drawn into ``plane``; None leaves it out. `fall_axes_by_group` comes from `fall_axes_from_fault_normal_by_group`.
     """
-    summaries = {name: summarise_fall_axes(axes) for name, axes in axes_by_group.items()}
+    summaries = {name: summarise_fall_axes(axes) for name, axes in fall_axes_by_group.items()}
     functions: dict[str, Callable[[], Figure]] = {
-        "axes": partial(fall_alignment_by_earthquake_figure, axes_by_group, summaries),
+        "axes": partial(fall_alignment_by_earthquake_figure, fall_axes_by_group, summaries),
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
     if default_model_for_results_cube(cube).is_planar:
         friction, another = float(cube["friction"].max()), note_on_size_reference_stone(cube)
-        plane = partial(outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity, fit, friction, another)
+        plane = partial(
+            outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity_measures, logistic_fit, friction, another
+        )
         return functions | {"plane": plane}
 
     def draw_alignment_by_b_over_h() -> "Figure":
         slender = cube["b_over_h"].to_numpy().astype(np.float64)
-        return fall_alignment_by_b_over_h_figure(alignments_with_references_by_record_group(cube, intensity), slender)
+        return fall_alignment_by_b_over_h_figure(
+            alignments_with_references_by_record_group(cube, intensity_measures), slender
+        )
 
     return functions | {
         "earthquakes": partial(fall_roses_by_earthquake_figure, cube),

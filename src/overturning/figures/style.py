@@ -138,10 +138,10 @@ def indices_and_values_of_extremes_by_group(
     return places, padded.ravel()[places]
 
 
-def largest_round_number_up_to(limit: float) -> float:
+def largest_round_number_up_to(upper_limit: float) -> float:
     """Return the largest round number (1, 2 or 5 times a power of ten) that is not above a positive limit."""
-    power = 10.0 ** np.floor(np.log10(limit) + 1e-10)
-    return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= limit * (1.0 + 1e-9)))
+    power = 10.0 ** np.floor(np.log10(upper_limit) + 1e-10)
+    return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= upper_limit * (1.0 + 1e-9)))
 
 
 def format_three_significant_digits(value: float) -> str:
@@ -159,7 +159,7 @@ def compass_bearing_text(azimuth_deg: float) -> str:
     return f"{'N' if north else 'S'}{round(from_pole, 2):g}°{'E' if east else 'W'}"
 
 
-def create_figure(width_inches: float, height_inches: float, layout: Any = "constrained") -> "Figure":
+def create_figure(width_inches: float, height_inches: float, layout_engine: Any = "constrained") -> "Figure":
     """Return an empty figure of a given size, inches, which notebooks display without pyplot."""
     from io import BytesIO
 
@@ -172,7 +172,7 @@ def create_figure(width_inches: float, height_inches: float, layout: Any = "cons
             figure.savefig(data, format="png", metadata=REMOVED_FILE_METADATA["png"])
         return data.getvalue()
 
-    figure = Figure(figsize=(width_inches, height_inches), layout=layout)
+    figure = Figure(figsize=(width_inches, height_inches), layout=layout_engine)
     FigureCanvasAgg(figure)
     figure._repr_png_ = png_image  # type: ignore[attr-defined]
     return figure
@@ -186,14 +186,14 @@ def create_panel_grid(
     visible_count: int | None = None,
     *,
     polar: Any = False,
-    layout: Any = "constrained",
+    layout_engine: Any = "constrained",
     **more: Any,
 ) -> Any:
     """Return a figure of a given size, inches, and its panels as an array of shape (row_count, column_count).
 
-    Only the first `visible_count` panels are visible, by default all. `polar` is True or a class of polar panels.
-    Further keywords go to `matplotlib.figure.Figure.subplots`. Inside `arrange_panels_for_phone` all panels stand
-    below each other.
+    Only the first `visible_count` panels are visible, by default all. `polar` is True or a class of polar
+    panels. Further keywords go to `matplotlib.figure.Figure.subplots`. Inside `arrange_panels_for_phone` all panels
+    stand below each other.
     """
     kind = {"axes_class": polar} if isinstance(polar, type) else {"projection": "polar"} if polar else None
     if _IS_DRAWING_FOR_PHONE.get():
@@ -205,13 +205,13 @@ def create_panel_grid(
         if polar:  # title, colour bar and legend of a figure of several maps are there only once
             besides = max(0.0, height_inches - row_count * width_inches / column_count)
             height = min(height, _PHONE_COMPASS_HEIGHT_INCHES * count + besides)
-        figure = create_figure(PHONE_FIGURE_WIDTH_INCHES, height + 0.3, layout)
+        figure = create_figure(PHONE_FIGURE_WIDTH_INCHES, height + 0.3, layout_engine)
         more = {name: value for name, value in more.items() if name != "width_ratios"}
         column = figure.subplots(count, 1, subplot_kw=kind, squeeze=False, **more).ravel()
         panels = np.full(row_count * column_count, None)
         panels[:count] = column
         return figure, panels.reshape(row_count, column_count)
-    figure = create_figure(width_inches, height_inches, layout)
+    figure = create_figure(width_inches, height_inches, layout_engine)
     return figure, add_panel_grid(figure, row_count, column_count, visible_count, subplot_kw=kind, **more)
 
 
@@ -242,22 +242,22 @@ def wrap_name_into_lines(text: str, max_letters_per_line: int) -> list[str]:
 def add_title_and_legend(
     figure: "Figure",
     title: str,
-    legend_panel: Any = None,
-    legend_columns: int = 1,
-    first_marks: Sequence[Any] = (),
-    last_marks: Sequence[Any] = (),
+    labelled_panel: Any = None,
+    legend_column_count: int = 1,
+    first_legend_handles: Sequence[Any] = (),
+    last_legend_handles: Sequence[Any] = (),
 ) -> None:
     """Put a title above a figure and a legend below.
 
-    The legend has `first_marks`, the marks of `legend_panel`, and `last_marks`.
+    The legend has `first_legend_handles`, the marks of `labelled_panel`, and `last_legend_handles`.
     """
     marks = [
-        *first_marks,
-        *(legend_panel.get_legend_handles_labels()[0] if legend_panel is not None else ()),
-        *last_marks,
+        *first_legend_handles,
+        *(labelled_panel.get_legend_handles_labels()[0] if labelled_panel is not None else ()),
+        *last_legend_handles,
     ]
     if marks:
-        columns = 1 if _IS_DRAWING_FOR_PHONE.get() else legend_columns
+        columns = 1 if _IS_DRAWING_FOR_PHONE.get() else legend_column_count
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
         # About 13 characters of this size fit in an inch.
@@ -267,11 +267,13 @@ def add_title_and_legend(
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 
-def legend_patch(appearance: Any, label: str) -> Any:
+def legend_patch(colour_or_style: Any, label: str) -> Any:
     """Return a filled legend rectangle with a label, given its colour or Matplotlib keywords such as a hatch."""
     from matplotlib.patches import Patch
 
-    own = appearance if isinstance(appearance, dict) else {"facecolor": appearance, "edgecolor": "#777777"}
+    own = (
+        colour_or_style if isinstance(colour_or_style, dict) else {"facecolor": colour_or_style, "edgecolor": "#777777"}
+    )
     return Patch(label=label, **({"linewidth": 0.4} | own))
 
 
@@ -309,12 +311,12 @@ def label_logarithmic_ticks(axis: Any) -> None:
     Matplotlib would parse a formula for each tick of each figure.
     """
 
-    def format_tick(value: float, _: int | None = None) -> str:
+    def format_tick(tick_position: float, _: int | None = None) -> str:
         """Format a tick value as decimal number, or as power of ten on an axis with a very wide range."""
         low, high = axis.get_view_interval()
         if low > 1e-4 and high < 1e5:
-            return f"{value:g}"
-        return f"$\\mathdefault{{10^{{{np.log10(value):.3g}}}}}$"
+            return f"{tick_position:g}"
+        return f"$\\mathdefault{{10^{{{np.log10(tick_position):.3g}}}}}$"
 
     axis.set_major_formatter(format_tick)
 
@@ -342,13 +344,13 @@ AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG: Final = 5.0
 """Width of the sector of an azimuth, degrees, if a single plane was simulated, so that the grid has no step."""
 
 
-def azimuths_one_step_into_unsimulated_gaps(azimuth_deg: FloatArray) -> FloatArray:
+def azimuths_one_step_into_unsimulated_gaps(simulated_azimuths_deg: FloatArray) -> FloatArray:
     """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
 
     A single plane (one azimuth, or two opposite ones) has no step; it counts as
     `AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG`.
     """
-    azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
+    azimuth: FloatArray = np.unique(np.round(np.asarray(simulated_azimuths_deg, dtype=np.float64), 6))
     if np.unique(azimuth % 180.0).size == 1:
         around = [
             azimuth - AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG,
@@ -386,13 +388,13 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     axes.set_ylim(0.0, radius)
 
 
-def mark_direction_away_from_epicentre(axes: Any, radial_deg: float) -> None:
+def mark_direction_away_from_epicentre(axes: Any, away_azimuth_deg: float) -> None:
     """Mark the azimuth away from the epicentre by an arrowhead on the rim of a polar axis; do nothing if NaN."""
-    if not np.isfinite(radial_deg):
+    if not np.isfinite(away_azimuth_deg):
         return
     radius = axes.get_ylim()[1]
     axes.plot(
-        np.radians(radial_deg), radius, marker=(3, 0, -radial_deg), markersize=10, markeredgecolor="white",
+        np.radians(away_azimuth_deg), radius, marker=(3, 0, -away_azimuth_deg), markersize=10, markeredgecolor="white",
         color=SERIES_COLOURS[2], linestyle="none", label="away from the epicentre", zorder=6, clip_on=False,
     )  # fmt: skip
     axes.set_ylim(0.0, radius)

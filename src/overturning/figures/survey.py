@@ -115,7 +115,7 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
             Line2D([], [], **_OBSERVED_SHARE_MARKER_STYLE, label="observed share, 95 % interval"),
             Line2D([], [], **_COMPUTED_SHARE_MARKER_STYLE, label="computed share, range over the grid"),
         ]
-    add_title_and_legend(figure, drawn_surveys[0].name if count == 1 else "", None, 2, first_marks=marks)
+    add_title_and_legend(figure, drawn_surveys[0].name if count == 1 else "", None, 2, first_legend_handles=marks)
     return figure
 
 
@@ -162,11 +162,11 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
     axes.set_ylim(0.0, top)
 
 
-def _mean_direction_marker(azimuth_deg: float, edge_colour: str, face_colour: str) -> dict[str, Any]:
+def _mean_direction_marker(azimuth_deg: float, marker_edge_colour: str, marker_face_colour: str) -> dict[str, Any]:
     """Return Matplotlib keywords for the triangle that marks a mean fall direction."""
     return {
-        "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": edge_colour,
-        "markerfacecolor": face_colour, "markeredgewidth": 1.4, "linestyle": "none",
+        "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": marker_edge_colour,
+        "markerfacecolor": marker_face_colour, "markeredgewidth": 1.4, "linestyle": "none",
     }  # fmt: skip
 
 

@@ -63,14 +63,14 @@ class _SvgTextLine(NamedTuple):
         return f"{self.indent}<text {attributes}>{escape(self.text, quote=False)}</text>"
 
 
-def _translate_svg_text_lines(svg_lines: str, language: str) -> str:
+def _translate_svg_text_lines(svg_elements_of_text_lines: str, language: str) -> str:
     """Translate a text of one or more lines in an SVG file; return the SVG elements of the translated lines."""
-    found = _TEXT_ELEMENT_PATTERN.findall(svg_lines)
+    found = _TEXT_ELEMENT_PATTERN.findall(svg_elements_of_text_lines)
     lines = [_SvgTextLine(indent, style, attributes, unescape(text)) for indent, style, attributes, text in found]
     english = "\n".join(one.text for one in lines)
     translation = translate(english, language)
     if translation == english:
-        return svg_lines
+        return svg_elements_of_text_lines
     new = translation.split("\n")
     if len(new) < len(lines):
         new = break_lines_at_width(new, max(map(_width_of_line, lines)) / lines[0].font_size, len(lines))
@@ -96,18 +96,18 @@ def _width_of_line(english_line: _SvgTextLine) -> float:
     return _text_width(english_line.text, english_line.font_size)
 
 
-def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
+def _lines_with_alignment_anchors(text_lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
     """Return the lines of a text, each with the position of its start, middle or end, according to the alignment.
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """
-    starts = [one.start_xy_and_rotation_deg for one in lines if one.start_xy_and_rotation_deg is not None]
-    if len(starts) < len(lines):
-        return lines
-    widths = [_width_of_line(one) for one in lines]
+    starts = [one.start_xy_and_rotation_deg for one in text_lines if one.start_xy_and_rotation_deg is not None]
+    if len(starts) < len(text_lines):
+        return text_lines
+    widths = [_width_of_line(one) for one in text_lines]
     rotated = any(turn for _, _, turn in starts)
-    if len(lines) == 1 and not rotated:
-        return lines
+    if len(text_lines) == 1 and not rotated:
+        return text_lines
     shifts = {"middle": 0.5, "start": 0.0, "end": 1.0}
     spreads = {
         anchor: _largest_minus_smallest([x + share * width for (x, _, _), width in zip(starts, widths, strict=True)])
@@ -115,7 +115,7 @@ def _lines_with_alignment_anchors(lines: list[_SvgTextLine]) -> list[_SvgTextLin
     }
     anchor = "middle" if rotated else min(spreads, key=lambda name: (round(spreads[name], 1), name != "middle"))
     anchored = []
-    for line, (x, y, turn), width in zip(lines, starts, widths, strict=True):
+    for line, (x, y, turn), width in zip(text_lines, starts, widths, strict=True):
         along, angle = shifts[anchor] * width, math.radians(turn)
         place = f"translate({x + along * math.cos(angle):.2f} {y + along * math.sin(angle):.2f})"
         rotation = f" rotate({turn:g})" if turn else ""
@@ -134,19 +134,19 @@ def character_width_over_font_size(character: str) -> float:
     return 1.0 if ord(character) >= 0x2E80 else 0.6
 
 
-def break_lines_at_width(lines: list[str], width_in_font_sizes: float, max_line_count: int) -> list[str]:
+def break_lines_at_width(lines: list[str], max_width_in_font_sizes: float, max_line_count: int) -> list[str]:
     """Break lines at a width (in font sizes), which is increased until at most `max_line_count` lines result."""
-    broken = [part for line in lines for part in _break_line_at_width(line, width_in_font_sizes)]
+    broken = [part for line in lines for part in _break_line_at_width(line, max_width_in_font_sizes)]
     return (
         broken
         if len(broken) <= max_line_count
-        else break_lines_at_width(lines, 1.1 * width_in_font_sizes, max_line_count)
+        else break_lines_at_width(lines, 1.1 * max_width_in_font_sizes, max_line_count)
     )
 
 
-def break_text_at_width(text: str, width_inches: float, font_size: float) -> str:
+def break_text_at_width(text: str, max_width_inches: float, font_size_pt: float) -> str:
     """Return a text broken into lines of at most a width, inches, for a font of a size, pt."""
-    return "\n".join(break_lines_at_width([text], 72.0 * width_inches / font_size, 100))
+    return "\n".join(break_lines_at_width([text], 72.0 * max_width_inches / font_size_pt, 100))
 
 
 def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:
@@ -155,12 +155,12 @@ def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:
     return [text + (most - 1 - text.count("\n")) * "\n " for text in texts], most
 
 
-def _break_line_at_width(line: str, width_in_font_sizes: float) -> list[str]:
+def _break_line_at_width(line: str, max_width_in_font_sizes: float) -> list[str]:
     """Break a line into parts no wider than a width (in font sizes), before a word or a Japanese character."""
     parts, current, used = list[str](), "", 0.0
     for piece in re.findall(r"[\x21-\x7e°µα−–]+|.", line):
         wide = sum(map(character_width_over_font_size, piece))
-        if current and used + wide > width_in_font_sizes and piece[0] not in _CHARACTERS_NOT_AT_LINE_START:
+        if current and used + wide > max_width_in_font_sizes and piece[0] not in _CHARACTERS_NOT_AT_LINE_START:
             parts.append(current.rstrip())
             current, used = "", 0.0
         if current or not piece.isspace():

@@ -19,8 +19,8 @@ class InnerTickLocator(Locator):
         The other locator.
     """
 
-    def __init__(self, base: Locator) -> None:
-        self.base = base
+    def __init__(self, wrapped_locator: Locator) -> None:
+        self.base = wrapped_locator
 
     def set_axis(self, axis: Any) -> None:
         """Set the axis whose limits decide which ticks are created."""

@@ -103,11 +103,16 @@ _MISSING_GLYPH_WARNING_PATTERN: Final = r"Glyph (\d+) "
 
 
 def _save_figure_by_typst(
-    figure: "Figure", path: Path, file_format: str, scale: float, dpi: float, other_characters: str = ""
+    figure: "Figure",
+    path: Path,
+    file_format: str,
+    enlargement_factor: float,
+    dpi: float,
+    characters_needing_system_font: str = "",
 ) -> None:
-    """Write a figure as PDF or PNG, enlarged by `scale`, by converting its SVG with the program typst.
+    """Write a figure as PDF or PNG, enlarged by `enlargement_factor`, by converting its SVG with the program typst.
 
-    `other_characters` are those for which a font of the system is needed, as in the name of a place.
+    `characters_needing_system_font` are those for which a font of the system is needed, as in the name of a place.
     """
     import matplotlib
     import matplotlib.font_manager
@@ -118,10 +123,10 @@ def _save_figure_by_typst(
         folder = Path(name)
         drawing = folder / "figure.svg"
         with _collect_characters_without_glyph():
-            figure.savefig(drawing, format="svg", metadata=REMOVED_FILE_METADATA["svg"], dpi=dpi * scale)
+            figure.savefig(drawing, format="svg", metadata=REMOVED_FILE_METADATA["svg"], dpi=dpi * enlargement_factor)
         if translated:
             drawing.write_text(translate_svg(drawing.read_text(encoding="utf-8")), encoding="utf-8")
-        wide, high = (72.0 * scale * inches for inches in figure.get_size_inches())
+        wide, high = (72.0 * enlargement_factor * inches for inches in figure.get_size_inches())
         page = f"#set page(width: {wide:.3f}pt, height: {high:.3f}pt, margin: 0pt)\n"
         (folder / "page.typ").write_text(page + '#image("figure.svg", width: 100%)\n', encoding="utf-8")
         families = [one for one in matplotlib.rcParams["font.family"] if one != "sans-serif"]
@@ -133,7 +138,7 @@ def _save_figure_by_typst(
             typst.compile(
                 folder / "page.typ",
                 root=folder,
-                ignore_system_fonts=not (translated or other_characters),
+                ignore_system_fonts=not (translated or characters_needing_system_font),
                 font_paths=list(fonts),
                 timestamp=0,
                 **options,
@@ -234,17 +239,17 @@ def parse_figure_width_inches(width_text: str) -> float | None:
 
 
 def save_figure_and_return_warning(
-    figure: "Figure", path: Path, *, dpi: float, width_inches: float | None, font_family_and_size: str = ""
+    figure: "Figure", path: Path, *, dpi: float, width_inches: float | None, font_family_and_size_text: str = ""
 ) -> str:
     """Write a figure to a file, and return a warning if texts are cut off or overlap; "" if there is no problem.
 
-    `font_family_and_size` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is raised
-    if the font is not installed, or if the text leaves no room for the panels.
+    `font_family_and_size_text` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is
+    raised if the font is not installed, or if the text leaves no room for the panels.
     """
     import matplotlib as mpl
     from matplotlib.text import Text
 
-    family, size = parse_font_family_and_size(font_family_and_size) if font_family_and_size else (None, None)
+    family, size = parse_font_family_and_size(font_family_and_size_text) if font_family_and_size_text else (None, None)
     with use_package_matplotlib_settings(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         if family:  # ticks that are made while drawing have the family of the settings

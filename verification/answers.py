@@ -30,12 +30,14 @@ STUDY_NAME_BY_MAP_IMAGE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.s
 """Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
-def _finding_row(quantity: str, estimate: Estimate, *, percent: bool = False) -> QuantityValueTextAndEarthquakeCount:
+def _finding_row(
+    quantity: str, estimate: Estimate, *, as_percentage: bool = False
+) -> QuantityValueTextAndEarthquakeCount:
     """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
     digits = 1 if estimate.value is not None and estimate.value < 0.1 else 0
     shown = (
         format_share_with_interval(estimate, digits, word_between_ends=" to ")
-        if percent
+        if as_percentage
         else format_estimate_with_interval(estimate, word_between_ends=" to ")
     )
     return quantity, shown, estimate.earthquake_count
@@ -69,13 +71,13 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[QuantityValu
 def _variant_comparison_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
     (one,) = (each for each in found.contrasts if each.is_primary_comparison)
-    yield _finding_row(f"falls in “{found.study.name}” only", one.share_overturned_only_in_study, percent=True)
-    yield _finding_row(f"falls in “{one.variant}” only", one.share_overturned_only_in_variant, percent=True)
+    yield _finding_row(f"falls in “{found.study.name}” only", one.share_overturned_only_in_study, as_percentage=True)
+    yield _finding_row(f"falls in “{one.variant}” only", one.share_overturned_only_in_variant, as_percentage=True)
     if one.share_within_45_deg_of_each_other_if_both_fall.value is not None:
         yield _finding_row(
             "falls the same way, where it falls in both",
             one.share_within_45_deg_of_each_other_if_both_fall,
-            percent=True,
+            as_percentage=True,
         )
 
 

@@ -68,9 +68,9 @@ class SimulatedSurveyWithTrueMotion:
     stones: list[Stone]
 
 
-def random_log_uniform(generator: np.random.Generator, low: float, high: float, count: int) -> FloatArray:
+def random_log_uniform(generator: np.random.Generator, low: float, high: float, value_count: int) -> FloatArray:
     """Return random values whose logarithm is uniformly distributed."""
-    return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), count)))
+    return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), value_count)))
 
 
 def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurveyWithTrueMotion:
@@ -173,65 +173,84 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def choose_likelihood_exponent(rows: pd.DataFrame) -> float:
+def choose_likelihood_exponent(survey_exponent_rows: pd.DataFrame) -> float:
     """Return the largest exponent of the likelihood for which each interval covers enough of the surveys.
 
     Enough is the share `TARGET_COVERAGE`. The result is the smallest exponent if none covers enough.
     """
-    covered = rows.groupby("power")[INTERVAL_COVERAGE_COLUMNS].mean().min(axis=1)
+    covered = survey_exponent_rows.groupby("power")[INTERVAL_COVERAGE_COLUMNS].mean().min(axis=1)
     good = covered.index[covered >= TARGET_COVERAGE]
     return float(good.max()) if good.size else CANDIDATE_LIKELIHOOD_EXPONENTS[0]
 
 
-def surveys_with_cross_validated_exponent(rows: pd.DataFrame) -> pd.DataFrame:
+def surveys_with_cross_validated_exponent(survey_exponent_rows: pd.DataFrame) -> pd.DataFrame:
     """Return the surveys of each half of the earthquakes, with the likelihood exponent chosen on the other half."""
-    halves = [(half, choose_likelihood_exponent(rows[rows["half"] != half])) for half in (0, 1)]
-    return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
+    halves = [
+        (half, choose_likelihood_exponent(survey_exponent_rows[survey_exponent_rows["half"] != half]))
+        for half in (0, 1)
+    ]
+    return pd.concat(
+        [
+            survey_exponent_rows[(survey_exponent_rows["half"] == half) & (survey_exponent_rows["power"] == power)]
+            for half, power in halves
+        ]
+    )
 
 
-def confidence_interval_of_coverage(rows: pd.DataFrame, column: str) -> ConfidenceInterval:
+def confidence_interval_of_coverage(survey_rows: pd.DataFrame, coverage_column: str) -> ConfidenceInterval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
     its surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ
     for n of n earthquakes).
     """
-    held_by_event = rows.groupby("event")[column]
+    held_by_event = survey_rows.groupby("event")[coverage_column]
     of_event = np.column_stack([held_by_event.sum(), held_by_event.size()]).astype(np.float64)
     exact = exact_interval_if_all_0_or_all_1(of_event[:, 0] / of_event[:, 1])
     if exact is not None:
         return exact
 
-    def covered_share_of_sample(drawn: FloatArray) -> FloatArray:
+    def covered_share_of_sample(resampled_covered_and_survey_counts: FloatArray) -> FloatArray:
         """Return the covered share in each bootstrap sample of earthquakes.
 
-        The last axis of `drawn` has the numbers of covered and of all surveys.
+        The last axis of `resampled_covered_and_survey_counts` has the numbers of covered and of all surveys.
         """
-        held, surveys = drawn.sum(axis=1).T
+        held, surveys = resampled_covered_and_survey_counts.sum(axis=1).T
         return np.asarray(held / surveys)
 
     return bootstrap_interval(covered_share_of_sample, of_event)
 
 
-def covered_share_with_interval_text(rows: pd.DataFrame, column: str) -> str:
+def covered_share_with_interval_text(survey_rows: pd.DataFrame, coverage_column: str) -> str:
     """Return a label with the share of surveys for which a column is true, and its interval if there is one."""
-    low, high = confidence_interval_of_coverage(rows, column)
+    low, high = confidence_interval_of_coverage(survey_rows, coverage_column)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
-    return f"{100 * rows[column].mean():.0f} %{bounds}"
+    return f"{100 * survey_rows[coverage_column].mean():.0f} %{bounds}"
 
 
-def coverage_table_row(group_name: str, rows: pd.DataFrame) -> tuple[str, ...]:
+def coverage_table_row(survey_group_name: str, survey_rows: pd.DataFrame) -> tuple[str, ...]:
     """Return a table row with coverage and widths of the intervals for a group of surveys."""
-    powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
-    held = (covered_share_with_interval_text(rows, each) for each in INTERVAL_COVERAGE_COLUMNS)
-    shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
-    widths = (f"{rows[each].median():.3g}" for each in ("pgv_ratio", "pga_ratio", "axis_width"))
-    return (group_name, f"{len(rows)}", f"{rows['event'].nunique()}", powers, *held, *shares, *widths)
+    powers = " and ".join(f"{power:g}" for power in sorted(survey_rows["power"].unique()))
+    held = (covered_share_with_interval_text(survey_rows, each) for each in INTERVAL_COVERAGE_COLUMNS)
+    shares = (f"{100 * survey_rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
+    widths = (f"{survey_rows[each].median():.3g}" for each in ("pgv_ratio", "pga_ratio", "axis_width"))
+    return (
+        survey_group_name,
+        f"{len(survey_rows)}",
+        f"{survey_rows['event'].nunique()}",
+        powers,
+        *held,
+        *shares,
+        *widths,
+    )
 
 
 def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables and the text on coverage as Markdown, by marker."""
-    shown, shipped = surveys_with_cross_validated_exponent(rows), rows[rows["power"] == DIRECTION_LIKELIHOOD_EXPONENT]
+    shown, shipped = (
+        surveys_with_cross_validated_exponent(rows),
+        rows[rows["power"] == DIRECTION_LIKELIHOOD_EXPONENT],
+    )
     few = shown["stones"] < 36
     parts = {
         "**reported: all**": shown,

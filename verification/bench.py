@@ -56,10 +56,10 @@ from verification.whole_run import QUANTITY_PREFIX_WITH_FORK_SERVER, fork_server
 
 
 @njit
-def _run_independent_multiply_adds(rounds: int) -> float:
+def _run_independent_multiply_adds(round_count: int) -> float:
     """Run 2048 multiply-adds per round, in 256 independent chains, so that LLVM can compute many at once."""
     values = np.ones(256)
-    for _ in range(rounds):
+    for _ in range(round_count):
         for j in range(256):
             v = values[j]
             # Loops of four passes, which LLVM unrolls.
@@ -95,9 +95,11 @@ def wrap_loop_for_calls_from_python(inner_loop: Any) -> Any:
     """Wrap a compiled loop, which only compiled code can call, so that Python can call it."""
 
     @njit
-    def advance_blocks(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
+    def advance_blocks(
+        loop_tag: Any, lane_rows: Any, lane_count: int, step_count: int, ticks_per_sample: float
+    ) -> None:
         """Advance all blocks by some steps."""
-        inner_loop(kind, state, columns, steps, ticks)
+        inner_loop(loop_tag, lane_rows, lane_count, step_count, ticks_per_sample)
 
     return advance_blocks
 
@@ -109,7 +111,7 @@ def motion_too_weak_to_overturn() -> Motion:
 
 
 def scalar_loop_function_and_block_step_count(
-    motion: Motion, is_centred: bool, blocks: int = 8, steps: int = 128
+    motion: Motion, uses_centred_scheme: bool, block_count: int = 8, steps_per_sample: int = 128
 ) -> tuple[Callable[[], object], int]:
     """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
     width, height = np.array([0.24]), np.array([0.6])
@@ -117,11 +119,11 @@ def scalar_loop_function_and_block_step_count(
         float(one[0])
         for one in SOFT_CONTACT.normal_shear_stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY)
     )
-    wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
-    frictions = np.linspace(0.3, 1.0, blocks).tolist()
+    wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps_per_sample, 0.12, 0.3, stiff, dashpot)
+    frictions = np.linspace(0.3, 1.0, block_count).tolist()
     return lambda: [
-        scalar.peak_rotation_and_steps_by_scalar_loop(is_centred, wave, *own, mu) for mu in frictions
-    ], blocks * steps * (motion.sample_count - 1)
+        scalar.peak_rotation_and_steps_by_scalar_loop(uses_centred_scheme, wave, *own, mu) for mu in frictions
+    ], block_count * steps_per_sample * (motion.sample_count - 1)
 
 
 def measure_block_step_throughput() -> list[MeasuredNumber]:
@@ -203,18 +205,18 @@ def measure_compile_and_load_time() -> list[MeasuredNumber]:
     ]
 
 
-def measure_time_and_errors_of_default_study(azimuths: int = 36) -> list[MeasuredNumber]:
+def measure_time_and_errors_of_default_study(azimuth_count: int = 36) -> list[MeasuredNumber]:
     """Measure kernel time and the share of wrong overturning flags of the default study, on two threads.
 
     The study has 133,056 cases.
     """
-    groups = default_study_case_groups(azimuths)
+    groups = default_study_case_groups(azimuth_count)
     run_cases(*default_study_case_groups(2, 28)[0])
     start, busy = time.perf_counter(), time.process_time()
     found = join_results([run_cases(*group, threads=2) for group in groups])
     seconds, busy = time.perf_counter() - start, time.process_time() - busy
     fine = run_case_groups(groups, threads=2, time_step="0.125 stable").results
-    far = compare_results(found, fine, (len(groups), azimuths, 2, -1, 3))
+    far = compare_results(found, fine, (len(groups), azimuth_count, 2, -1, 3))
     rows = [
         MeasuredNumber("default study: flags, mirrored half included", 2 * found.status.size),
         MeasuredNumber("default study: kernel time on two threads", seconds, "s"),
@@ -230,9 +232,9 @@ def measure_time_and_errors_of_default_study(azimuths: int = 36) -> list[Measure
     return rows
 
 
-def measure_effect_of_skipping_samples_at_rest(azimuths: int = 18) -> list[MeasuredNumber]:
+def measure_effect_of_skipping_samples_at_rest(azimuth_count: int = 18) -> list[MeasuredNumber]:
     """Measure the work saved in the default study by skipping samples at rest, and the outcomes that this changes."""
-    groups = default_study_case_groups(azimuths)
+    groups = default_study_case_groups(azimuth_count)
     short = run_case_groups(groups, threads=2).results
     full = run_case_groups(groups, threads=2, leave_out=False).results
     nudged = [group._replace(motion=group.motion.scaled_by(1 + 1e-9)) for group in groups]

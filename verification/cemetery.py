@@ -64,30 +64,38 @@ def fall_rates_percent_of_unscaled_records(findings: xr.Dataset) -> FloatArray:
 
 
 def text_comparing_published_and_computed_rates(
-    published_low_percent: float, published_high_percent: float, computed_rates_percent: FloatArray
+    published_fall_rate_low_percent: float,
+    published_fall_rate_high_percent: float,
+    computed_fall_rate_percent_by_record: FloatArray,
 ) -> str:
     """Compare a published range of fall rates, percent, with the middle half of the computed rates."""
-    least, most = np.quantile(computed_rates_percent, [0.25, 0.75])
-    if published_high_percent < least:
+    least, most = np.quantile(computed_fall_rate_percent_by_record, [0.25, 0.75])
+    if published_fall_rate_high_percent < least:
         return "below the middle half"
-    if published_low_percent > most:
+    if published_fall_rate_low_percent > most:
         return "above the middle half"
     return "overlaps"
 
 
-def published_fall_rate_label(low_percent: float, high_percent: float) -> str:
+def published_fall_rate_label(fall_rate_low_percent: float, fall_rate_high_percent: float) -> str:
     """Return the label of a published fall rate, percent; NaN for a missing end."""
-    if np.isnan(low_percent):
-        return f"at most {high_percent:g} %"
-    if np.isnan(high_percent):
-        return f"more than {low_percent:g} %"
-    return f"{low_percent:g} %" if low_percent == high_percent else f"{low_percent:g} to {high_percent:g} %"
+    if np.isnan(fall_rate_low_percent):
+        return f"at most {fall_rate_high_percent:g} %"
+    if np.isnan(fall_rate_high_percent):
+        return f"more than {fall_rate_low_percent:g} %"
+    return (
+        f"{fall_rate_low_percent:g} %"
+        if fall_rate_low_percent == fall_rate_high_percent
+        else f"{fall_rate_low_percent:g} to {fall_rate_high_percent:g} %"
+    )
 
 
-def published_fall_rate_table(rows: pd.DataFrame, computed_rates_percent: FloatArray) -> str:
+def published_fall_rate_table(
+    published_fall_rates: pd.DataFrame, computed_fall_rate_percent_by_record: FloatArray
+) -> str:
     """Return a Markdown table of published near-field fall rates, compared with the computed ones."""
     lines = []
-    for row in iterate_rows(rows[rows["near_field"] == "yes"]):
+    for row in iterate_rows(published_fall_rates[published_fall_rates["near_field"] == "yes"]):
         low, high = row.rate_low_percent, row.rate_high_percent
         ends = (0.0 if np.isnan(low) else low, 100.0 if np.isnan(high) else high)
         lines.append(
@@ -95,19 +103,26 @@ def published_fall_rate_table(rows: pd.DataFrame, computed_rates_percent: FloatA
                 row.event,
                 row.where,
                 published_fall_rate_label(low, high),
-                text_comparing_published_and_computed_rates(*ends, computed_rates_percent),
+                text_comparing_published_and_computed_rates(*ends, computed_fall_rate_percent_by_record),
                 row.source,
             )
         )
     return markdown_table(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
 
 
-def computed_fall_rate_sentence(computed_rates_percent: FloatArray, found: xr.Dataset) -> str:
+def computed_fall_rate_sentence(computed_fall_rate_percent_by_record: FloatArray, findings: xr.Dataset) -> str:
     """Return a sentence on the computed fall rates."""
-    low, middle, high = np.quantile(computed_rates_percent, [0.25, 0.5, 0.75])
-    events = len(set(found["event"].to_numpy().astype(str)))
-    none, most = int((computed_rates_percent < 1).sum()), int((computed_rates_percent > 99).sum())
-    count, least, largest = computed_rates_percent.size, computed_rates_percent.min(), computed_rates_percent.max()
+    low, middle, high = np.quantile(computed_fall_rate_percent_by_record, [0.25, 0.5, 0.75])
+    events = len(set(findings["event"].to_numpy().astype(str)))
+    none, most = (
+        int((computed_fall_rate_percent_by_record < 1).sum()),
+        int((computed_fall_rate_percent_by_record > 99).sum()),
+    )
+    count, least, largest = (
+        computed_fall_rate_percent_by_record.size,
+        computed_fall_rate_percent_by_record.min(),
+        computed_fall_rate_percent_by_record.max(),
+    )
     return wrap_text(
         f"The computed fall rates under the {count} near-field records of {events} earthquakes, at amplitude 1, "
         f"have a median of {middle:.0f} %; the middle half of the records gives {low:.0f} to {high:.0f} %, and all "
@@ -116,9 +131,11 @@ def computed_fall_rate_sentence(computed_rates_percent: FloatArray, found: xr.Da
     )
 
 
-def draw_published_and_computed_fall_rates(rows: pd.DataFrame, computed_rates_percent: FloatArray, path: Path) -> None:
+def draw_published_and_computed_fall_rates(
+    published_fall_rates: pd.DataFrame, computed_fall_rate_percent_by_record: FloatArray, path: Path
+) -> None:
     """Draw published fall rates as bars, and computed ones as points below them."""
-    near = list(iterate_rows(rows[rows["near_field"] == "yes"]))
+    near = list(iterate_rows(published_fall_rates[published_fall_rates["near_field"] == "yes"]))
     with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
         axes: Any = panels[0, 0]
@@ -128,8 +145,14 @@ def draw_published_and_computed_fall_rates(rows: pd.DataFrame, computed_rates_pe
             axes.plot([low, high], [place, place], color=SERIES_COLOURS[0], linewidth=6, solid_capstyle="butt")
             if low == high:
                 axes.plot(low, place, "o", color=SERIES_COLOURS[0])
-        axes.plot(computed_rates_percent, np.zeros(computed_rates_percent.size), "|", color=FALL_COLOUR, markersize=13)
-        axes.plot(np.median(computed_rates_percent), 0, "D", color=INK, markersize=5)
+        axes.plot(
+            computed_fall_rate_percent_by_record,
+            np.zeros(computed_fall_rate_percent_by_record.size),
+            "|",
+            color=FALL_COLOUR,
+            markersize=13,
+        )
+        axes.plot(np.median(computed_fall_rate_percent_by_record), 0, "D", color=INK, markersize=5)
         names = [f"{row.event}: {row.where}" for row in near[::-1]]
         axes.set_yticks(range(len(near) + 1), ["computed, each near-field record (median)", *names])
         axes.set_xlim(-2, 102)

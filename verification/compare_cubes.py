@@ -27,24 +27,26 @@ MIN_PEAK_SLIP_OF_SLIDING_STONE_M = 1e-3
 """Peak slip from which a stone counts as sliding, m."""
 
 
-def fall_azimuths_differ(first_azimuths: NDArray[Any], second_azimuths: NDArray[Any]) -> NDArray[np.bool_]:
+def fall_azimuths_differ(first_azimuths_deg: NDArray[Any], second_azimuths_deg: NDArray[Any]) -> NDArray[np.bool_]:
     """True where two azimuths, degrees, differ by `MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG` or more; False for NaN."""
-    first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths, second_azimuths))
+    first, second = (np.asarray(azimuths, np.float64) for azimuths in (first_azimuths_deg, second_azimuths_deg))
     return np.asarray(angle_between_azimuths(first, second) >= MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG)
 
 
-def neighbours_have_same_outcome(flags: xr.DataArray, fall_azimuths: NDArray[Any] | None = None) -> NDArray[np.bool_]:
+def neighbours_have_same_outcome(
+    overturned_flags: xr.DataArray, fall_azimuths_deg: NDArray[Any] | None = None
+) -> NDArray[np.bool_]:
     """Return True for cells that fall or stand like their neighbours in azimuth (or orientation) and B/H.
 
-    A full circle is closed. With fall azimuths `fall_azimuths` (3-D, degrees), these must agree as well.
+    A full circle is closed. With fall azimuths `fall_azimuths_deg` (3-D, degrees), these must agree as well.
     """
-    same = np.ones(flags.shape, bool)
-    for name in {"azimuth", "orientation", "b_over_h"} & set(flags.dims):
-        at, values = flags.get_axis_num(name), np.asarray(flags[name])
-        along, kept = np.moveaxis(flags.values, at, 0), np.moveaxis(same, at, 0)
+    same = np.ones(overturned_flags.shape, bool)
+    for name in {"azimuth", "orientation", "b_over_h"} & set(overturned_flags.dims):
+        at, values = overturned_flags.get_axis_num(name), np.asarray(overturned_flags[name])
+        along, kept = np.moveaxis(overturned_flags.values, at, 0), np.moveaxis(same, at, 0)
         equal = along[1:] == along[:-1]
-        if fall_azimuths is not None:
-            ways = np.moveaxis(fall_azimuths, at, 0)
+        if fall_azimuths_deg is not None:
+            ways = np.moveaxis(fall_azimuths_deg, at, 0)
             equal &= ~fall_azimuths_differ(ways[1:], ways[:-1])
         kept[1:] &= equal
         kept[:-1] &= equal
@@ -61,16 +63,20 @@ def peak_rotation_divided_by_critical_angle(cube: xr.Dataset) -> FloatArray:
     return np.asarray(tilt.transpose(*cube.peak_tilt.dims), dtype=np.float64)
 
 
-def fallen_count_and_share_text(flags: NDArray[np.int8]) -> str:
+def fallen_count_and_share_text(overturned_flags: NDArray[np.int8]) -> str:
     """Return a text with the number of cases that fall, and their share of the cases with a known outcome."""
-    known = flags != INT8_MISSING
-    down = int((known & (flags != 0)).sum())
+    known = overturned_flags != INT8_MISSING
+    down = int((known & (overturned_flags != 0)).sum())
     return f"{down:,} ({percentage(down, int(known.sum())):.2f} %)"
 
 
-def median_and_95_percent_change_text(changes: FloatArray) -> str:
+def median_and_95_percent_change_text(changes_by_cell: FloatArray) -> str:
     """Return a text with the median of some changes and the 95 % quantile of their absolute values."""
-    return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
+    return (
+        f"{np.median(changes_by_cell):+.2g}, {np.quantile(np.abs(changes_by_cell), 0.95):.2g}"
+        if changes_by_cell.size
+        else "–"
+    )
 
 
 def peak_slip_of_cells(cube: xr.Dataset) -> FloatArray:
@@ -129,12 +135,14 @@ def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) ->
     }
 
 
-def table_of_changes_between_cubes(cubes: Sequence[Path]) -> str:
+def table_of_changes_between_cubes(cube_paths: Sequence[Path]) -> str:
     """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
-    opened = [open_cube(path, element=None, amplitude=None) for path in cubes]
-    steps = [(i, i + 1) for i in range(len(cubes) - 1)] + [(0, len(cubes) - 1)] * (len(cubes) > 2)
+    opened = [open_cube(path, element=None, amplitude=None) for path in cube_paths]
+    steps = [(i, i + 1) for i in range(len(cube_paths) - 1)] + [(0, len(cube_paths) - 1)] * (len(cube_paths) > 2)
     columns = [outcome_changes_between_cubes(opened[first], opened[last]) for first, last in steps]
-    names = [path.stem if len({one.stem for one in cubes}) == len(cubes) else str(path) for path in cubes]
+    names = [
+        path.stem if len({one.stem for one in cube_paths}) == len(cube_paths) else str(path) for path in cube_paths
+    ]
     head = [f"{names[first]} → {names[last]}" for first, last in steps]
     return markdown_table(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])
 

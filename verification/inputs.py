@@ -41,13 +41,13 @@ class CaseGroup(NamedTuple):
     motion: Motion
     cases: Cases
 
-    def parameters_of_case(self, index: int) -> dict[str, float]:
+    def parameters_of_case(self, case_index: int) -> dict[str, float]:
         """Return azimuth (degrees), height (m), B/H, friction and amplitude of one case."""
-        return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _CASE_PARAMETER_NAMES}
+        return {name: float(np.asarray(getattr(self.cases, name))[case_index]) for name in _CASE_PARAMETER_NAMES}
 
-    def acceleration_of_case(self, index: int) -> NDArray[np.float64]:
+    def acceleration_of_case(self, case_index: int) -> NDArray[np.float64]:
         """Return the ground acceleration of one case along its azimuth, m/s²."""
-        case = self.parameters_of_case(index)
+        case = self.parameters_of_case(case_index)
         return case["amplitude"] * self.motion.acceleration_along(case["azimuth_deg"])
 
     def subset(self, case_indices: NDArray[np.int64]) -> "CaseGroup":
@@ -63,23 +63,23 @@ def case_grid(*axes: ArrayLike, **more: Any) -> Cases:
     return Cases(*(values.ravel() for values in np.meshgrid(*map(np.atleast_1d, axes), indexing="ij")), **more)
 
 
-def read_fema_motion(source: str) -> Motion:
+def read_fema_motion(record_set_and_number: str) -> Motion:
     """Read a motion of the FEMA P-695 set by table and number, such as "nearfield_pulse:9"."""
-    entry = RecordTableRow(id=source.replace(":", "-"), format="fema-p695", source=source)
+    entry = RecordTableRow(id=record_set_and_number.replace(":", "-"), format="fema-p695", source=record_set_and_number)
     return Motion.of(read_record(entry, Path()))
 
 
-def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, duration: float = 20.0) -> Motion:
-    """Return `duration` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
+def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, kept_duration: float = 20.0) -> Motion:
+    """Return `kept_duration` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     first = max(peak - round(time_before_peak / motion.sampling_interval), 0)
-    span = slice(first, first + round(duration / motion.sampling_interval))
+    span = slice(first, first + round(kept_duration / motion.sampling_interval))
     return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)
 
 
-def read_strong_part_of_pulse_record(number: int) -> Motion:
+def read_strong_part_of_pulse_record(near_field_pulse_record_number: int) -> Motion:
     """Read 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
-    motion = read_fema_motion(f"nearfield_pulse:{number}")
+    motion = read_fema_motion(f"nearfield_pulse:{near_field_pulse_record_number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
     return strong_part_of_motion(Motion(north, east, sampling_interval=motion.sampling_interval))
 
@@ -114,11 +114,14 @@ def _case_groups_under_six_records(cases: Cases) -> list[CaseGroup]:
     return [CaseGroup(read_fema_motion(source), cases) for source in SOURCE_BY_NAME_OF_SIX_RECORDS.values()]
 
 
-def block_case_groups_under_records(friction_kind: str) -> list[CaseGroup]:
+def block_case_groups_under_records(sliding_or_rocking_blocks: str) -> list[CaseGroup]:
     """Return blocks of the default study under six records, with the frictions of "sliding" or "rocking" blocks."""
     return _case_groups_under_six_records(
         case_grid(
-            half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS_BY_RESPONSE_KIND[friction_kind]
+            half_circle_azimuths(6, 10.0),
+            0.6,
+            [0.15, 0.2, 0.25, 0.3, 0.35],
+            FRICTIONS_BY_RESPONSE_KIND[sliding_or_rocking_blocks],
         )
     )
 
@@ -155,12 +158,14 @@ def rocking_case_groups_under_sine_pulses(
     return groups
 
 
-def every_nth_case(groups: Sequence[CaseGroup], nth: int) -> list[CaseGroup]:
+def every_nth_case(groups: Sequence[CaseGroup], case_stride: int) -> list[CaseGroup]:
     """Return every n-th case of each group."""
-    return [group.subset(np.arange(0, group.cases.case_count, nth)) for group in groups]
+    return [group.subset(np.arange(0, group.cases.case_count, case_stride)) for group in groups]
 
 
-def values_of_every_nth_case(groups: Sequence[CaseGroup], case_values: NDArray[Any], nth: int) -> NDArray[Any]:
-    """Return the values of the cases that `every_nth_case` selects; `case_values` has those of all cases by group."""
+def values_of_every_nth_case(
+    groups: Sequence[CaseGroup], values_of_all_cases: NDArray[Any], case_stride: int
+) -> NDArray[Any]:
+    """Return the values of the cases that `every_nth_case` selects; `values_of_all_cases` is ordered by group."""
     ends = np.cumsum([group.cases.case_count for group in groups])[:-1]
-    return np.concatenate([part[::nth] for part in np.split(case_values, ends)])
+    return np.concatenate([part[::case_stride] for part in np.split(values_of_all_cases, ends)])

@@ -28,41 +28,53 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
     )
 
 
-def run_case_groups(case_groups: Sequence[CaseGroup], repeats: int = 1, **settings: Any) -> TimedResults:
+def run_case_groups(case_groups: Sequence[CaseGroup], repeat_count: int = 1, **settings: Any) -> TimedResults:
     """Run groups of cases, after a warm-up run of the first; return joined results and the shortest processor time, s.
 
-    Each group is run `repeats` times; `settings` are those of `run_cases`.
+    Each group is run `repeat_count` times; `settings` are those of `run_cases`.
     """
     found, seconds = run_and_measure_min_processor_time(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
-        repeats,
+        repeat_count,
         lambda: run_cases(*case_groups[0], **settings),
     )
     return TimedResults(join_results(found), seconds)
 
 
 def peak_rotation_errors_over_alpha(
-    flags: Flags, peaks: PeakRotationsOverAlpha, reference_flags: Flags, reference_peaks: PeakRotationsOverAlpha
+    flags: Flags,
+    peak_rotations_over_alpha: PeakRotationsOverAlpha,
+    reference_flags: Flags,
+    reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> FloatArray:
     """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in results and reference."""
-    both = (flags == 0) & (reference_flags == 0) & (reference_peaks > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA)
-    return np.abs(np.asarray(peaks, np.float64) - reference_peaks)[both]
+    both = (
+        (flags == 0)
+        & (reference_flags == 0)
+        & (reference_peak_rotations_over_alpha > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA)
+    )
+    return np.abs(np.asarray(peak_rotations_over_alpha, np.float64) - reference_peak_rotations_over_alpha)[both]
 
 
 def median_peak_rotation_error_over_alpha(
-    flags: Flags, peaks: PeakRotationsOverAlpha, reference_flags: Flags, reference_peaks: PeakRotationsOverAlpha
+    flags: Flags,
+    peak_rotations_over_alpha: PeakRotationsOverAlpha,
+    reference_flags: Flags,
+    reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> float:
     """Return the median error of peak rotation, as a share of α; NaN if no block counts."""
-    errors = peak_rotation_errors_over_alpha(flags, peaks, reference_flags, reference_peaks)
+    errors = peak_rotation_errors_over_alpha(
+        flags, peak_rotations_over_alpha, reference_flags, reference_peak_rotations_over_alpha
+    )
     return float(np.median(errors)) if errors.size else float("nan")
 
 
-def convergence_order(time_steps: FloatArray, errors: FloatArray) -> float:
+def convergence_order(time_steps: FloatArray, error_by_time_step: FloatArray) -> float:
     """Return the order of convergence: least-squares slope of log error over log step."""
-    good = (errors > 0) & np.isfinite(errors)
+    good = (error_by_time_step > 0) & np.isfinite(error_by_time_step)
     if good.sum() < 2:
         return float("nan")
-    return float(np.polyfit(np.log(time_steps[good]), np.log(errors[good]), 1)[0])
+    return float(np.polyfit(np.log(time_steps[good]), np.log(error_by_time_step[good]), 1)[0])
 
 
 def neighbours_have_same_flag(flags: Flags) -> NDArray[np.bool_]:
@@ -94,12 +106,12 @@ class ResultDifference(NamedTuple):
     max_relative_energy_error: float
     """Largest energy error of the simulated cases."""
 
-    def cost_and_error_columns(self, seconds: float) -> dict[str, float]:
+    def cost_and_error_columns(self, processor_time_s: float) -> dict[str, float]:
         """Return cost and errors by the column titles of the tables in the docs."""
         flags, sides = wrong_flag_and_outcome_percentages(self.counts_of_all_cases)
         return {
             "million block steps": round(self.block_step_count_of_results / 1e6, 1),
-            "processor time, s": round(seconds, 2),
+            "processor time, s": round(processor_time_s, 2),
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),
             "median error of peak rotation": round_to_three_significant_digits(

@@ -66,7 +66,7 @@ def slurm_unavailable_reason() -> str:
 
 
 @contextmanager
-def run_one_node_slurm(processors: int = 2) -> Iterator[None]:
+def run_one_node_slurm(processor_count: int = 2) -> Iterator[None]:
     """Run a SLURM cluster of one node during a `with` block.
 
     Raise a RuntimeError with the end of its logs if it does not start.
@@ -79,7 +79,7 @@ def run_one_node_slurm(processors: int = 2) -> Iterator[None]:
         key.touch(mode=0o400)
         key.write_bytes(secrets.token_bytes(128))
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
-        about = {"host": socket.gethostname(), "folder": folder, "processors": processors, "memory": memory}
+        about = {"host": socket.gethostname(), "folder": folder, "processors": processor_count, "memory": memory}
         ports = dict(zip(("controller", "daemon"), _free_ports(2), strict=True))
         ending.enter_context(_temporary_slurm_configuration(_CONFIGURATION_TEMPLATE.format(**about, **ports)))
         own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
@@ -92,10 +92,10 @@ def run_one_node_slurm(processors: int = 2) -> Iterator[None]:
         yield
 
 
-def _free_ports(count: int) -> list[int]:
+def _free_ports(port_count: int) -> list[int]:
     """Return free TCP ports of the loopback address."""
     with ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        sockets = [stack.enter_context(socket.socket()) for _ in range(port_count)]
         for each in sockets:
             each.bind(("127.0.0.1", 0))
         return [int(each.getsockname()[1]) for each in sockets]
@@ -117,11 +117,11 @@ def _temporary_slurm_configuration(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def _background_process(command: list[str], folder: Path) -> Iterator[None]:
+def _background_process(command: list[str], log_folder: Path) -> Iterator[None]:
     """Run a command in the background, with its output in a log file, and stop it at the end of the `with` block."""
     program = shutil.which(command[0]) or command[0]
     with (
-        (folder / f"{command[0]}.log").open("w", encoding="utf-8") as log,
+        (log_folder / f"{command[0]}.log").open("w", encoding="utf-8") as log,
         subprocess.Popen([program, *command[1:]], stdout=log, stderr=log) as process,
     ):
         try:
@@ -140,11 +140,13 @@ def _command_output(*command: str) -> str:
     return done.stdout if done.returncode == 0 else ""
 
 
-def _wait_until(is_done: Callable[[], bool], folder: Path) -> None:
+def _wait_until(condition: Callable[[], bool], log_folder: Path) -> None:
     """Wait until a condition is true; raise a RuntimeError with the end of the logs after `_START_TIMEOUT_S` s."""
     deadline = time.monotonic() + _START_TIMEOUT_S
-    while not is_done():
+    while not condition():
         if time.monotonic() > deadline:
-            logs = [log.read_text(encoding="utf-8", errors="replace")[-500:] for log in sorted(folder.glob("*.log"))]
+            logs = [
+                log.read_text(encoding="utf-8", errors="replace")[-500:] for log in sorted(log_folder.glob("*.log"))
+            ]
             raise RuntimeError("SLURM does not start: " + "\n".join(logs))
         time.sleep(0.2)

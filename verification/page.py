@@ -43,38 +43,45 @@ def main(
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
 
-def publish_error_against_run_time(error_rows: pd.DataFrame, root: Path) -> dict[str, float]:
+def publish_error_against_run_time(error_table: pd.DataFrame, readme_and_docs_folder: Path) -> dict[str, float]:
     """Draw and publish the error against run time of all methods; return the orders of convergence."""
-    images, orders = root / "docs" / "images", error_page.convergence_orders(error_rows)
-    error_figures.draw_errors_against_finer_steps(error_rows, images / "work-precision-steps.svg")
-    error_figures.draw_errors_against_rigid_solutions(error_rows, images / "work-precision-rigid.svg")
+    images, orders = readme_and_docs_folder / "docs" / "images", error_page.convergence_orders(error_table)
+    error_figures.draw_errors_against_finer_steps(error_table, images / "work-precision-steps.svg")
+    error_figures.draw_errors_against_rigid_solutions(error_table, images / "work-precision-rigid.svg")
     _publish_numbers_and_tables(
-        error_page.work_precision_numbers_for_summary(error_rows, orders),
-        error_page.markdown_by_marker(error_rows, orders),
-        root,
+        error_page.work_precision_numbers_for_summary(error_table, orders),
+        error_page.markdown_by_marker(error_table, orders),
+        readme_and_docs_folder,
     )
     return orders
 
 
 def publish_stability_maps(
-    block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame, root: Path
+    block_map_rows: pd.DataFrame,
+    scene_map_rows: pd.DataFrame,
+    stack_map_rows: pd.DataFrame,
+    readme_and_docs_folder: Path,
 ) -> None:
     """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
-    images = root / "docs" / "images"
-    map_figures.draw_block_outcomes_as_points(block_rows, images / "stability-map.svg")
-    map_figures.draw_outcome_shares(block_rows, images / "stability-shares.svg")
-    map_figures.draw_scene_outcomes_as_points(scene_rows, images / "stability-scenes.svg")
+    images = readme_and_docs_folder / "docs" / "images"
+    map_figures.draw_block_outcomes_as_points(block_map_rows, images / "stability-map.svg")
+    map_figures.draw_outcome_shares(block_map_rows, images / "stability-shares.svg")
+    map_figures.draw_scene_outcomes_as_points(scene_map_rows, images / "stability-scenes.svg")
     _publish_numbers_and_tables(
-        map_page.stability_numbers_for_summary_table(block_rows, scene_rows, stack_rows),
-        map_page.markdown_by_marker(block_rows, scene_rows, stack_rows), root,
+        map_page.stability_numbers_for_summary_table(block_map_rows, scene_map_rows, stack_map_rows),
+        map_page.markdown_by_marker(block_map_rows, scene_map_rows, stack_map_rows), readme_and_docs_folder,
     )  # fmt: skip
 
 
-def _publish_numbers_and_tables(figures: list[MeasuredNumber], bodies: dict[str, str], root: Path) -> None:
+def _publish_numbers_and_tables(
+    measured_numbers: list[MeasuredNumber], markdown_by_marker: dict[str, str], readme_and_docs_folder: Path
+) -> None:
     """Add measured numbers to the summary file, and write all tables into the docs."""
-    kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
-    known = write_measured_numbers(figures, kept / "exactness.csv", keep_other_stored_numbers=True)
-    insert_markdown_between_markers_in_docs(bodies | {"exactness": measured_numbers_table(known)}, root)
+    kept = readme_and_docs_folder / RESULT_TABLE_FOLDER.relative_to(ROOT)
+    known = write_measured_numbers(measured_numbers, kept / "exactness.csv", keep_other_stored_numbers=True)
+    insert_markdown_between_markers_in_docs(
+        markdown_by_marker | {"exactness": measured_numbers_table(known)}, readme_and_docs_folder
+    )
 
 
 if __name__ == "__main__":

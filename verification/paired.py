@@ -38,7 +38,7 @@ def main(
         return
     groups, settings = default_study_case_groups(12, 9)[:3], [{"scheme": scheme} for scheme in COMPARED_SCHEMES]
     runs = [
-        [run_case_groups_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)]
+        [run_case_groups_in_subprocess(groups, settings, checkout_folder=checkout) for checkout in (ROOT, folder)]
         for _ in range(pairs)
     ]
     for number, scheme in enumerate(COMPARED_SCHEMES):

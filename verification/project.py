@@ -17,36 +17,41 @@ CUBE_FILE_NAME: Final = "cube.nc"
 _RUN_TIMEOUT_S: Final = 900.0  # s, in which any run must end
 
 
-class WorkflowFolder:
-    """Copy of the project's workflow with a study.
+class StudyWorkflowCopy:
+    """Copy of the project's workflow with one study, in a folder of its own; runs the study there.
 
     Parameters
     ----------
     folder : Path
         Created unless it already contains the study.
-    study : str
+    study_yaml : str
         Study as YAML; empty: the default study.
     *options : str
         Options of Snakemake, for every run.
-    own_kernels : bool
+    uses_own_kernel_cache : bool
         True: use separate compiled kernels, which may be damaged; False: use the shared ones.
-    checkout : Path
+    source_checkout_folder : Path
         Checkout whose workflow and package are used, with the packages of this environment.
     """
 
     def __init__(
-        self, folder: Path, study: str = "", *options: str, own_kernels: bool = False, checkout: Path = ROOT
+        self,
+        folder: Path,
+        study_yaml: str = "",
+        *options: str,
+        uses_own_kernel_cache: bool = False,
+        source_checkout_folder: Path = ROOT,
     ) -> None:
-        """Copy the workflow and a study into a folder; with `own_kernels` kernels are cached there, too."""
-        self.folder, self.file = folder, "study.yaml" if study else "config/near-fault.yaml"
+        """Copy the workflow and a study into a folder; with `uses_own_kernel_cache` kernels are cached there, too."""
+        self.folder, self.file = folder, "study.yaml" if study_yaml else "config/near-fault.yaml"
         if not (folder / self.file).exists():
             folder.mkdir(parents=True, exist_ok=True)
             for name in (*WORKFLOW_FILES_AND_FOLDERS, "config"):
-                copy = shutil.copytree if (checkout / name).is_dir() else shutil.copy2
-                copy(checkout / name, folder / name)
-            if study:
-                (folder / self.file).write_text(study, encoding="utf-8")
-        self._options, self._own_kernels, self._checkout = options, own_kernels, checkout
+                copy = shutil.copytree if (source_checkout_folder / name).is_dir() else shutil.copy2
+                copy(source_checkout_folder / name, folder / name)
+            if study_yaml:
+                (folder / self.file).write_text(study_yaml, encoding="utf-8")
+        self._options, self._own_kernels, self._checkout = options, uses_own_kernel_cache, source_checkout_folder
         self.results = folder / "results" / yaml.safe_load((folder / self.file).read_text(encoding="utf-8"))["name"]
 
     def copy_to(self, folder: Path) -> Self:
@@ -63,7 +68,7 @@ class WorkflowFolder:
         """Path of the cube (NetCDF file with all outcomes of the study)."""
         return self.results / CUBE_FILE_NAME
 
-    def subprocess_arguments(self, *options: str, file: str = CUBE_FILE_NAME) -> dict[str, Any]:
+    def subprocess_arguments(self, *options: str, result_file_name: str = CUBE_FILE_NAME) -> dict[str, Any]:
         """Return arguments of `subprocess` for the command that makes a file of the results (empty: all)."""
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
@@ -71,13 +76,16 @@ class WorkflowFolder:
         if self._checkout != ROOT:
             environment["PYTHONPATH"] = str(self._checkout / "src")
         command = [sys.executable, "-m", "snakemake", "--configfile", self.file, *self._options, *options]
-        wanted = ["--", str((self.results / file).relative_to(self.folder))] if file else []
+        wanted = ["--", str((self.results / result_file_name).relative_to(self.folder))] if result_file_name else []
         return {"args": [*command, *wanted], "cwd": self.folder, "env": environment}
 
-    def run(self, *options: str, file: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
+    def run(self, *options: str, result_file_name: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
         """Run the Snakemake command of the study up to a result file and wait for its end."""
         return subprocess.run(
-            **self.subprocess_arguments(*options, file=file), capture_output=True, text=True, timeout=_RUN_TIMEOUT_S
+            **self.subprocess_arguments(*options, result_file_name=result_file_name),
+            capture_output=True,
+            text=True,
+            timeout=_RUN_TIMEOUT_S,
         )
 
     def start(self) -> psutil.Popen:

@@ -80,13 +80,15 @@ def three_tier_scene_and_cases() -> tuple[Scene, CaseGroup]:
     )
 
 
-def median_peak_rotation_error_percent(results: Any, reference_results_of_cases: Any, case_mask: np.ndarray) -> float:
+def median_peak_rotation_error_percent(
+    peak_rotations: Any, reference_peak_rotations: Any, case_mask: np.ndarray
+) -> float:
     """Return the median relative error, percent, of the peak rotations that a mask selects."""
     return 100 * float(
         np.median(
             np.abs(
-                results[case_mask]
-                / np.where(reference_results_of_cases > 0, reference_results_of_cases, np.inf)[case_mask]
+                peak_rotations[case_mask]
+                / np.where(reference_peak_rotations > 0, reference_peak_rotations, np.inf)[case_mask]
                 - 1
             )
         )
@@ -108,13 +110,17 @@ def measure_element_steps_per_second() -> Iterator[MeasuredNumber]:
         )
 
 
-def scene_with_other_contact_law(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
+def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio: float, damping_ratio: float) -> Scene:
     """Return a scene with the contact law replaced."""
-    law = {"between": ("stone", "stone"), "static_penetration": static_penetration, "damping_ratio": damping_ratio}
+    law = {
+        "between": ("stone", "stone"),
+        "static_penetration": static_penetration_to_width_ratio,
+        "damping_ratio": damping_ratio,
+    }
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
+def compare_with_other_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
     """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
 
     The engines are physics engines; correct outcomes are given as a share of the cases.
@@ -125,12 +131,14 @@ def compare_with_other_engines(count: int) -> Iterator[MeasuredNumber]:
     yield MeasuredNumber("cases of the sweep", cases.case_count)
     yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
     yield MeasuredNumber("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
-    chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
+    chosen = np.random.default_rng(1).choice(
+        np.flatnonzero(firm), min(engine_case_count, int(firm.sum())), replace=False
+    )
     some = CaseGroup(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
     for name, engine in installed_engines(SCENE_ENGINES).items():
         _, ended[name] = run_and_measure_min_processor_time(
-            partial(fall_sides_of_shaft, engine, scene, some, stop_after_fall=True), 1, int
+            partial(fall_sides_of_shaft, engine, scene, some, stop_after_shaft_falls=True), 1, int
         )
         found[name], times[name] = run_and_measure_min_processor_time(
             partial(fall_sides_of_shaft, engine, scene, some), 1, int
@@ -186,16 +194,16 @@ def fall_sides_of_shaft(
     scene: Scene,
     group: CaseGroup,
     time_step: float = 1 / 240,
-    stop_after_fall: bool = False,
+    stop_after_shaft_falls: bool = False,
 ) -> np.ndarray:
-    """Return the sides to which the shaft falls in an engine; with `stop_after_fall`, a case ends at its fall."""
+    """Return the side to which the shaft falls in each case in an engine (±1; 0: none)."""
     sides = []
     for index in range(group.cases.case_count):
         case = group.parameters_of_case(index)
         placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
         sides.append(
-            fall_sides_of_scene(engine, placed, wave, interval, case["friction"], time_step, stop_after_fall)[
+            fall_sides_of_scene(engine, placed, wave, interval, case["friction"], time_step, stop_after_shaft_falls)[
                 SHAFT_ELEMENT_INDEX
             ]
         )
@@ -219,7 +227,7 @@ def table_of_errors_by_time_step() -> str:
     """
     chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_scene_and_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
-    found = run_case_groups_in_subprocess([group], settings, scene="three-tier", repeats=2)
+    found = run_case_groups_in_subprocess([group], settings, scene_name="three-tier", repeat_count=2)
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)
@@ -265,21 +273,25 @@ def count_pillar_flags_changed_by_skipping_rest() -> Iterator[MeasuredNumber]:
         yield MeasuredNumber(f"three pillars under real records: flags changed by {way}", number)
 
 
-def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[MeasuredNumber]:
+def compare_block_and_general_kernels(
+    pulse_record_numbers: Sequence[int] = (6, 7, 8, 9, 10),
+) -> Iterator[MeasuredNumber]:
     """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in the general one.
 
     A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
     computation of this kind decides it. The other cells must agree.
     """
-    motions = [read_strong_part_of_pulse_record(number) for number in records]
+    motions = [read_strong_part_of_pulse_record(number) for number in pulse_record_numbers]
     # Half of the azimuths; the others are mirror images.
     cases = case_grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
-    def simulate_gravestones(general: bool, factor: float = 1.0, step: str = "auto") -> CaseResults:
+    def simulate_gravestones(
+        uses_general_kernel: bool, amplitude_factor: float = 1.0, time_step: str = "auto"
+    ) -> CaseResults:
         """Simulate the gravestone in the general kernel or in that for single blocks."""
-        numerics = NumericalOptions(general=general, time_step=step, leave_out=False)
+        numerics = NumericalOptions(general=uses_general_kernel, time_step=time_step, leave_out=False)
         return join_results(
-            [simulate_cases(gravestone(), motion.scaled_by(factor), cases, numerics) for motion in motions]
+            [simulate_cases(gravestone(), motion.scaled_by(amplitude_factor), cases, numerics) for motion in motions]
         )
 
     (own, seconds), (other, general_seconds) = (
@@ -287,7 +299,7 @@ def compare_block_and_general_kernels(records: Sequence[int] = (6, 7, 8, 9, 10))
     )
     chaos = np.zeros(own.status.size, bool)
     for general, nominal in ((False, own), (True, other)):
-        for change in ({"factor": 1 + 1e-9}, {"factor": 1 - 1e-9}, {"step": "0.5 stable"}):
+        for change in ({"amplitude_factor": 1 + 1e-9}, {"amplitude_factor": 1 - 1e-9}, {"time_step": "0.5 stable"}):
             chaos |= (simulate_gravestones(general, **change).overturned != 0) != (nominal.overturned != 0)
     fell, far = own.overturned != 0, (own.overturned != 0) != (other.overturned != 0)
     stands = ~fell & ~far & ~chaos

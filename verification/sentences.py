@@ -17,44 +17,44 @@ import pandas as pd
 MARKED_NUMBER_PATTERN: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
-def formatted_measured_number(file: str, quantity: str, number_format: str, results: Path) -> str:
+def formatted_measured_number(file_name: str, quantity: str, number_format: str, results_folder: Path) -> str:
     """Return a measured number from a CSV file of `write_measured_numbers` as text in the format `number_format`.
 
     The function `write_measured_numbers` is in `verification.tables`.
     """
-    rows = pd.read_csv(results / file)
+    rows = pd.read_csv(results_folder / file_name)
     return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def format_errors_at_default_step_and_its_eighth(number_format: str, results: Path) -> str:
+def format_errors_at_default_step_and_its_eighth(number_format: str, results_folder: Path) -> str:
     """Format the wrong-flag shares, %, at the default time step and 1/8 of it, and the ratio of processor times."""
-    curve = pd.read_csv(results / "default-step.csv")
+    curve = pd.read_csv(results_folder / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
     return number_format.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
 
 
-def format_rigid_block_disagreement_counts(number_format: str, results: Path) -> str:
+def format_rigid_block_disagreement_counts(number_format: str, results_folder: Path) -> str:
     """Format the number of cases under records, and two numbers of disagreements with the rigid block.
 
     The first of these counts all cases with another outcome than that of the rigid block, the second those of them
     that the physics engines also simulate.
     """
-    rows = pd.read_csv(results / "work-precision.csv")
+    rows = pd.read_csv(results_folder / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
     (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)
     return number_format.format(at[0], at[1] + at[2], at[3])
 
 
-def count_of_predicted_boulder_tests(results: Path) -> str:
+def count_of_predicted_boulder_tests(results_folder: Path) -> str:
     """Return the number of shaking-table tests that are predicted from tests with other motions."""
-    rows = pd.read_csv(results / "shaking-table.csv")
+    rows = pd.read_csv(results_folder / "shaking-table.csv")
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
 
 
-def printed_output_as_code_block(file: str, results: Path) -> str:
+def printed_output_as_code_block(file_name: str, results_folder: Path) -> str:
     """Return what a command printed, from a file, as a block of code between empty lines."""
-    lines = (results / file).read_text(encoding="utf-8").splitlines()
+    lines = (results_folder / file_name).read_text(encoding="utf-8").splitlines()
     return "\n\n" + "\n".join(f"    {line}" if line else "" for line in lines) + "\n\n"
 
 

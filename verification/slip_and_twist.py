@@ -45,7 +45,7 @@ EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES: Final = 0.1
 
 
 def simulate_gravestone_shaft(
-    name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
+    model_name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
 ) -> pd.DataFrame:
     """Return the outcome, slip (m) and twist (degrees) of the shaft in each case, with each time step."""
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
@@ -64,22 +64,24 @@ def simulate_gravestone_shaft(
             )  # fmt: skip
             number = record * len(orientation) + np.arange(len(orientation))
             rows.append(pd.DataFrame({
-                "model": name, "refinement": refinement, "case": number, "overturned": overturned,
+                "model": model_name, "refinement": refinement, "case": number, "overturned": overturned,
                 "slip": np.hypot(north, east), "twist": np.abs(twist),
             }))  # fmt: skip
     return pd.concat(rows, ignore_index=True)
 
 
-def relative_errors(values: FloatArray, reference: FloatArray, min_reference: float) -> FloatArray:
-    """Return the relative errors of the values whose reference is at least ``min_reference``."""
-    counted = reference >= min_reference
-    return np.asarray(np.abs(values[counted] / reference[counted] - 1.0))
+def relative_errors(
+    values: FloatArray, reference_values: FloatArray, min_compared_reference_value: float
+) -> FloatArray:
+    """Return the relative errors of the values whose reference is at least ``min_compared_reference_value``."""
+    counted = reference_values >= min_compared_reference_value
+    return np.asarray(np.abs(values[counted] / reference_values[counted] - 1.0))
 
 
-def slip_and_twist_error_table(rows: pd.DataFrame) -> str:
+def slip_and_twist_error_table(rows_by_case_and_time_step: pd.DataFrame) -> str:
     """Return the table of the errors of slip and twist with each step, as Markdown."""
     lines = []
-    for name, mine in rows.groupby("model", sort=False):
+    for name, mine in rows_by_case_and_time_step.groupby("model", sort=False):
         by_step = {step: one.set_index("case") for step, one in mine.groupby("refinement")}
         standing = pd.concat([one["overturned"] == 0 for one in by_step.values()], axis=1).all(axis=1)
         reference = by_step[TIME_STEP_DIVISORS[-1]][standing]

@@ -63,20 +63,20 @@ AZIMUTH_ROUNDING_RAD: Final = float(np.radians(np.spacing(np.float32(360.0))))
 """Rounding of an azimuth in single precision, rad: the resolution of a cube."""
 
 
-def rocking_motion_without_overturning(samples: int = 2000) -> Motion:
+def rocking_motion_without_overturning(sample_count: int = 2000) -> Motion:
     """Return a motion of 20 s that rocks bodies and overturns none."""
-    t = np.arange(samples) * 0.01
+    t = np.arange(sample_count) * 0.01
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
 
 
 def simulate_case_grid_under_motions(
     motions: list[Motion],
     amplitude_factor: float = 1.0,
-    case_grid_axes: dict[str, Any] = DEFAULT_CASE_GRID_AXES,
+    case_grid_values_by_axis: dict[str, Any] = DEFAULT_CASE_GRID_AXES,
     **options: Any,
 ) -> OutcomeArrays:
     """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
-    given = {"model": "rectangle", "threads": 2, **case_grid_axes, **options}
+    given = {"model": "rectangle", "threads": 2, **case_grid_values_by_axis, **options}
     found = [simulate_as_arrays(motion.scaled_by(amplitude_factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
@@ -188,21 +188,23 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
     motions = list(read_motions_of_default_study().values())
-    simulate_case_grid_under_motions(motions[:1], case_grid_axes={name: values[:1] for name, values in axes.items()})
+    simulate_case_grid_under_motions(
+        motions[:1], case_grid_values_by_axis={name: values[:1] for name, values in axes.items()}
+    )
 
-    def run_cases_and_count_reruns(run: Callable[[Any, int], None], *more: Any) -> None:
+    def run_cases_and_count_reruns(run_selected_cases: Callable[[Any, int], None], *more: Any) -> None:
         """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
 
-        def count_if_rerun_and_run_cases(rows: Any, step_divisor: int) -> None:
+        def count_if_rerun_and_run_cases(case_indices: Any, step_divisor: int) -> None:
             """Note how many cases are rerun, and run them."""
-            again.append(rows.size if step_divisor == STEP_DIVISOR_PER_RERUN else 0)
-            run(rows, step_divisor)
+            again.append(case_indices.size if step_divisor == STEP_DIVISOR_PER_RERUN else 0)
+            run_selected_cases(case_indices, step_divisor)
 
         run_cases_until_energy_balances(count_if_rerun_and_run_cases, *more)
 
     with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", run_cases_and_count_reruns):
         found, seconds = run_and_measure_min_processor_time(
-            partial(simulate_case_grid_under_motions, motions, case_grid_axes=axes), 1, int
+            partial(simulate_case_grid_under_motions, motions, case_grid_values_by_axis=axes), 1, int
         )
     status, about = found["status"], "space, config/in-space.yaml"
     yield MeasuredNumber(f"{about}: cases", status.size)
@@ -293,7 +295,7 @@ def measure_run_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
     )
 
 
-def compare_with_other_engines(motions: list[Motion], case_count: int) -> Iterator[MeasuredNumber]:
+def compare_with_other_engines(motions: list[Motion], compared_case_count: int) -> Iterator[MeasuredNumber]:
     """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
     ours, seconds = run_and_measure_min_processor_time(
         partial(simulate_case_grid_under_motions, motions), 1, partial(simulate_case_grid_under_motions, motions[:1])
@@ -302,7 +304,7 @@ def compare_with_other_engines(motions: list[Motion], case_count: int) -> Iterat
         motions, time_step="0.25 stable", model=Body(RectangularPrism(), VertexContact(static_penetration=2e-7))
     )
     shape = ours["overturned"].shape
-    cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:case_count], shape)
+    cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:compared_case_count], shape)
     flags, azimuths = {}, {}
     for name, engine in installed_engines(ENGINES_3D).items():
         begin, found = time.process_time(), []

@@ -65,9 +65,9 @@ def topmost_stone_outcomes_in_this_program(case: StackCase, amplitude_factors: S
     return [{"fall_azimuth_deg": azimuth, "status": status, "slid_off": int(slid)} for azimuth, status, slid in rows]
 
 
-def has_outcome(outcome: dict[str, Any]) -> bool:
+def has_outcome(topmost_stone_outcome: dict[str, Any]) -> bool:
     """True if this program states whether the topmost stone falls."""
-    return CaseStatus(outcome["status"]).has_outcome
+    return CaseStatus(topmost_stone_outcome["status"]).has_outcome
 
 
 def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
-def amplitude_change_percent_to_reach_azimuth(case: StackCase, azimuth_deg: float) -> float:
+def amplitude_change_percent_to_reach_azimuth(case: StackCase, fall_azimuth_deg: float) -> float:
     """Return the least amplitude change, %, that makes the topmost stone fall to an azimuth; NaN if none does.
 
     An azimuth of NaN means that the stone stands; the falls are those in this program.
@@ -95,7 +95,7 @@ def amplitude_change_percent_to_reach_azimuth(case: StackCase, azimuth_deg: floa
     for change, found in zip(
         changes, topmost_stone_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
     ):
-        if has_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], azimuth_deg):
+        if has_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], fall_azimuth_deg):
             return 100.0 * change
     return math.nan
 
@@ -111,40 +111,42 @@ def read_outcomes_of_other_solvers() -> pd.DataFrame:
     return found
 
 
-def collect_outcomes_of_all_solvers(processes: int = 2) -> pd.DataFrame:
+def collect_outcomes_of_all_solvers(process_count: int = 2) -> pd.DataFrame:
     """Return the outcomes of all cases in the solvers and in this program, one row per case."""
-    with ProcessPoolExecutor(processes) as pool:
+    with ProcessPoolExecutor(process_count) as pool:
         own = pd.DataFrame(
             list(pool.map(outcome_and_robustness_in_this_program, draw_random_stack_cases(), chunksize=10))
         )
     return pd.concat([read_outcomes_of_other_solvers(), own.add_prefix(f"{PROGRAM_LABEL} ")], axis=1)
 
 
-def outcome_text(row: pd.Series, solver: str) -> str:
+def outcome_text(outcomes_of_case: pd.Series, solver: str) -> str:
     """Return the outcome in a solver as text: "stands", the fall azimuth, or `NO_OUTCOME_TEXT`.
 
     An outcome that is not robust is in brackets.
     """
-    azimuth = row[f"{solver} fall_azimuth_deg"]
+    azimuth = outcomes_of_case[f"{solver} fall_azimuth_deg"]
     text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
-    unresolved = solver == PROGRAM_LABEL and not has_outcome({"status": row[f"{PROGRAM_LABEL} status"]})
-    if unresolved or pd.isna(row[f"{solver} robust"]):
+    unresolved = solver == PROGRAM_LABEL and not has_outcome({"status": outcomes_of_case[f"{PROGRAM_LABEL} status"]})
+    if unresolved or pd.isna(outcomes_of_case[f"{solver} robust"]):
         return NO_OUTCOME_TEXT
-    return text if row[f"{solver} robust"] == 1 else f"({text})"
+    return text if outcomes_of_case[f"{solver} robust"] == 1 else f"({text})"
 
 
-def same_outcome_in_both(row: pd.Series, first_solver: str, second_solver: str) -> bool:
+def same_outcome_in_both(outcomes_of_case: pd.Series, first_solver: str, second_solver: str) -> bool:
     """True if two solvers give the same outcome; a case without an outcome agrees with nothing."""
     return NO_OUTCOME_TEXT not in (
-        outcome_text(row, first_solver),
-        outcome_text(row, second_solver),
-    ) and outcomes_agree(row[f"{first_solver} fall_azimuth_deg"], row[f"{second_solver} fall_azimuth_deg"])
+        outcome_text(outcomes_of_case, first_solver),
+        outcome_text(outcomes_of_case, second_solver),
+    ) and outcomes_agree(
+        outcomes_of_case[f"{first_solver} fall_azimuth_deg"], outcomes_of_case[f"{second_solver} fall_azimuth_deg"]
+    )
 
 
-def agreement_counts(table: pd.DataFrame, first_solver: str, second_solver: str) -> dict[str, int]:
+def agreement_counts(outcomes_by_case: pd.DataFrame, first_solver: str, second_solver: str) -> dict[str, int]:
     """Count cases, falls in the second solver, equal flags, falls in both, and azimuths within 20° where both fall."""
     counts = dict.fromkeys(("cases", "falls", "flags", "both", "near"), 0)
-    for _, row in table.iterrows():
+    for _, row in outcomes_by_case.iterrows():
         fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first_solver, second_solver)]
         missing = NO_OUTCOME_TEXT in (outcome_text(row, first_solver), outcome_text(row, second_solver))
         both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
@@ -154,9 +156,9 @@ def agreement_counts(table: pd.DataFrame, first_solver: str, second_solver: str)
     return counts
 
 
-def smaller_side_of_topmost_stone(sizes: str) -> float:
+def smaller_side_of_topmost_stone(stone_sizes_text: str) -> float:
     """Return the smaller side, m, of the topmost stone, from the text of the column of sizes."""
-    return min(float(side) for side in sizes.split()[-1].split("x")[:2])
+    return min(float(side) for side in stone_sizes_text.split()[-1].split("x")[:2])
 
 
 def share_text(count: int, total: int) -> str:
@@ -167,88 +169,99 @@ def share_text(count: int, total: int) -> str:
     return f"{100.0 * count / total:.1f} % ({count} of {total}; {100.0 * low:.1f} to {100.0 * high:.1f})"
 
 
-def agreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def agreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of agreement: compared solvers, cases, flags and azimuths."""
-    stones = table["sizes"].map(lambda sizes: len(sizes.split()))
-    robust = {name: table[f"{name} robust"] == 1 for name in OUTCOME_FILE_BY_SOLVER}
+    stones = outcomes_by_case["sizes"].map(lambda sizes: len(sizes.split()))
+    robust = {name: outcomes_by_case[f"{name} robust"] == 1 for name in OUTCOME_FILE_BY_SOLVER}
     for name, mask in robust.items():
-        yield _agreement_table_row(table[mask], PROGRAM_LABEL, name, f"robust in {name}")
+        yield _agreement_table_row(outcomes_by_case[mask], PROGRAM_LABEL, name, f"robust in {name}")
         for count in (2, 3):
             yield _agreement_table_row(
-                table[mask & (stones == count)], PROGRAM_LABEL, name, f"… stacks of {count} stones"
+                outcomes_by_case[mask & (stones == count)], PROGRAM_LABEL, name, f"… stacks of {count} stones"
             )
-        sinks = table[f"{name} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * table["sizes"].map(
-            smaller_side_of_topmost_stone
-        )
+        sinks = outcomes_by_case[f"{name} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * outcomes_by_case[
+            "sizes"
+        ].map(smaller_side_of_topmost_stone)
         if (mask & sinks).any():
-            yield _agreement_table_row(table[mask & ~sinks], PROGRAM_LABEL, name, f"… no corner sinks in {name}")
-    everywhere = table[np.logical_and.reduce(list(robust.values()))]
+            yield _agreement_table_row(
+                outcomes_by_case[mask & ~sinks], PROGRAM_LABEL, name, f"… no corner sinks in {name}"
+            )
+    everywhere = outcomes_by_case[np.logical_and.reduce(list(robust.values()))]
     first, second = OUTCOME_FILE_BY_SOLVER
     for pair in ((PROGRAM_LABEL, first), (PROGRAM_LABEL, second), (first, second)):
         yield _agreement_table_row(everywhere, *pair, "robust in both solvers")
 
 
-def _agreement_table_row(chosen: pd.DataFrame, first_solver: str, second_solver: str, label: str) -> Sequence[str]:
+def _agreement_table_row(
+    outcomes_of_chosen_cases: pd.DataFrame, first_solver: str, second_solver: str, case_kind: str
+) -> Sequence[str]:
     """Return a row of the table of agreement: two solvers, kind of cases, counts and shares."""
-    n = agreement_counts(chosen, first_solver, second_solver)
+    n = agreement_counts(outcomes_of_chosen_cases, first_solver, second_solver)
     return (
-        f"{first_solver}, {second_solver}", label, str(n["cases"]), str(n["falls"]), share_text(n["flags"], n["cases"]),
-        share_text(n["near"], n["both"]),
+        f"{first_solver}, {second_solver}", case_kind, str(n["cases"]), str(n["falls"]),
+        share_text(n["flags"], n["cases"]), share_text(n["near"], n["both"]),
     )  # fmt: skip
 
 
-def summary_rows_of_random_cases(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def summary_rows_of_random_cases(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
-        ran = table.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME_TEXT, axis=1)
-        fell, robust = np.isfinite(table[f"{name} fall_azimuth_deg"])[ran], (table[f"{name} robust"] == 1)[ran]
-        seconds = table[f"{name} seconds"].mean() if name in OUTCOME_FILE_BY_SOLVER else math.nan
+        ran = outcomes_by_case.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME_TEXT, axis=1)
+        fell, robust = (
+            np.isfinite(outcomes_by_case[f"{name} fall_azimuth_deg"])[ran],
+            (outcomes_by_case[f"{name} robust"] == 1)[ran],
+        )
+        seconds = outcomes_by_case[f"{name} seconds"].mean() if name in OUTCOME_FILE_BY_SOLVER else math.nan
         yield (
             name, str(int(ran.sum())), f"{100.0 * fell.mean():.0f} %", str(int(robust.sum())),
             f"{100.0 * fell[robust].mean():.0f} %", f"{seconds:.1f}" if np.isfinite(seconds) else "–",
         )  # fmt: skip
 
 
-def disagreement_cause(row: pd.Series, case: StackCase, other_solver: str) -> str:
+def disagreement_cause(outcomes_of_case: pd.Series, case: StackCase, other_solver: str) -> str:
     """Return the cause for which this program and a solver differ on a case that is robust in the solver."""
     other = next(name for name in OUTCOME_FILE_BY_SOLVER if name != other_solver)
     causes = []
-    if outcome_text(row, PROGRAM_LABEL) == NO_OUTCOME_TEXT:
-        causes.append(f"no outcome ({CaseStatus(int(row[f'{PROGRAM_LABEL} status'])).name.lower()})")
-    elif row[f"{PROGRAM_LABEL} robust"] != 1:
-        causes.append(f"marginal here ({row[f'{PROGRAM_LABEL} changed_by']})")
+    if outcome_text(outcomes_of_case, PROGRAM_LABEL) == NO_OUTCOME_TEXT:
+        causes.append(f"no outcome ({CaseStatus(int(outcomes_of_case[f'{PROGRAM_LABEL} status'])).name.lower()})")
+    elif outcomes_of_case[f"{PROGRAM_LABEL} robust"] != 1:
+        causes.append(f"marginal here ({outcomes_of_case[f'{PROGRAM_LABEL} changed_by']})")
     elif np.isfinite(
-        change := amplitude_change_percent_to_reach_azimuth(case, row[f"{other_solver} fall_azimuth_deg"])
+        change := amplitude_change_percent_to_reach_azimuth(case, outcomes_of_case[f"{other_solver} fall_azimuth_deg"])
     ):
         causes.append(f"same outcome here with {change:+.1f} % of amplitude")
-    if row[f"{other_solver} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(
+    if outcomes_of_case[f"{other_solver} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * min(
         case.stack.width_depth_height_by_stone[-1][:2]
     ):
-        causes.append(f"a corner sinks by {1e3 * row[f'{other_solver} sinking']:.0f} mm in {other_solver}")
-    if slides_off_or_far_in_either_solver(row, case, other_solver):
+        causes.append(f"a corner sinks by {1e3 * outcomes_of_case[f'{other_solver} sinking']:.0f} mm in {other_solver}")
+    if slides_off_or_far_in_either_solver(outcomes_of_case, case, other_solver):
         causes.append("slides")
-    if outcome_text(row, other) == NO_OUTCOME_TEXT:
+    if outcome_text(outcomes_of_case, other) == NO_OUTCOME_TEXT:
         return "; ".join(causes) or "unexplained"
-    if same_outcome_in_both(row, other, PROGRAM_LABEL):
+    if same_outcome_in_both(outcomes_of_case, other, PROGRAM_LABEL):
         causes.append(f"{other} agrees with this program")
-    elif not same_outcome_in_both(row, other, other_solver):
+    elif not same_outcome_in_both(outcomes_of_case, other, other_solver):
         causes.append(f"{other} differs from both")
     return "; ".join(causes) or f"unexplained: {other} agrees with {other_solver}"
 
 
-def slides_off_or_far_in_either_solver(row: pd.Series, case: StackCase, other_solver: str) -> bool:
+def slides_off_or_far_in_either_solver(outcomes_of_case: pd.Series, case: StackCase, other_solver: str) -> bool:
     """True if a stone slides off in this program or in the solver `other_solver`, or if it slides far in the solver."""
-    fallen = int(row[f"{other_solver} fallen_stone"])
-    upright = fallen >= 0 and row[f"{other_solver} tilt_deg"] < math.degrees(critical_angle(case.stack, fallen))
-    far = row[f"{other_solver} slip"] > LARGE_SLIP_TO_WIDTH_RATIO * min(case.stack.width_depth_height_by_stone[-1][:2])
-    return bool(row[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)
+    fallen = int(outcomes_of_case[f"{other_solver} fallen_stone"])
+    upright = fallen >= 0 and outcomes_of_case[f"{other_solver} tilt_deg"] < math.degrees(
+        critical_angle(case.stack, fallen)
+    )
+    far = outcomes_of_case[f"{other_solver} slip"] > LARGE_SLIP_TO_WIDTH_RATIO * min(
+        case.stack.width_depth_height_by_stone[-1][:2]
+    )
+    return bool(outcomes_of_case[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)
 
 
-def disagreement_table_rows(table: pd.DataFrame) -> Iterator[Sequence[str]]:
+def disagreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
     cases = draw_random_stack_cases()
     for peer in OUTCOME_FILE_BY_SOLVER:
-        for _, row in table[table[f"{peer} robust"] == 1].iterrows():
+        for _, row in outcomes_by_case[outcomes_by_case[f"{peer} robust"] == 1].iterrows():
             if not same_outcome_in_both(row, PROGRAM_LABEL, peer):
                 case = cases[row["case"]]
                 yield (

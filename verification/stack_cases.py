@@ -54,14 +54,14 @@ def _strong_parts_of_records() -> dict[str, Motion]:
     }
 
 
-def draw_random_stack_cases(count: int = RANDOM_STACK_CASE_COUNT, seed: int = SEED) -> list[StackCase]:
+def draw_random_stack_cases(case_count: int = RANDOM_STACK_CASE_COUNT, seed: int = SEED) -> list[StackCase]:
     """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
 
     A case in which no joint can open or slide under the peak of its record is drawn again.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     records, found = sorted(read_motions_of_default_study()), list[StackCase]()
-    while len(found) < count:
+    while len(found) < case_count:
         case = _draw_stack_case(generator, records, 2 + len(found) % 2)
         if np.hypot(
             *case.strong_part_of_scaled_record.horizontal_components
@@ -70,7 +70,7 @@ def draw_random_stack_cases(count: int = RANDOM_STACK_CASE_COUNT, seed: int = SE
     return found
 
 
-def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_count: int) -> StackCase:
+def _draw_stack_case(generator: np.random.Generator, record_ids: list[str], stone_count: int) -> StackCase:
     """Draw a stack with record, orientation and factor on the record at random."""
 
     def draw_rounded_uniform(low: float, high: float) -> float:
@@ -85,7 +85,7 @@ def _draw_stack_case(generator: np.random.Generator, records: list[str], stone_c
         step = draw_rounded_uniform(1.3, 1.7)
         sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw_rounded_uniform(0.2, 0.4)))
     stack = BoxStack(tuple(sizes), round(draw_rounded_uniform(0.4, 1.0), 2))
-    record = records[int(generator.integers(len(records)))]
+    record = record_ids[int(generator.integers(len(record_ids)))]
     return StackCase(record, float(generator.integers(360)), round(draw_rounded_uniform(0.6, 1.6), 2), stack)
 
 
@@ -114,11 +114,11 @@ def scene_of_stack(stack: BoxStack) -> Scene:
     return Scene(name="stack", reference=elements[-1].name, elements=tuple(elements))
 
 
-def case_parameters_as_table_row(number: int, case: StackCase) -> dict[str, Any]:
+def case_parameters_as_table_row(case_number: int, case: StackCase) -> dict[str, Any]:
     """Return the parameters of a case as columns of a table."""
     sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.width_depth_height_by_stone)
     return {
-        "case": number, "record": case.record_id, "orientation_deg": case.orientation_deg,
+        "case": case_number, "record": case.record_id, "orientation_deg": case.orientation_deg,
         "amplitude": case.amplitude_factor,
         "friction": case.stack.friction, "sizes": sizes,
     }  # fmt: skip

@@ -78,13 +78,19 @@ StonePoses: TypeAlias = list[tuple[FloatArray, FloatArray]]
 StackEngine = Callable[[BoxStack, Motion, float, float], Iterator[StonePoses]]
 
 
-def ground_accelerations_along_stack_axes(motion: Motion, orientation_deg: float) -> list[FloatArray]:
+def ground_accelerations_along_stack_axes(motion: Motion, stack_orientation_deg: float) -> list[FloatArray]:
     """Return the accelerations of the ground along x, y and z, m/s²."""
     up = np.zeros(motion.sample_count) if motion.up is None else motion.up
-    return [motion.acceleration_along(orientation_deg), motion.acceleration_along(orientation_deg - 90.0), up]
+    return [
+        motion.acceleration_along(stack_orientation_deg),
+        motion.acceleration_along(stack_orientation_deg - 90.0),
+        up,
+    ]
 
 
-def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
+def mujoco_poses(
+    stack: BoxStack, motion: Motion, stack_orientation_deg: float, time_step: float
+) -> Iterator[StonePoses]:
     """Yield the poses (positions and rotations) of the stones in MuJoCo, one per `FALL_CHECK_INTERVAL_S`."""
     import mujoco as engine
 
@@ -100,7 +106,7 @@ def mujoco_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
         <worldbody><geom type="plane" size="100 100 1"/>{bodies}</worldbody></mujoco>"""
     )
     data = engine.MjData(model)
-    waves = ground_accelerations_along_stack_axes(motion, orientation_deg)
+    waves = ground_accelerations_along_stack_axes(motion, stack_orientation_deg)
     x, y, z = (
         resample_acceleration(wave, motion.sampling_interval, time_step, MAX_SIMULATED_TIME_AFTER_RECORD_S)
         for wave in waves
@@ -138,9 +144,11 @@ _BASE_SIZE_M: Final = (20.0, 20.0, 1.0)
 _UNIT_CUBE_BOTTOM_CORNERS: Final = np.array(_UNIT_CUBE_VERTICES[:4])
 
 
-def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float) -> Iterator[StonePoses]:
+def lmgc90_poses(
+    stack: BoxStack, motion: Motion, stack_orientation_deg: float, time_step: float
+) -> Iterator[StonePoses]:
     """Yield the poses of the stones in LMGC90, one per `FALL_CHECK_INTERVAL_S`, relative to the moving base."""
-    waves = ground_accelerations_along_stack_axes(motion, orientation_deg)
+    waves = ground_accelerations_along_stack_axes(motion, stack_orientation_deg)
     solver = _load_lmgc90().LMGC90Solver()
     solver.initialize(time_step, 0.5, False)
     solver.set_materials([STONE_DENSITY_KG_M3])
@@ -180,32 +188,38 @@ def lmgc90_poses(stack: BoxStack, motion: Motion, orientation_deg: float, time_s
 
 
 def _times_and_ground_velocities(
-    acceleration: FloatArray, interval: float, parts_per_sample: int = 4
+    acceleration_of_one_component: FloatArray, sampling_interval: float, parts_per_sampling_interval: int = 4
 ) -> tuple[FloatArray, FloatArray]:
     """Return times and exact velocities for an acceleration that is linear between samples, and then zero."""
     fine = np.interp(
-        np.arange(parts_per_sample * acceleration.size) / parts_per_sample,
-        np.arange(acceleration.size + 1),
-        [*acceleration, 0],
+        np.arange(parts_per_sampling_interval * acceleration_of_one_component.size) / parts_per_sampling_interval,
+        np.arange(acceleration_of_one_component.size + 1),
+        [*acceleration_of_one_component, 0],
     )
-    velocity = np.concatenate([[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1])) * interval / parts_per_sample])
-    times = np.arange(velocity.size) * interval / parts_per_sample
+    velocity = np.concatenate(
+        [[0.0], np.cumsum(0.5 * (fine[1:] + fine[:-1])) * sampling_interval / parts_per_sampling_interval]
+    )
+    times = np.arange(velocity.size) * sampling_interval / parts_per_sampling_interval
     return np.append(times, 1e3), np.append(velocity, velocity[-1])
 
 
-def min_tilt_to_count_as_fallen(stack: BoxStack, stone: int) -> float:
+def min_tilt_to_count_as_fallen(stack: BoxStack, stone_index: int) -> float:
     """Return the least tilt of a fallen stone, rad: 60° or, if larger, midway from critical angle to 90°."""
-    return max(MIN_TILT_COUNTED_AS_FALLEN_RAD, 0.5 * (critical_angle(stack, stone) + 0.5 * math.pi))
+    return max(MIN_TILT_COUNTED_AS_FALLEN_RAD, 0.5 * (critical_angle(stack, stone_index) + 0.5 * math.pi))
 
 
-def critical_angle(stack: BoxStack, stone: int) -> float:
+def critical_angle(stack: BoxStack, stone_index: int) -> float:
     """Return the tilt about the nearest edge of its contact area at which a stone is in balance, rad."""
-    width = min(side for size in stack.width_depth_height_by_stone[max(stone - 1, 0) : stone + 1] for side in size[:2])
-    return math.atan2(width, stack.width_depth_height_by_stone[stone][2])
+    width = min(
+        side
+        for size in stack.width_depth_height_by_stone[max(stone_index - 1, 0) : stone_index + 1]
+        for side in size[:2]
+    )
+    return math.atan2(width, stack.width_depth_height_by_stone[stone_index][2])
 
 
 def topmost_stone_outcome_in_engine(
-    engine: StackEngine, stack: BoxStack, motion: Motion, orientation_deg: float, time_step: float
+    engine: StackEngine, stack: BoxStack, motion: Motion, stack_orientation_deg: float, time_step: float
 ) -> TopmostStoneOutcome:
     """Return the outcome of the topmost stone of a stack in an engine.
 
@@ -220,12 +234,12 @@ def topmost_stone_outcome_in_engine(
     largest = [min_tilt_to_count_as_fallen(stack, stone) for stone in range(len(heights))]
     peak, slip, sinking = 0.0, 0.0, 0.0
     end = motion.sample_count * motion.sampling_interval
-    for number, poses in enumerate(engine(stack, motion, orientation_deg, time_step), start=1):
+    for number, poses in enumerate(engine(stack, motion, stack_orientation_deg, time_step), start=1):
         tilts = [math.acos(max(-1.0, min(1.0, turn[2, 2]))) for _, turn in poses]
         for stone, (place, _) in enumerate(poses):
             if tilts[stone] > largest[stone] or place[2] < lowest[stone]:
                 x, y, _ = poses[-1][1][:, 2]
-                azimuth = float((orientation_deg - math.degrees(math.atan2(y, x))) % 360.0)
+                azimuth = float((stack_orientation_deg - math.degrees(math.atan2(y, x))) % 360.0)
                 time = number * FALL_CHECK_INTERVAL_S
                 return TopmostStoneOutcome(azimuth, time, stone, math.degrees(tilts[stone]), slip, sinking)
         peak, slip = max(peak, tilts[-1]), max(slip, _largest_slip_of_upright_stones_m(stack, poses, tilts))
@@ -238,10 +252,12 @@ def topmost_stone_outcome_in_engine(
     return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
 
-def _largest_slip_of_upright_stones_m(stack: BoxStack, poses: StonePoses, tilts: list[float]) -> float:
+def _largest_slip_of_upright_stones_m(stack: BoxStack, poses: StonePoses, tilt_rad_by_stone: list[float]) -> float:
     """Return the largest distance of the base of an upright stone from the centre of the face below, m."""
     below, largest = np.zeros(2), 0.0
-    for (place, turn), (_, _, height), tilt in zip(poses, stack.width_depth_height_by_stone, tilts, strict=True):
+    for (place, turn), (_, _, height), tilt in zip(
+        poses, stack.width_depth_height_by_stone, tilt_rad_by_stone, strict=True
+    ):
         half = 0.5 * height * turn[:2, 2]
         if tilt < MAX_UPRIGHT_TILT_RAD:
             largest = max(largest, float(np.hypot(*(place[:2] - half - below))))

@@ -37,13 +37,13 @@ SOURCE_FILES_OF_OUTCOMES: Final = ("engines.py", "stack_cases.py", "stack_engine
 """Files of this folder on which the outcomes of a solver depend."""
 
 
-def partial_results_path(engine_name: str) -> Path:
+def partial_results_path(solver_name: str) -> Path:
     """Return the file of finished cases of a solver; its name changes with the files that the outcomes depend on."""
     digest = hashlib.sha256()
     for name in SOURCE_FILES_OF_OUTCOMES:
         digest.update((ROOT / "verification" / name).read_bytes())
-    time_step = TIME_STEP_BY_SOLVER_S[engine_name]
-    return PARTIAL_RESULT_FOLDER / f"stack-peers-{engine_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
+    time_step = TIME_STEP_BY_SOLVER_S[solver_name]
+    return PARTIAL_RESULT_FOLDER / f"stack-peers-{solver_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
 
 
 def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
@@ -54,10 +54,10 @@ def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> It
         yield f"amplitude × {factor:g}", case.strong_part_of_scaled_record.scaled_by(factor), time_step
 
 
-def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[str, Any]:
+def outcome_and_robustness_in_solver(solver_name: str, case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
-    engine, nominal, changed, seconds = STACK_ENGINES[engine_name], None, "", 0.0
-    for label, motion, time_step in nominal_and_perturbed_run_arguments(case, TIME_STEP_BY_SOLVER_S[engine_name]):
+    engine, nominal, changed, seconds = STACK_ENGINES[solver_name], None, "", 0.0
+    for label, motion, time_step in nominal_and_perturbed_run_arguments(case, TIME_STEP_BY_SOLVER_S[solver_name]):
         begin = time.process_time()
         found = topmost_stone_outcome_in_engine(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:
@@ -69,10 +69,10 @@ def outcome_and_robustness_in_solver(engine_name: str, case: StackCase) -> dict[
     return nominal.table_columns() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
 
 
-def run_all_cases_in_solver(engine_name: str, processes: int) -> pd.DataFrame:
+def run_all_cases_in_solver(solver_name: str, process_count: int) -> pd.DataFrame:
     """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
     cases = draw_random_stack_cases()
-    partial_path = partial_results_path(engine_name)
+    partial_path = partial_results_path(solver_name)
     partial_path.parent.mkdir(parents=True, exist_ok=True)
     finished = {}
     if partial_path.is_file():
@@ -80,9 +80,9 @@ def run_all_cases_in_solver(engine_name: str, processes: int) -> pd.DataFrame:
             number = row["case"]
             if number < len(cases) and case_parameters_as_table_row(number, cases[number]).items() <= row.items():
                 finished[number] = row
-    with ProcessPoolExecutor(processes) as pool, partial_path.open("a", encoding="utf-8") as partial_file:
+    with ProcessPoolExecutor(process_count) as pool, partial_path.open("a", encoding="utf-8") as partial_file:
         waiting = {
-            pool.submit(outcome_and_robustness_in_solver, engine_name, case): (number, case)
+            pool.submit(outcome_and_robustness_in_solver, solver_name, case): (number, case)
             for number, case in enumerate(cases)
             if number not in finished
         }

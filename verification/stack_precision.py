@@ -69,38 +69,38 @@ def fall_azimuth_and_run_time_in_program(case: StackCase, step_to_automatic_step
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
 
 
-def fall_azimuth_and_run_time_in_solver(solver: str, time_step: float, case: StackCase) -> tuple[float, float]:
+def fall_azimuth_and_run_time_in_solver(solver_name: str, time_step: float, case: StackCase) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
-    if solver == PROGRAM_LABEL:
+    if solver_name == PROGRAM_LABEL:
         return fall_azimuth_and_run_time_in_program(case, time_step)
     begin = time.process_time()
     found = topmost_stone_outcome_in_engine(
-        STACK_ENGINES[solver], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, time_step
+        STACK_ENGINES[solver_name], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, time_step
     )
     return found.fall_azimuth_deg, time.process_time() - begin
 
 
-def run_solver_with_all_steps(solver: str, processes: int) -> pd.DataFrame:
+def run_solver_with_all_steps(solver_name: str, process_count: int) -> pd.DataFrame:
     """Run all cases in a solver with all its steps; return one row per case and step."""
     cases = draw_random_stack_cases()[:COMPARED_CASE_COUNT]
     fall_azimuth_and_run_time_in_program(cases[0], 1.0)  # compiles the kernel
-    with ProcessPoolExecutor(processes) as pool:
+    with ProcessPoolExecutor(process_count) as pool:
         made = [
-            list(pool.map(partial(fall_azimuth_and_run_time_in_solver, solver, step), cases))
-            for step in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver]
+            list(pool.map(partial(fall_azimuth_and_run_time_in_solver, solver_name, step), cases))
+            for step in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver_name]
         ]
     return pd.DataFrame([
-        {"solver": solver, "step": step, "case": number, "fall_azimuth_deg": azimuth, "seconds": seconds}
-        for step, found in zip(TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver], made, strict=True)
+        {"solver": solver_name, "step": step, "case": number, "fall_azimuth_deg": azimuth, "seconds": seconds}
+        for step, found in zip(TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver_name], made, strict=True)
         for number, (azimuth, seconds) in enumerate(found)
     ])  # fmt: skip
 
 
-def error_against_run_time_table(rows: pd.DataFrame) -> str:
+def error_against_run_time_table(rows_by_case_and_time_step: pd.DataFrame) -> str:
     """Return the table of wrong flags and azimuths against run time, as Markdown."""
     lines = []
     for solver, steps in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE.items():
-        mine = rows[rows["solver"] == solver]
+        mine = rows_by_case_and_time_step[rows_by_case_and_time_step["solver"] == solver]
         reference = mine[mine["step"] == steps[-1]]["fall_azimuth_deg"].to_numpy()
         for step in steps[:-1]:
             chosen = mine[mine["step"] == step]

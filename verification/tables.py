@@ -36,9 +36,9 @@ class MeasuredNumber(NamedTuple):
     """Commit at which the figure was measured; empty for the current one."""
 
 
-def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def markdown_table(column_headers: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a Markdown table of a header and rows."""
-    lines = [header, ["---"] * len(header), *rows]
+    lines = [column_headers, ["---"] * len(column_headers), *rows]
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
@@ -88,17 +88,21 @@ def commit_and_machine_line() -> str:
     return f"*Commit {current_commit()}; {machine_label()}.*"
 
 
-def wrap_text(text: str, first_prefix: str = "") -> str:
-    """Wrap text to the lines of a page; the first begins with `first_prefix`, such as the bullet of a list."""
+def wrap_text(text: str, first_line_prefix: str = "") -> str:
+    """Wrap text to the lines of a page; the first begins with `first_line_prefix`, such as the bullet of a list."""
     return textwrap.fill(
-        text, 118, initial_indent=first_prefix, subsequent_indent=" " * len(first_prefix), break_on_hyphens=False
+        text,
+        118,
+        initial_indent=first_line_prefix,
+        subsequent_indent=" " * len(first_line_prefix),
+        break_on_hyphens=False,
     )
 
 
-def text_of_value_and_unit(measured: MeasuredNumber) -> str:
+def text_of_value_and_unit(measured_number: MeasuredNumber) -> str:
     """Return value and unit of a measured number as text, with four digits."""
-    number = f"{measured.value:.4g}" if abs(measured.value) < 1e4 else f"{measured.value:,.0f}"
-    return f"{number} {measured.unit}".strip()
+    number = f"{measured_number.value:.4g}" if abs(measured_number.value) < 1e4 else f"{measured_number.value:,.0f}"
+    return f"{number} {measured_number.unit}".strip()
 
 
 def write_measured_numbers(
@@ -151,7 +155,9 @@ def named_parts_or_all_if_none(named_parts: Sequence[str] | None, known_parts: C
     return [name for name in known_parts if not named_parts or name in named_parts]
 
 
-def insert_markdown_between_markers_in_docs(markdown_by_marker: Mapping[str, str], root: Path = ROOT) -> None:
+def insert_markdown_between_markers_in_docs(
+    markdown_by_marker: Mapping[str, str], readme_and_docs_folder: Path = ROOT
+) -> None:
     """Write each Markdown text between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
 
     A line below each body names the commit and the machine (see `commit_and_machine_line`). Figures within sentences
@@ -161,7 +167,7 @@ def insert_markdown_between_markers_in_docs(markdown_by_marker: Mapping[str, str
     ----------
     markdown_by_marker : mapping of str to str
         Markdown by marker.
-    root : Path
+    readme_and_docs_folder : Path
         Folder of README*.md and docs/*.md.
 
     Raises
@@ -170,8 +176,11 @@ def insert_markdown_between_markers_in_docs(markdown_by_marker: Mapping[str, str
         If no page has one of the markers; the other bodies are published anyway.
     """
     missing = set(markdown_by_marker)
-    with lock_folder_for_changes(root):
-        for page in (*sorted(root.glob("README*.md")), *sorted((root / "docs").glob("*.md"))):
+    with lock_folder_for_changes(readme_and_docs_folder):
+        for page in (
+            *sorted(readme_and_docs_folder.glob("README*.md")),
+            *sorted((readme_and_docs_folder / "docs").glob("*.md")),
+        ):
             if page.is_file():
                 old = text = page.read_text(encoding="utf-8")
                 for mark, body in markdown_by_marker.items():
@@ -182,7 +191,9 @@ def insert_markdown_between_markers_in_docs(markdown_by_marker: Mapping[str, str
                             "\\", r"\\"
                         )  # keep backslashes literal in the replacement
                         text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
-                text = fill_measured_numbers_into_page(text, root / RESULT_TABLE_FOLDER.relative_to(ROOT))
+                text = fill_measured_numbers_into_page(
+                    text, readme_and_docs_folder / RESULT_TABLE_FOLDER.relative_to(ROOT)
+                )
                 if text != old:
                     with atomic_write(page) as part:
                         part.write_text(text, encoding="utf-8")
@@ -195,9 +206,9 @@ def write_table(
     rows: pd.DataFrame,
     path: Path,
     *,
-    meanings: Mapping[str, tuple[str, str]],
-    attributes: Mapping[str, Any] | None = None,
-    dimension: str = "row",
+    long_name_and_unit_by_column: Mapping[str, tuple[str, str]],
+    global_attributes: Mapping[str, Any] | None = None,
+    dimension_name: str = "row",
 ) -> None:
     """Write a table as NetCDF and CSV; the same numbers give the same bytes.
 
@@ -207,17 +218,17 @@ def write_table(
         Columns of numbers and strings.
     path : Path
         NetCDF file; the CSV file has the same name with the extension .csv.
-    meanings : mapping of str to (str, str)
+    long_name_and_unit_by_column : mapping of str to (str, str)
         Long name and unit of each column.
-    attributes : mapping, optional
+    global_attributes : mapping, optional
         Numbers to store as global attributes.
-    dimension : str
+    dimension_name : str
         Name of the dimension.
     """
-    table = rows.rename_axis(dimension).to_xarray().drop_vars(dimension).assign_attrs(attributes or {})
+    table = rows.rename_axis(dimension_name).to_xarray().drop_vars(dimension_name).assign_attrs(global_attributes or {})
     encoding: dict[str, dict[str, Any]] = {}
     for name, column in table.data_vars.items():
-        long_name, unit = meanings[str(name)]
+        long_name, unit = long_name_and_unit_by_column[str(name)]
         number = column.dtype.kind in "iufb"
         column.attrs = {"long_name": long_name} | ({"units": unit} if number else {})
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None} if number else {}

@@ -32,7 +32,7 @@ class TimedResults(NamedTuple):
 
 
 def run_and_measure_min_processor_time(
-    computation: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
+    computation: Callable[[], Result], repeat_count: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
     """Run a computation several times; return its result and minimum processor time, s.
 
@@ -40,22 +40,22 @@ def run_and_measure_min_processor_time(
     """
     (warm_up or computation)()
     times: list[float] = []
-    while len(times) < repeats and sum(times) < TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S:
+    while len(times) < repeat_count and sum(times) < TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S:
         begin = time.process_time()
         result = computation()
         times.append(time.process_time() - begin)
     return result, min(times)
 
 
-def minimum_processor_time(computation: Callable[[], object], repeats: int = 3) -> float:
+def minimum_processor_time(computation: Callable[[], object], repeat_count: int = 3) -> float:
     """Return the minimum processor time of several runs after a warm-up, s."""
-    return run_and_measure_min_processor_time(computation, repeats)[1]
+    return run_and_measure_min_processor_time(computation, repeat_count)[1]
 
 
-def run_python_program_and_time_it(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
+def run_python_program_and_time_it(python_code: str, *arguments: object, **environment: str) -> tuple[str, float]:
     """Run a Python program; return its output and the processor time of its process, s."""
     begin = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, "-c", program, *map(str, arguments)]
+    command = [sys.executable, "-c", python_code, *map(str, arguments)]
     done = subprocess.run(
         command, env=os.environ | environment, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True
     )
@@ -103,12 +103,12 @@ np.savez(sys.argv[2], **made)
 
 def run_case_groups_in_subprocess(
     groups: Sequence[CaseGroup],
-    settings: Sequence[dict[str, Any]],
+    run_cases_arguments_by_setting: Sequence[dict[str, Any]],
     *,
-    checkout: Path = ROOT,
+    checkout_folder: Path = ROOT,
     statements_before_import: str = "",
-    scene: str = "",
-    repeats: int = 1,
+    scene_name: str = "",
+    repeat_count: int = 1,
     **environment: str,
 ) -> list[TimedResults]:
     """Run groups of cases with each of several settings in a separate process.
@@ -117,15 +117,15 @@ def run_case_groups_in_subprocess(
     ----------
     groups : sequence of CaseGroup
         Cases by motion; their amplitudes are not used.
-    settings : sequence of dict
+    run_cases_arguments_by_setting : sequence of dict
         Arguments of `run_cases`, or of `NumericalOptions` for a scene.
-    checkout : Path
+    checkout_folder : Path
         Folder whose ``src`` is used.
     statements_before_import : str
         Statements to execute before the kernel is imported.
-    scene : str
+    scene_name : str
         Name of a shipped scene; empty: a single block.
-    repeats : int
+    repeat_count : int
         Number of timed runs; the minimum counts.
     **environment : str
         Environment variables of the process.
@@ -139,20 +139,20 @@ def run_case_groups_in_subprocess(
         }
     asked = {
         "before": statements_before_import,
-        "scene": scene,
+        "scene": scene_name,
         "root": str(ROOT),
         "groups": len(groups),
-        "repeats": repeats,
+        "repeats": repeat_count,
     }
     with tempfile.TemporaryDirectory() as scratch:
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
         np.savez(given, allow_pickle=False, **inputs)
-        source = str((checkout / "src").resolve())
+        source = str((checkout_folder / "src").resolve())
         run_python_program_and_time_it(
             _CHILD_PROGRAM,
             given,
             made,
-            json.dumps(asked | {"settings": list(settings)}),
+            json.dumps(asked | {"settings": list(run_cases_arguments_by_setting)}),
             PYTHONPATH=source,
             **environment,
         )
@@ -162,5 +162,5 @@ def run_case_groups_in_subprocess(
                     CaseResults(**{name: arrays[f"{name}{i}"] for name in _RESULT_NAMES_READ_FROM_CHILD}),
                     float(arrays[f"seconds{i}"]),
                 )
-                for i in range(len(settings))
+                for i in range(len(run_cases_arguments_by_setting))
             ]

@@ -19,7 +19,7 @@ import netCDF4
 
 from overturning.commands.fork_client import SERVER_SOCKET_ENVIRONMENT_VARIABLE
 from overturning.errors import ResultError
-from verification.project import WorkflowFolder
+from verification.project import StudyWorkflowCopy
 from verification.tables import ROOT, MeasuredNumber, current_commit, markdown_table, text_of_value_and_unit
 
 CORE_COUNT_OF_WHOLE_RUN: Final = 2
@@ -66,14 +66,21 @@ class WholeRunCost(NamedTuple):
     cube_sha256: str
 
 
-def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = "") -> WholeRunCost:
+def run_whole_study(uses_fork_server: bool, checkout_folder: Path = ROOT, study_yaml: str = "") -> WholeRunCost:
     """Run a study (text of its file; default: the default study) of a checkout in a new folder; return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
-        project = WorkflowFolder(
-            Path(scratch) / "project", study, "--cores", str(CORE_COUNT_OF_WHOLE_RUN), checkout=checkout
+        project = StudyWorkflowCopy(
+            Path(scratch) / "project",
+            study_yaml,
+            "--cores",
+            str(CORE_COUNT_OF_WHOLE_RUN),
+            source_checkout_folder=checkout_folder,
         )
-        how, table = project.subprocess_arguments(file=""), project.results / "benchmarks" / STEP_TABLE_FILE_NAME
-        if not with_fork_server:
+        how, table = (
+            project.subprocess_arguments(result_file_name=""),
+            project.results / "benchmarks" / STEP_TABLE_FILE_NAME,
+        )
+        if not uses_fork_server:
             table = Path(scratch) / STEP_TABLE_FILE_NAME
             program = str(Path(sys.executable).with_name("overturning"))
             wrapper = Path(scratch) / "overturning"
@@ -90,10 +97,10 @@ def run_whole_study(with_fork_server: bool, checkout: Path = ROOT, study: str = 
             return WholeRunCost(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
 
 
-def read_step_costs(table: Path) -> dict[str, CostOfCommandSteps]:
+def read_step_costs(step_table_path: Path) -> dict[str, CostOfCommandSteps]:
     """Return the cost of the steps of each command from a table of steps, those with most processor time first."""
     costs: dict[str, CostOfCommandSteps] = {}
-    with table.open(encoding="utf-8", newline="") as file:
+    with step_table_path.open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file, delimiter="\t"):
             if row[0] != "command":
                 steps, seconds, memory = costs.get(row[0], (0, 0.0, 0.0))
@@ -103,7 +110,7 @@ def read_step_costs(table: Path) -> dict[str, CostOfCommandSteps]:
 
 def measure_whole_run() -> list[MeasuredNumber]:
     """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
-    served, own = run_whole_study(with_fork_server=True), run_whole_study(with_fork_server=False)
+    served, own = run_whole_study(uses_fork_server=True), run_whole_study(uses_fork_server=False)
     if served.cube_sha256 != own.cube_sha256:
         raise ResultError(f"the cubes differ: {served.cube_sha256}, {own.cube_sha256}")
     rows = []
@@ -125,9 +132,9 @@ def measure_whole_run() -> list[MeasuredNumber]:
     return rows
 
 
-def fork_server_comparison_table(figures: Sequence[MeasuredNumber]) -> str:
+def fork_server_comparison_table(measured_numbers: Sequence[MeasuredNumber]) -> str:
     """Return a Markdown table of a whole run: a row per quantity, a column without and one with the fork server."""
-    values = {one.quantity: text_of_value_and_unit(one) for one in figures}
+    values = {one.quantity: text_of_value_and_unit(one) for one in measured_numbers}
     names = [
         quantity.removeprefix(f"{QUANTITY_PREFIX_WITHOUT_FORK_SERVER}: ")
         for quantity in values
@@ -144,16 +151,16 @@ def fork_server_comparison_table(figures: Sequence[MeasuredNumber]) -> str:
     return markdown_table(("", "a process for each step", "fork server"), rows)
 
 
-def compare_whole_runs(checkout: Path, pair_count: int, study: str = "") -> str:
+def compare_whole_runs(checkout_folder: Path, pair_count: int, study_yaml: str = "") -> str:
     """Run a study (default: the default study) of another checkout and of this one in turn; return a table of costs.
 
     A row gives the medians over the pairs, and the median of the ratios within a pair. The first run of each state,
     which compiles its kernels and bytecode, is not counted. Steps of a checkout without a fork server run in processes
     of their own.
     """
-    has_server = (checkout / "src" / "overturning" / "commands" / "fork_server.py").exists()
-    both = [(has_server, checkout), (True, ROOT)]
-    runs = [[run_whole_study(*state, study) for state in both] for _ in range(pair_count + 1)][1:]
+    has_server = (checkout_folder / "src" / "overturning" / "commands" / "fork_server.py").exists()
+    both = [(has_server, checkout_folder), (True, ROOT)]
+    runs = [[run_whole_study(*state, study_yaml) for state in both] for _ in range(pair_count + 1)][1:]
     columns = [[_times_by_table_row_name(one) for one in states] for states in zip(*runs, strict=True)]
     rows = []
     for name in dict.fromkeys(name for column in columns for name in column[0]):
@@ -161,21 +168,22 @@ def compare_whole_runs(checkout: Path, pair_count: int, study: str = "") -> str:
         ratio = f"{median(new / old for old, new in zip(before, after, strict=True)):.2f}" if before and after else "–"
         rows.append((name, *(f"{median(values):.3g}" if values else "–" for values in (before, after)), ratio))
     earlier = subprocess.run(
-        ["git", "rev-parse", "--short=8", "HEAD"], cwd=checkout, capture_output=True, text=True, check=True
+        ["git", "rev-parse", "--short=8", "HEAD"], cwd=checkout_folder, capture_output=True, text=True, check=True
     ).stdout.strip()
     return markdown_table(("", f"commit {earlier}", f"commit {current_commit()}", "ratio"), rows)
 
 
-def _times_by_table_row_name(run: WholeRunCost) -> dict[str, float]:
+def _times_by_table_row_name(run_cost: WholeRunCost) -> dict[str, float]:
     """Return the times of a complete run, s, by the name of their table row."""
     steps = {
-        f"processor time of `{name}`, s": cost.total_processor_time_s for name, cost in run.step_cost_by_command.items()
+        f"processor time of `{name}`, s": cost.total_processor_time_s
+        for name, cost in run_cost.step_cost_by_command.items()
     }
-    rest = run.processor_time_s - sum(steps.values())
+    rest = run_cost.processor_time_s - sum(steps.values())
     return {
-        "time on two cores, s": run.elapsed_time_s,
-        "time until the first polar map, s": run.time_to_first_map_s,
-        "processor time, s": run.processor_time_s,
+        "time on two cores, s": run_cost.elapsed_time_s,
+        "time until the first polar map, s": run_cost.time_to_first_map_s,
+        "processor time, s": run_cost.processor_time_s,
         **steps,
         "processor time of Snakemake and of what starts the steps, s": rest,
     }

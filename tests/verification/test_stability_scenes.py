@@ -50,7 +50,9 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
         if setting.common_parameters.motion_kind != "ten minutes"
     ]
     assert {setting.scene_name for setting in settings} == set(SCENE_NAMES)
-    found = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings, threads=2)
+    found = collect_stability_map_rows(
+        partial(simulate_and_check_scene_cases, project_folder=ROOT), settings, threads=2
+    )
     assert set(found) == set(SCENE_COLUMN_LONG_NAMES_AND_UNITS)
     assert len(found["ending"]) == len(settings) * CASE_COUNT_PER_SCENE_SETTING
     silent = found["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
@@ -69,7 +71,7 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     compared = found["as_block"][found["scene"] == "gravestone"]
     assert (compared >= 0).sum() > 30
     assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
-    again = collect_stability_map_rows(partial(simulate_and_check_scene_cases, root=ROOT), settings[:4])
+    again = collect_stability_map_rows(partial(simulate_and_check_scene_cases, project_folder=ROOT), settings[:4])
     for name, values in again.items():
         np.testing.assert_array_equal(values, found[name][: 4 * CASE_COUNT_PER_SCENE_SETTING], name)
 

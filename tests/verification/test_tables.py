@@ -30,7 +30,7 @@ def test_a_verification_table_is_reproducible_and_read_back_equal(tmp_path: Path
     rows = pd.DataFrame({"a": [1.0, np.nan], "b": ["x", ""], "c": np.array([1, -128], np.int8)})
     meanings = {name: (name, "1") for name in rows}
     for name in ("one", "two"):
-        write_table(rows, tmp_path / f"{name}.nc", meanings=meanings, attributes={"seed": 1})
+        write_table(rows, tmp_path / f"{name}.nc", long_name_and_unit_by_column=meanings, global_attributes={"seed": 1})
     back = read_table(tmp_path / "one.nc")
     assert back.attrs == {"seed": 1}
     for name, values in rows.items():

@@ -14,7 +14,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.study.load import load_study_from_file_or_json
-from verification.project import CUBE_FILE_NAME, WorkflowFolder
+from verification.project import CUBE_FILE_NAME, StudyWorkflowCopy
 
 SMALL_STUDY = """\
 name: small
@@ -45,7 +45,7 @@ class SnakemakePlanCollector(logging.Handler):
             self.commands.append(command)
 
 
-class WorkflowFolderWithPlanning(WorkflowFolder):
+class StudyWorkflowCopyWithPlanning(StudyWorkflowCopy):
     """A copy of the project's workflow with a study in a folder of its own."""
 
     def __init__(self, folder: Path, study: str = SMALL_STUDY, *, cores: int = 2, chunks: int = 1) -> None:
@@ -54,7 +54,7 @@ class WorkflowFolderWithPlanning(WorkflowFolder):
 
     def run(self, *options: str, file: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
         """Run Snakemake and check that it uses the profile of the workflow."""
-        done = super().run(*options, file=file)
+        done = super().run(*options, result_file_name=file)
         head, _, done.stderr = done.stderr.partition("\n")
         assert head.startswith("Using workflow specific profile profiles/default"), head
         return done
@@ -117,12 +117,12 @@ def result_file_contents(results: Path) -> dict[str, bytes]:
 @pytest.fixture(scope="session")
 def checkout_with_finished_run(
     make_folder_once: Callable[[str, Callable[[Path], object]], Path],
-) -> WorkflowFolderWithPlanning:
+) -> StudyWorkflowCopyWithPlanning:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""
 
     def run_small_study(folder: Path) -> None:
-        done = WorkflowFolderWithPlanning(folder, chunks=2).run(file="")
+        done = StudyWorkflowCopyWithPlanning(folder, chunks=2).run(result_file_name="")
         assert done.returncode == 0, done.stdout + done.stderr
         assert "results/small/report.html" in done.stdout
 
-    return WorkflowFolderWithPlanning(make_folder_once("study", run_small_study), chunks=2)
+    return StudyWorkflowCopyWithPlanning(make_folder_once("study", run_small_study), chunks=2)

@@ -11,7 +11,7 @@ from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube
 from overturning.surveys.comparison import read_survey_comparison
 from overturning.units import STANDARD_GRAVITY
-from tests.workflow.conftest import WorkflowFolderWithPlanning
+from tests.workflow.conftest import StudyWorkflowCopyWithPlanning
 
 if find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
@@ -37,7 +37,7 @@ SURVEY_CSV = "site,outcome,azimuth_deg,b_over_h,face_azimuth_deg\n" + "".join(
 
 def run_survey_steps(folder: Path, **more: object) -> Path:
     """Execute the workflow steps that the survey comparison needs, and return the folder of the results."""
-    checkout = WorkflowFolderWithPlanning(folder, STUDY)
+    checkout = StudyWorkflowCopyWithPlanning(folder, STUDY)
     (folder / "config" / "stones.csv").write_text(SURVEY_CSV, encoding="utf-8")
     plan = checkout.plan(**more)
     wanted = ("read", "describe", "surface", "sweep", "gather", "survey")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning
+from tests.workflow.conftest import SMALL_STUDY, StudyWorkflowCopyWithPlanning
 
 pytestmark = pytest.mark.workflow
 
@@ -80,7 +80,7 @@ for words in commands:
 
 def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_path: Path) -> None:
     study = SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi").replace("step: 30, also: [32]", "step: 90")
-    checkout = WorkflowFolderWithPlanning(tmp_path / "imports", study)
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "imports", study)
     planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
     commands = sorted(
         (words for words in planned if words[0] in ALLOWED_PACKAGES_BY_STEP),

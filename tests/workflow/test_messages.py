@@ -20,7 +20,7 @@ from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 from overturning.study.load import load_study
 from snakemake_logger_plugin_overturning import LogHandler
 from tests.records.record_writers import geonet_text
-from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning
+from tests.workflow.conftest import SMALL_STUDY, StudyWorkflowCopyWithPlanning
 from verification.tables import ROOT
 
 pytestmark = pytest.mark.workflow
@@ -196,12 +196,14 @@ def test_a_verbose_run_shows_the_output_of_snakemake(capsys: pytest.CaptureFixtu
 
 
 @pytest.fixture(scope="module")
-def checkout_with_small_study(tmp_path_factory: pytest.TempPathFactory) -> WorkflowFolderWithPlanning:
+def checkout_with_small_study(tmp_path_factory: pytest.TempPathFactory) -> StudyWorkflowCopyWithPlanning:
     """A copy of the workflow with the small study."""
-    return WorkflowFolderWithPlanning(tmp_path_factory.mktemp("messages") / "checkout")
+    return StudyWorkflowCopyWithPlanning(tmp_path_factory.mktemp("messages") / "checkout")
 
 
-def test_a_second_concurrent_run_in_a_folder_is_refused(checkout_with_small_study: WorkflowFolderWithPlanning) -> None:
+def test_a_second_concurrent_run_in_a_folder_is_refused(
+    checkout_with_small_study: StudyWorkflowCopyWithPlanning,
+) -> None:
     lock = checkout_with_small_study.folder / ".snakemake" / "run.lock"
     lock.parent.mkdir(exist_ok=True)
     with lock.open("w") as held:
@@ -214,7 +216,7 @@ def test_a_second_concurrent_run_in_a_folder_is_refused(checkout_with_small_stud
 
 
 def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
-    checkout = WorkflowFolderWithPlanning(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi,", "mine,"))
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi,", "mine,"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     with pytest.raises(WorkflowError, match=r"record mine: mine\.V2A is not in resources/records; "):
@@ -229,7 +231,7 @@ def test_a_missing_record_file_is_named_before_the_run(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path) -> None:
-    checkout = WorkflowFolderWithPlanning(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi, petrolia", "mine"))
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "checkout", SMALL_STUDY.replace("rinaldi, petrolia", "mine"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
     file = checkout.folder / "resources" / "records" / "mine.V2A"
@@ -240,12 +242,12 @@ def test_a_replaced_record_file_is_read_again_even_if_it_is_older(tmp_path: Path
         file.write_text(geonet_text(axes, 0.02), encoding="utf-8")
         os.utime(file, (min(date, time.time()),) * 2)
         assert "read" in checkout.planned_rules()
-        assert checkout.run(file="motion/mine.nc").returncode == 0
+        assert checkout.run(result_file_name="motion/mine.nc").returncode == 0
         assert "read" not in checkout.planned_rules()
 
 
 def test_missing_record_files_are_named_with_the_expected_folder(tmp_path: Path) -> None:
-    checkout = WorkflowFolderWithPlanning(
+    checkout = StudyWorkflowCopyWithPlanning(
         tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8")
     )
     with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
@@ -254,7 +256,7 @@ def test_missing_record_files_are_named_with_the_expected_folder(tmp_path: Path)
 
 @pytest.mark.parametrize("key", ["site", "variants"])
 def test_a_missing_soil_package_is_named_before_anything_runs(
-    checkout_with_small_study: WorkflowFolderWithPlanning, monkeypatch: pytest.MonkeyPatch, key: str
+    checkout_with_small_study: StudyWorkflowCopyWithPlanning, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
     """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
@@ -264,13 +266,13 @@ def test_a_missing_soil_package_is_named_before_anything_runs(
     assert not checkout_with_small_study.results.exists()
 
 
-def test_a_wrong_study_key_is_named_before_a_run(checkout_with_small_study: WorkflowFolderWithPlanning) -> None:
+def test_a_wrong_study_key_is_named_before_a_run(checkout_with_small_study: StudyWorkflowCopyWithPlanning) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
         checkout_with_small_study.planned_rules(frictoin=[1.0])
 
 
 def test_a_duplicate_study_key_is_named_before_a_run(tmp_path: Path) -> None:
-    checkout = WorkflowFolderWithPlanning(tmp_path / "twice", SMALL_STUDY + "friction: [0.5]\n")
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "twice", SMALL_STUDY + "friction: [0.5]\n")
     with pytest.raises(WorkflowError, match=r"study\.yaml, line 9: friction is given twice; keep one"):
         checkout.planned_rules()
 
@@ -285,7 +287,7 @@ def test_each_workflow_step_gets_a_valid_study_of_a_scanned_body(tmp_path: Path)
         [a * x, a * y, z] for a, z in ((0.05, 0.0), (0.07, 0.003), (0.07, 0.8)) for x in (-1, 1) for y in (-1, 1)
     ]
     scan = "{volume: 0.015, tilt: 1.5, centre_of_mass: [0, 0, 0.4], inertia: [0.055, 0.055, 0.003, 0, 0, 0]}"
-    checkout = WorkflowFolderWithPlanning(
+    checkout = StudyWorkflowCopyWithPlanning(
         tmp_path / "scan",
         "name: scan\nrecords: {use: [rinaldi]}\norientation: {step: 90}\n"
         f"body: {{vertices: {corners}, relief: 0.002, scan: {scan}}}\n"
@@ -297,7 +299,7 @@ def test_each_workflow_step_gets_a_valid_study_of_a_scanned_body(tmp_path: Path)
 def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path: Path) -> None:
     pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 10))
     published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"
-    checkout = WorkflowFolderWithPlanning(
+    checkout = StudyWorkflowCopyWithPlanning(
         tmp_path / "pulses",
         SMALL_STUDY.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}") + published,
     )
@@ -309,7 +311,7 @@ def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path:
 
 def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:
     checkout, stones = (
-        WorkflowFolderWithPlanning(tmp_path / "keys"),
+        StudyWorkflowCopyWithPlanning(tmp_path / "keys"),
         {"shifted": 0.02, "period": [1.0]},
     )  # which in space alone are told
     keys = {"records": {"use": ["rinaldi"]}, "body": {}, "population": stones, "figures": {"friction": 1.0}}
@@ -323,7 +325,7 @@ def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: P
 
 
 def test_the_error_for_a_missing_default_study_names_the_option_for_another(tmp_path: Path) -> None:
-    checkout = WorkflowFolderWithPlanning(tmp_path / "none")
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "none")
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     with pytest.raises(WorkflowError, match=r"cannot be read .*; name a study file with --configfile"):
         checkout.plan(file=None)
@@ -334,7 +336,7 @@ def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path)
 
     Workflows deployed by snakedeploy have this form.
     """
-    checkout = WorkflowFolderWithPlanning(tmp_path / "module", SMALL_STUDY.replace("name: small", "name: deployed"))
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "module", SMALL_STUDY.replace("name: small", "name: deployed"))
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     (checkout.folder / "Snakefile").rename(checkout.folder / "used.smk")
     (checkout.folder / "Snakefile").write_text(
@@ -348,7 +350,7 @@ def test_another_snakemake_workflow_can_use_this_one_as_a_module(tmp_path: Path)
 def test_a_failed_step_is_reported_when_it_fails_and_at_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    checkout = WorkflowFolderWithPlanning(tmp_path / "failing", SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi"))
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "failing", SMALL_STUDY.replace("rinaldi, petrolia", "rinaldi"))
     programs = tmp_path / "bin"
     programs.mkdir()
     (programs / "overturning").write_text(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from tests.workflow.conftest import SMALL_STUDY, WorkflowFolderWithPlanning, result_file_contents
+from tests.workflow.conftest import SMALL_STUDY, StudyWorkflowCopyWithPlanning, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import cause_fault_and_describe_failure
 from verification.faults.kinds import FAULT_KINDS, FaultKind
@@ -27,7 +27,7 @@ def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
 
 
 def test_a_resumed_run_gives_results_with_the_same_bytes(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, tmp_path: Path
 ) -> None:
     """The resumed run computes each record in one piece, the uninterrupted run in two.
 
@@ -35,7 +35,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
     """
 
     def kill_snakemake_after_first_motion_file(
-        place: WorkflowFolderWithPlanning, _dice: random.Random, _seconds: float
+        place: StudyWorkflowCopyWithPlanning, _dice: random.Random, _seconds: float
     ) -> None:
         """Kill only Snakemake, as soon as a motion file exists; a random moment might come before that."""
         run = place.start()
@@ -49,7 +49,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
     faults = {kind.label: kind for kind in FAULT_KINDS}
     assert sum(kind.repeat_count for kind in FAULT_KINDS) == 50
     place, wanted = (
-        WorkflowFolderWithPlanning(tmp_path / "elsewhere", cores=1),
+        StudyWorkflowCopyWithPlanning(tmp_path / "elsewhere", cores=1),
         checkout_with_finished_run.cube_path.read_bytes(),
     )
     for kind in (
@@ -66,7 +66,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
 
 
 def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, slurm_runs: Future[list[StudyRun]]
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, slurm_runs: Future[list[StudyRun]]
 ) -> None:
     if why := one_node_slurm.slurm_unavailable_reason():
         skip_test_unless_skipping_is_forbidden(why)

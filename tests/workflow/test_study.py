@@ -19,7 +19,7 @@ from overturning.study.resume import END_CHECKED_FILE_PATTERNS, FILE_END_BYTES_B
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from tests.workflow.conftest import WorkflowFolderWithPlanning, result_file_contents
+from tests.workflow.conftest import StudyWorkflowCopyWithPlanning, result_file_contents
 from verification.scale.same_bytes import simulate_study_without_snakemake
 from verification.tables import ROOT
 
@@ -27,14 +27,14 @@ from verification.tables import ROOT
 pytestmark = pytest.mark.workflow
 
 
-def research_crate_entities_by_id(study: WorkflowFolderWithPlanning) -> dict[str, dict[str, object]]:
+def research_crate_entities_by_id(study: StudyWorkflowCopyWithPlanning) -> dict[str, dict[str, object]]:
     """The entities of a study's research crate, by id."""
     text = (study.results / "ro-crate-metadata.json").read_text(encoding="utf-8")
     return {one["@id"]: one for one in json.loads(text)["@graph"]}
 
 
 def test_the_research_crate_lists_all_results_with_their_hashes(
-    checkout_with_finished_run: WorkflowFolderWithPlanning,
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning,
 ) -> None:
     """Partial results, logs, run times and the crate's own metadata file are not listed."""
     crate = research_crate_entities_by_id(checkout_with_finished_run)
@@ -48,7 +48,7 @@ def test_the_research_crate_lists_all_results_with_their_hashes(
     assert {"#record-rinaldi", "#record-petrolia", "study.yaml", "cube.nc", "motion/rinaldi.nc"} <= crate.keys()
 
 
-def test_results_contain_no_time_host_name_or_path(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+def test_results_contain_no_time_host_name_or_path(checkout_with_finished_run: StudyWorkflowCopyWithPlanning) -> None:
     report = (checkout_with_finished_run.results / "report.html").read_text(encoding="utf-8")
     with open_cube(checkout_with_finished_run.results / "cube.nc") as cube:
         text = report + repr(dict(cube.attrs))
@@ -66,14 +66,14 @@ def test_results_contain_no_time_host_name_or_path(checkout_with_finished_run: W
 
 
 def test_the_findings_command_prints_the_stored_findings(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, capsys: pytest.CaptureFixture[str]
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit, match="0"):
         main(["findings", str(checkout_with_finished_run.results / "cube.nc"), "--json"])
     assert capsys.readouterr().out == (checkout_with_finished_run.results / "findings.json").read_text(encoding="utf-8")
 
 
-def test_time_and_memory_of_each_job_are_stored(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+def test_time_and_memory_of_each_job_are_stored(checkout_with_finished_run: StudyWorkflowCopyWithPlanning) -> None:
     benchmarks = checkout_with_finished_run.results / "benchmarks"
     names = {path.relative_to(benchmarks).as_posix() for path in benchmarks.rglob("*.tsv")}
     jobs = {"members", "rotate", "describe/motions"} | RULES_AFTER_SWEEP - {"record_figures_1", "all"}
@@ -124,7 +124,7 @@ RULES_AFTER_SWEEP = FIGURE_RULES | {"gather", "convergence", "explore", "fragili
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )
 def test_changing_a_study_key_reruns_only_dependent_steps(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, change: dict[str, object], again: set[str]
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, change: dict[str, object], again: set[str]
 ) -> None:
     if "cemetery_surface" in again and find_spec("pystrata") is None:
         skip_test_unless_skipping_is_forbidden("pystrata is not installed (`make soil`)")
@@ -142,7 +142,7 @@ def test_changing_a_study_key_reruns_only_dependent_steps(
     ],
 )
 def test_changing_a_column_of_the_record_table_reruns_only_dependent_steps(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, column: str, value: str, again: set[str]
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, column: str, value: str, again: set[str]
 ) -> None:
     """Names and the fault strike do not change the samples of a record.
 
@@ -182,7 +182,7 @@ def copied_sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_changing_a_source_file_reruns_dependent_steps(
-    checkout_with_finished_run: WorkflowFolderWithPlanning,
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning,
     copied_sources: Path,
     module: str,
     again: set[str],
@@ -214,7 +214,7 @@ def test_changing_a_source_file_reruns_dependent_steps(
     ],
 )
 def test_a_deleted_result_is_made_again(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path, name: str, again: set[str]
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, tmp_path: Path, name: str, again: set[str]
 ) -> None:
     path = checkout_with_finished_run.results / name
     kept = path.rename(tmp_path / path.name)
@@ -225,7 +225,7 @@ def test_a_deleted_result_is_made_again(
 
 
 def test_every_page_figure_and_table_is_checked_for_truncation(
-    checkout_with_finished_run: WorkflowFolderWithPlanning,
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning,
 ) -> None:
     """The file patterns name each kind of figure, so that files of the user are not checked.
 
@@ -242,7 +242,7 @@ def test_every_page_figure_and_table_is_checked_for_truncation(
     }
 
 
-def test_only_added_records_are_simulated(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+def test_only_added_records_are_simulated(checkout_with_finished_run: StudyWorkflowCopyWithPlanning) -> None:
     use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
     plan = checkout_with_finished_run.plan(records={"use": use})
     swept = {line.partition(" --motion ")[2].split()[0] for line in plan.commands if "overturning sweep " in line}
@@ -256,7 +256,7 @@ def test_only_added_records_are_simulated(checkout_with_finished_run: WorkflowFo
     assert not any("cube.nc" in line for line in of_records)
 
 
-def test_only_an_added_variant_is_simulated(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+def test_only_an_added_variant_is_simulated(checkout_with_finished_run: StudyWorkflowCopyWithPlanning) -> None:
     """The input of a job depends only on its own variant, so that adding another variant repeats no simulation."""
     soft = {"soft": {"contact": {"damping_ratio": 1}}}
     one, two = (checkout_with_finished_run.plan(variants=soft | more) for more in ({}, {"flat": {"vertical": False}}))
@@ -269,7 +269,7 @@ def test_only_an_added_variant_is_simulated(checkout_with_finished_run: Workflow
 
 
 def test_removing_a_record_from_a_study_removes_its_files(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, tmp_path: Path
 ) -> None:
     checkout = checkout_with_finished_run.copy_to(tmp_path / "checkout")
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
@@ -285,7 +285,7 @@ def test_removing_a_record_from_a_study_removes_its_files(
 
 
 def test_results_that_the_settings_no_longer_produce_are_removed(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, tmp_path: Path
 ) -> None:
     """Results of former settings are removed before the first step runs; files that the user has added stay."""
     checkout = checkout_with_finished_run.copy_to(tmp_path / "checkout")
@@ -298,7 +298,7 @@ def test_results_that_the_settings_no_longer_produce_are_removed(
     file = checkout.folder / checkout.file
     text = file.read_text(encoding="utf-8").partition("population")[0]
     file.write_text(f"{text}verification: none\n", encoding="utf-8")
-    done = checkout.run("--until", "gather", file="")
+    done = checkout.run("--until", "gather", result_file_name="")
     assert done.returncode == 0, done.stderr
     assert {line for line in done.stderr.splitlines() if line.endswith("of the study: removed")} == {
         f"results/small/{name} is not made with the present settings of the study: removed" for name in gone
@@ -308,7 +308,7 @@ def test_results_that_the_settings_no_longer_produce_are_removed(
 
 
 def test_a_new_title_reruns_only_explorer_findings_report_and_crate(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, tmp_path: Path
 ) -> None:
     """A new title reruns only the steps of the explorer page, the findings, the report and the crate.
 
@@ -331,14 +331,16 @@ def test_a_new_title_reruns_only_explorer_findings_report_and_crate(
 
 
 def test_a_run_without_snakemake_gives_a_cube_with_the_same_bytes(
-    checkout_with_finished_run: WorkflowFolderWithPlanning, tmp_path: Path
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, tmp_path: Path
 ) -> None:
     run = simulate_study_without_snakemake(checkout_with_finished_run.copy_to(tmp_path / "checkout"), "whole")
     assert run.sha256_of_result == sha256(checkout_with_finished_run.cube_path.read_bytes()).hexdigest()
     assert len(list(checkout_with_finished_run.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 
 
-def test_the_cube_has_the_grid_that_the_study_asks_for(checkout_with_finished_run: WorkflowFolderWithPlanning) -> None:
+def test_the_cube_has_the_grid_that_the_study_asks_for(
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning,
+) -> None:
     with open_cube(checkout_with_finished_run.results / "cube.nc", chunks={"record": 1}) as cube:
         assert cube["overturned"].chunks is not None
         assert dict(cube.sizes) == {"record": 2, "azimuth": 13, "height": 1, "b_over_h": 2, "friction": 2}
@@ -354,7 +356,7 @@ def test_settings_too_long_for_a_command_line_are_passed_in_a_file(
 ) -> None:
     """Linux limits the line of a shell command to 128 KiB."""
     also = [round(0.01 * number, 2) for number in range(1, 18000)]
-    checkout = WorkflowFolderWithPlanning(tmp_path / "checkout")
+    checkout = StudyWorkflowCopyWithPlanning(tmp_path / "checkout")
     plan = checkout.plan(azimuth={"step": 30, "also": also})
     assert 0 < max(map(len, plan.commands)) < 1 << 17
     monkeypatch.chdir(checkout.folder)

@@ -9,7 +9,7 @@ from snakemake_interface_common.exceptions import WorkflowError
 from overturning.findings.collect import read_findings
 from overturning.study.cube import open_cube
 from tests.records.record_writers import write_knet_component_files
-from tests.workflow.conftest import WorkflowFolderWithPlanning
+from tests.workflow.conftest import StudyWorkflowCopyWithPlanning
 from verification.tables import ROOT
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
@@ -23,7 +23,7 @@ def test_published_tottori_values_are_compared_for_every_size_and_contact(
         monkeypatch.setattr(f"overturning.surveys.library.{name}", lambda: ())
     study = (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8")
     study = study.replace("stop: 360, step: 1,", "stop: 360, step: 45,").replace("step: 0.1", "step: 0.55")
-    checkout = WorkflowFolderWithPlanning(
+    checkout = StudyWorkflowCopyWithPlanning(
         tmp_path / "checkout",
         study + "surveys: [{stones: config/stones.csv}]\nfigures: {formats: [svg]}\n"
         "ensemble: {members: 0}\nverification: none\n",

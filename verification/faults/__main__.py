@@ -13,7 +13,7 @@ import typer
 
 from overturning.study.resume import DAMAGED_FILE_LOG_PREFIX
 from verification.faults.kinds import FAULT_KINDS, FAULT_TEST_STUDY_YAML, FaultKind, unmount_results_folder_at_exit
-from verification.project import WorkflowFolder
+from verification.project import StudyWorkflowCopy
 from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
 SEED: Final = 18
@@ -21,43 +21,51 @@ SEED: Final = 18
 
 def cause_fault_and_describe_failure(
     fault_kind: FaultKind,
-    place: WorkflowFolder,
-    dice: random.Random,
+    workflow_copy: StudyWorkflowCopy,
+    random_generator: random.Random,
     undisturbed_run_time_s: float,
-    expected_cube: bytes,
+    expected_cube_bytes: bytes,
     skips_further_run: bool,
 ) -> str:
     """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
 
     Unless `skips_further_run`, a further run must find nothing to do.
     """
-    with unmount_results_folder_at_exit(place):
+    with unmount_results_folder_at_exit(workflow_copy):
         try:
-            damaged = fault_kind.fault_function(place, dice, undisturbed_run_time_s)
+            damaged = fault_kind.fault_function(workflow_copy, random_generator, undisturbed_run_time_s)
         except AssertionError as other:
             return f"while it lasted: {other}"
-        done = place.run()
+        done = workflow_copy.run()
         if done.returncode:
             return f"the command failed: {done.stderr[-2000:]}"
         if damaged and f"{DAMAGED_FILE_LOG_PREFIX}{damaged}" not in done.stderr:
             return f"{damaged}: damage was not noticed: {done.stderr}"
-        if place.cube_path.read_bytes() != expected_cube:
+        if workflow_copy.cube_path.read_bytes() != expected_cube_bytes:
             return "another cube"
-        if not skips_further_run and "Nothing to be done" not in (more := place.run()).stdout:
+        if not skips_further_run and "Nothing to be done" not in (more := workflow_copy.run()).stdout:
             return f"a further run does something: {more.stdout}{more.stderr}"
     return ""
 
 
 def cause_faults_and_count_survived(
-    fault_kinds: Sequence[tuple[FaultKind, int]], folder: Path, seed: int = SEED, brief: bool = False
+    fault_kinds_and_repetitions: Sequence[tuple[FaultKind, int]],
+    folder: Path,
+    seed: int = SEED,
+    skips_compilation_and_further_run: bool = False,
 ) -> dict[str, tuple[int, int]]:
     """Cause faults of each kind in a study, print a line for each, and return (survived, caused) by kind.
 
-    With `brief`, existing compiled kernels are used, and no further run is made.
+    With `skips_compilation_and_further_run`, existing compiled kernels are used, and no further run is made.
     """
     options = ("--cores", "1", "--set-scatter", "sweep=2")
     study, dice = (
-        WorkflowFolder(folder / "study", FAULT_TEST_STUDY_YAML, *options, own_kernels=not brief),
+        StudyWorkflowCopy(
+            folder / "study",
+            FAULT_TEST_STUDY_YAML,
+            *options,
+            uses_own_kernel_cache=not skips_compilation_and_further_run,
+        ),
         random.Random(seed),
     )
     seconds = _measure_undisturbed_run_time_s(study)
@@ -65,29 +73,31 @@ def cause_faults_and_count_survived(
     fresh = study.copy_to(folder / "fresh")
     for name in ("results", ".snakemake"):
         shutil.rmtree(fresh.folder / name)
-    if not brief:  # the kernels have been compiled now
+    if not skips_compilation_and_further_run:  # the kernels have been compiled now
         again = fresh.copy_to(folder / "again")
         seconds = _measure_undisturbed_run_time_s(again)
         assert again.cube_path.read_bytes() == wanted
     found = {}
-    for kind, times in fault_kinds:
+    for kind, times in fault_kinds_and_repetitions:
         if kind.needs_root and os.geteuid():
             print(f"{kind.label}: skipped, since only root may mount a file system")
             continue
         good = 0
         for _ in range(times):
             place = (study if kind.needs_finished_study else fresh).copy_to(folder / "place")
-            wrong = cause_fault_and_describe_failure(kind, place, dice, seconds, wanted, brief)
+            wrong = cause_fault_and_describe_failure(
+                kind, place, dice, seconds, wanted, skips_compilation_and_further_run
+            )
             good += not wrong
             print(f"{kind.label}: {wrong or 'the same cube'}", flush=True)
         found[kind.label] = good, times
     return found
 
 
-def _measure_undisturbed_run_time_s(place: WorkflowFolder) -> float:
+def _measure_undisturbed_run_time_s(workflow_copy: StudyWorkflowCopy) -> float:
     """Run a study without a fault and return the elapsed time, s."""
     begin = time.monotonic()
-    done = place.run()
+    done = workflow_copy.run()
     if done.returncode:
         raise SystemExit(f"the study fails even without a fault:\n{done.stderr}")
     return time.monotonic() - begin

@@ -16,9 +16,9 @@ from typing import Final, NamedTuple
 
 import psutil
 
-from verification.project import WorkflowFolder
+from verification.project import StudyWorkflowCopy
 
-FaultFunction = Callable[[WorkflowFolder, random.Random, float], Path | None]
+FaultFunction = Callable[[StudyWorkflowCopy, random.Random, float], Path | None]
 """Function of a project, a random generator and the time of an undisturbed run, s; returns the damaged file, if any."""
 
 FAULT_TEST_STUDY_YAML: Final = """\
@@ -51,23 +51,25 @@ def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psuti
         time.sleep(0.01)
 
 
-def kill_process_group_during_run(place: WorkflowFolder, dice: random.Random, undisturbed_run_time_s: float) -> None:
+def kill_process_group_during_run(
+    workflow_copy: StudyWorkflowCopy, random_generator: random.Random, undisturbed_run_time_s: float
+) -> None:
     """Kill the process group of a run at a random moment."""
-    run = place.start()
-    time.sleep(dice.uniform(0.05, 0.95) * undisturbed_run_time_s)
+    run = workflow_copy.start()
+    time.sleep(random_generator.uniform(0.05, 0.95) * undisturbed_run_time_s)
     os.killpg(run.pid, signal.SIGKILL)
     run.wait()
 
 
-def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) -> FaultFunction:
+def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_after_job_start_s: float) -> FaultFunction:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
-    def kill_during_run(place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
+    def kill_during_run(workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _seconds: float) -> None:
         """Start a run and kill the process at a random moment."""
-        run, chosen = place.start(), dice.randrange(FAULT_TEST_STUDY_JOB_COUNT)
+        run, chosen = workflow_copy.start(), random_generator.randrange(FAULT_TEST_STUDY_JOB_COUNT)
         for number, job in enumerate(iterate_jobs_of_running_study(run)):
             if number == chosen:
-                time.sleep(dice.uniform(0.0, max_delay_s))
+                time.sleep(random_generator.uniform(0.0, max_delay_after_job_start_s))
                 with suppress(psutil.NoSuchProcess):
                     (run if kills_snakemake else job).kill()
                 if kills_snakemake:
@@ -77,42 +79,54 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_s: float) ->
     return kill_during_run
 
 
-def fault_damaging_file(pattern: str, damage_kind: str) -> FaultFunction:
+def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFunction:
     """Return a fault that damages a file of results or kernels without changing its time.
 
     The file is truncated, emptied, or a byte of it is changed.
     """
 
-    def damage_random_file(place: WorkflowFolder, dice: random.Random, _seconds: float) -> Path | None:
+    def damage_random_file(
+        workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _seconds: float
+    ) -> Path | None:
         """Damage a random file; return its path if the next run must report the damage."""
-        kernel = pattern.startswith("*.nb")
-        path = dice.choice(sorted((place.folder / "kernels").rglob(pattern) if kernel else place.results.glob(pattern)))
+        kernel = file_name_pattern.startswith("*.nb")
+        path = random_generator.choice(
+            sorted(
+                (workflow_copy.folder / "kernels").rglob(file_name_pattern)
+                if kernel
+                else workflow_copy.results.glob(file_name_pattern)
+            )
+        )
         content, time_ns = bytearray(path.read_bytes()), path.stat().st_mtime_ns
-        where = dice.randrange(1, len(content))
+        where = random_generator.randrange(1, len(content))
         if damage_kind == "changed":
-            content[where] ^= 1 << dice.randrange(8)
+            content[where] ^= 1 << random_generator.randrange(8)
         path.write_bytes(b"" if damage_kind == "emptied" else content[:where] if damage_kind == "cut" else content)
         os.utime(path, ns=(time_ns, time_ns))
-        if pattern != "cube.nc":
-            place.cube_path.unlink()
+        if file_name_pattern != "cube.nc":
+            workflow_copy.cube_path.unlink()
         if kernel:  # a kernel is loaded only if a part must be computed
-            dice.choice(sorted(place.results.glob(PART_FILES))).unlink()
-        return None if kernel else path.relative_to(place.folder)
+            random_generator.choice(sorted(workflow_copy.results.glob(PART_FILES))).unlink()
+        return None if kernel else path.relative_to(workflow_copy.folder)
 
     return damage_random_file
 
 
-def fill_disk(place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
+def fill_disk(workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _seconds: float) -> None:
     """Fill the disk while the study runs, then free it."""
-    results = place.folder / "results"
+    results = workflow_copy.folder / "results"
     results.mkdir()
     _run_mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
-    run = psutil.Popen(**place.subprocess_arguments(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    run = psutil.Popen(
+        **workflow_copy.subprocess_arguments(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
     next(iterate_jobs_of_running_study(run))
     other = results / "other"
     with other.open("wb") as file:
         os.posix_fallocate(
-            file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(TOO_SMALL_FREE_DISK_SPACES_KB)
+            file.fileno(),
+            0,
+            shutil.disk_usage(results).free - 1000 * random_generator.choice(TOO_SMALL_FREE_DISK_SPACES_KB),
         )
     errors = run.communicate()[1]
     assert run.returncode != 0, "the run did not fail"
@@ -120,26 +134,26 @@ def fill_disk(place: WorkflowFolder, dice: random.Random, _seconds: float) -> No
     other.unlink()
 
 
-def make_results_read_only(place: WorkflowFolder, _dice: random.Random, _seconds: float) -> None:
+def make_results_read_only(workflow_copy: StudyWorkflowCopy, _dice: random.Random, _seconds: float) -> None:
     """Make the folder of results read-only for one run."""
-    place.cube_path.unlink()
-    results = str(place.folder / "results")
+    workflow_copy.cube_path.unlink()
+    results = str(workflow_copy.folder / "results")
     _run_mount("--bind", results, results)
     _run_mount("-o", "remount,ro,bind", results)
-    done = place.run()
+    done = workflow_copy.run()
     assert done.returncode != 0
     assert "cannot be written to" in done.stderr, done.stderr
     _run_mount("-o", "remount,rw,bind", results)
 
 
-def start_second_run_during_first(place: WorkflowFolder, _dice: random.Random, _seconds: float) -> None:
+def start_second_run_during_first(workflow_copy: StudyWorkflowCopy, _dice: random.Random, _seconds: float) -> None:
     """Start a second run in the same folder while a job of the first is suspended."""
-    first = place.start()
+    first = workflow_copy.start()
     for step in iterate_jobs_of_running_study(first):
         with suppress(psutil.NoSuchProcess):  # the job has just ended: use the next one
             step.suspend()
             break
-    second = place.run()
+    second = workflow_copy.run()
     step.resume()
     assert second.returncode != 0
     assert "another run works in this folder" in second.stderr, second.stderr
@@ -148,17 +162,17 @@ def start_second_run_during_first(place: WorkflowFolder, _dice: random.Random, _
 
 
 def simulate_clock_set_back_after_kill(
-    place: WorkflowFolder, dice: random.Random, undisturbed_run_time_s: float
+    workflow_copy: StudyWorkflowCopy, random_generator: random.Random, undisturbed_run_time_s: float
 ) -> None:
     """Set the clock back by two hours after a run was killed: move all file times into the future."""
-    kill_process_group_during_run(place, dice, undisturbed_run_time_s)
-    for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
+    kill_process_group_during_run(workflow_copy, random_generator, undisturbed_run_time_s)
+    for path in (path for name in ("results", ".snakemake") for path in (workflow_copy.folder / name).rglob("*")):
         if path.is_file():
             moment = path.stat().st_mtime + 7200
             os.utime(path, (moment, moment))
 
 
-def kill_dask_worker(_place: WorkflowFolder, dice: random.Random, _seconds: float) -> None:
+def kill_dask_worker(_place: StudyWorkflowCopy, random_generator: random.Random, _seconds: float) -> None:
     """Kill a worker of a dask cluster while it computes; the outcome must be bit-equal to that of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
@@ -177,7 +191,7 @@ def kill_dask_worker(_place: WorkflowFolder, dice: random.Random, _seconds: floa
         def kill_one_worker(_done: int, _total: int) -> None:
             """Kill one worker when the first cases are finished."""
             if not killed:
-                killed.append(dice.choice(sorted(client.run(os.getpid).values())))
+                killed.append(random_generator.choice(sorted(client.run(os.getpid).values())))
                 os.kill(killed[0], signal.SIGKILL)
 
         spread = overturning.run_cases(motion, cases, client=client, progress=kill_one_worker)
@@ -192,14 +206,14 @@ def _run_mount(*words: str) -> None:
 
 
 @contextmanager
-def unmount_results_folder_at_exit(place: WorkflowFolder) -> Iterator[None]:
+def unmount_results_folder_at_exit(workflow_copy: StudyWorkflowCopy) -> Iterator[None]:
     """Unmount the folder of results at the end, if a fault has mounted it."""
     try:
         yield
     finally:
         # A bind mount of a folder onto itself does not look like a mount, so try until umount fails.
         while not subprocess.run(
-            ["umount", str(place.folder / "results")], capture_output=True, check=False
+            ["umount", str(workflow_copy.folder / "results")], capture_output=True, check=False
         ).returncode:
             pass
 
@@ -241,6 +255,12 @@ FAULT_KINDS: Final = (
         needs_finished_study=True,
     ),
     FaultKind("process group killed", kill_process_group_during_run, 10),
-    FaultKind("one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_s=1.0), 7),
-    FaultKind("only Snakemake killed", fault_killing_job_or_snakemake(kills_snakemake=True, max_delay_s=0.7), 7),
+    FaultKind(
+        "one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_after_job_start_s=1.0), 7
+    ),
+    FaultKind(
+        "only Snakemake killed",
+        fault_killing_job_or_snakemake(kills_snakemake=True, max_delay_after_job_start_s=0.7),
+        7,
+    ),
 )

@@ -133,7 +133,7 @@ class ContactPoint(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def vertex_contact_point(
-    body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, history: BodyContactPointState
+    body_state: BodyState, body_axes: Matrix3, vertex: BodyVertex, point_state_before_step: BodyContactPointState
 ) -> ContactPoint:
     """Return the contact point at a vertex; its displacement is the difference from its last position."""
     arm = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes)
@@ -141,18 +141,23 @@ def vertex_contact_point(
     return ContactPoint(
         arm,
         -place.z,
-        place.x - history.position_x_or_rim_point_velocity_x,
-        place.y - history.position_y_or_rim_point_velocity_y,
-        -place.z - history.penetration,
+        place.x - point_state_before_step.position_x_or_rim_point_velocity_x,
+        place.y - point_state_before_step.position_y_or_rim_point_velocity_y,
+        -place.z - point_state_before_step.penetration,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def rim_contact_point(
-    body: Constants, body_state: BodyState, body_axes: Matrix3, along_lean: float, across_lean: float, time_step: float
+    body: Constants,
+    body_state: BodyState,
+    body_axes: Matrix3,
+    lean_component: float,
+    transverse_component: float,
+    time_step: float,
 ) -> ContactPoint:
     """Return the contact point at a point of a cylinder's rim; its displacement is that of the body at this point."""
-    arm = rim_point_position_from_centre(body, body_axes, along_lean, across_lean)
+    arm = rim_point_position_from_centre(body, body_axes, lean_component, transverse_component)
     v = plus(body_state.velocity_relative_to_base, cross_product(body_state.angular_velocity, arm))
     return ContactPoint(
         arm, -(body_state.centre_position.z + arm.z), time_step * v.x, time_step * v.y, -(time_step * v.z)
@@ -164,33 +169,36 @@ def apply_contact_law(
     body: Constants,
     body_state: BodyState,
     contact_point: ContactPoint,
-    history: BodyContactPointState,
-    dashpot_rate: float,
-    contact_flags: tuple[bool, bool, float, float],
+    point_state_before_step: BodyContactPointState,
+    dashpot_per_mass_over_step: float,
+    waits_flat_landing_time_tilting: tuple[bool, bool, float, float],
 ) -> tuple[ContactWrenchPerMass, BodyContactPointState]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
-    `dashpot_rate` is the dashpot over the step, so that it multiplies displacements. `contact_flags` are
-    True if the point carries only later, True if the body lands flat, its landing time, s, if it touches now, and the
-    tilting share of the base (`BaseContactState.tilting_friction_share_in_flat_landing`).
+    `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
+    displacements. `waits_flat_landing_time_tilting` are True if the point carries only later, True if the body lands
+    flat, its landing time, s, if it touches now, and the tilting share of the base
+    (`BaseContactState.tilting_friction_share_in_flat_landing`).
     """
-    waiting, flat, begun, base_tilting = contact_flags
+    waiting, flat, begun, base_tilting = waits_flat_landing_time_tilting
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
-    inside, was = depth > 0.0, history.penetration > 0.0
+    inside, was = depth > 0.0, point_state_before_step.penetration > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
-    sinking = 0.0 if history.penetration == 0.0 else contact_point.penetration_increase_in_step
-    n = body.point_normal_stiffness_per_mass * depth + dashpot_rate * sinking
+    sinking = 0.0 if point_state_before_step.penetration == 0.0 else contact_point.penetration_increase_in_step
+    n = body.point_normal_stiffness_per_mass * depth + dashpot_per_mass_over_step * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (
-        (history.tangential_spring_stretch_x + contact_point.displacement_in_step_x if was else 0.0),
-        (history.tangential_spring_stretch_y + contact_point.displacement_in_step_y if was else 0.0),
+        (point_state_before_step.tangential_spring_stretch_x + contact_point.displacement_in_step_x if was else 0.0),
+        (point_state_before_step.tangential_spring_stretch_y + contact_point.displacement_in_step_y if was else 0.0),
     )
     most = body.friction * n
     hx, hy = (
-        -(body.point_tangential_stiffness_per_mass * tx) - dashpot_rate * contact_point.displacement_in_step_x,
-        -(body.point_tangential_stiffness_per_mass * ty) - dashpot_rate * contact_point.displacement_in_step_y,
+        -(body.point_tangential_stiffness_per_mass * tx)
+        - dashpot_per_mass_over_step * contact_point.displacement_in_step_x,
+        -(body.point_tangential_stiffness_per_mass * ty)
+        - dashpot_per_mass_over_step * contact_point.displacement_in_step_y,
     )
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body,
@@ -203,7 +211,9 @@ def apply_contact_law(
     fx, fy, kx, ky, _ = clamp_friction_and_stretch(
         hx, hy, tx, ty, most, body.point_tangential_compliance_times_mass, (flat, drifts)
     )
-    landing = (history.remaining_flat_landing_time if was else begun) - body.tick_length_s * TICKS_PER_STEP
+    landing = (
+        point_state_before_step.remaining_flat_landing_time if was else begun
+    ) - body.tick_length_s * TICKS_PER_STEP
     landing = landing if inside else 0.0
     force = Vector3(fx, fy, n)
     spring = body.point_normal_stiffness_per_mass * (depth if inside else 0.0)
@@ -212,12 +222,12 @@ def apply_contact_law(
         fy + body.point_tangential_stiffness_per_mass * ky,
         n - spring,
     )
-    opened = history.penetration * history.penetration if was & (not inside) else 0.0
+    opened = point_state_before_step.penetration * point_state_before_step.penetration if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
-    opened = -(depth * depth) if inside & (history.penetration == 0.0) else opened
-    shortened = (history.tangential_spring_stretch_x + kx) * (tx - kx) + (history.tangential_spring_stretch_y + ky) * (
-        ty - ky
-    )
+    opened = -(depth * depth) if inside & (point_state_before_step.penetration == 0.0) else opened
+    shortened = (point_state_before_step.tangential_spring_stretch_x + kx) * (tx - kx) + (
+        point_state_before_step.tangential_spring_stretch_y + ky
+    ) * (ty - ky)
     lever = Vector3(
         contact_point.position_from_centre.x,
         contact_point.position_from_centre.y,
@@ -244,7 +254,7 @@ def apply_contact_law(
 
 @njit(**INLINE_OPTIONS)
 def add_forces_of_contact_pair(
-    totals: ContactTotals,
+    contact_totals: ContactTotals,
     first_wrench: ContactWrenchPerMass,
     second_wrench: ContactWrenchPerMass,
     first_penetration: float,
@@ -252,8 +262,8 @@ def add_forces_of_contact_pair(
 ) -> ContactTotals:
     """Add the forces of a pair of opposite contact points to the totals of a body."""
     return ContactTotals(
-        sum_of_wrenches_per_mass(totals.wrench, sum_of_wrenches_per_mass(first_wrench, second_wrench)),
-        updated_maximum(totals.max_penetration, updated_maximum(second_penetration, first_penetration)),
+        sum_of_wrenches_per_mass(contact_totals.wrench, sum_of_wrenches_per_mass(first_wrench, second_wrench)),
+        updated_maximum(contact_totals.max_penetration, updated_maximum(second_penetration, first_penetration)),
     )
 
 
@@ -263,17 +273,23 @@ def advance_body_one_step(
     body_state: BodyState,
     body_axes: Matrix3,
     contact_totals: ContactTotals,
-    peaks: BodyPeakValues,
-    account: BodyEnergyAndMomentumAccount,
-    shaking: InertialAccelerations3D,
+    peak_values: BodyPeakValues,
+    energy_and_momentum_account: BodyEnergyAndMomentumAccount,
+    inertial_accelerations_in_sample: InertialAccelerations3D,
 ) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.tick_length_s * TICKS_PER_STEP
     half = 0.5 * dt
     push = Vector3(
-        base_acceleration_at_tick(shaking.inertial_acceleration_x, body_state.ticks_since_sample_start),
-        base_acceleration_at_tick(shaking.inertial_acceleration_y, body_state.ticks_since_sample_start),
-        base_acceleration_at_tick(shaking.upward_base_acceleration, body_state.ticks_since_sample_start),
+        base_acceleration_at_tick(
+            inertial_accelerations_in_sample.inertial_acceleration_x, body_state.ticks_since_sample_start
+        ),
+        base_acceleration_at_tick(
+            inertial_accelerations_in_sample.inertial_acceleration_y, body_state.ticks_since_sample_start
+        ),
+        base_acceleration_at_tick(
+            inertial_accelerations_in_sample.upward_base_acceleration, body_state.ticks_since_sample_start
+        ),
     )
     a = acceleration_of_body_centre_relative_to_base(t.force, push)
     # The accounts take the velocities at the whole step.
@@ -283,15 +299,15 @@ def advance_body_one_step(
         body_axes,
         extrapolate_vector(body_state.angular_momentum_per_mass, half, t.moment_about_centre),
     )
-    work = account.base_motion_work_per_mass + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
+    work = energy_and_momentum_account.base_motion_work_per_mass + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (
         body.point_normal_stiffness_per_mass * t.released_normal_energy_over_half_stiffness
         + body.point_tangential_stiffness_per_mass * t.released_tangential_energy_over_half_stiffness
     )
-    loss = account.lost_energy_per_mass + (
+    loss = energy_and_momentum_account.lost_energy_per_mass + (
         let_go + dt * -(dot_product(t.non_spring_force, c) + dot_product(t.non_spring_moment_about_centre, w))
     )
-    spin = account.supplied_vertical_angular_momentum_per_mass + dt * (
+    spin = energy_and_momentum_account.supplied_vertical_angular_momentum_per_mass + dt * (
         t.moment_about_centre.z + (body_state.centre_position.x * a.y - body_state.centre_position.y * a.x)
     )
     # Update the peaks and the last time before the critical tilt.
@@ -300,13 +316,13 @@ def advance_body_one_step(
         body_state.centre_position.x - body.centre_height * body_axes.xz,
         body_state.centre_position.y - body.centre_height * body_axes.yz,
     )
-    peaks = BodyPeakValues(
-        updated_maximum(peaks.peak_lean_squared_sine, lean),
-        updated_maximum(peaks.peak_squared_base_slip, bx * bx + by * by),
-        updated_maximum(peaks.peak_penetration, contact_totals.max_penetration),
+    peak_values = BodyPeakValues(
+        updated_maximum(peak_values.peak_lean_squared_sine, lean),
+        updated_maximum(peak_values.peak_squared_base_slip, bx * bx + by * by),
+        updated_maximum(peak_values.peak_penetration, contact_totals.max_penetration),
         body_state.ticks_since_sample_start
         if lean < body.critical_lean_squared_sine
-        else peaks.last_upright_tick_in_sample,
+        else peak_values.last_upright_tick_in_sample,
     )
     # Momenta half a step later, position one step later.
     v, momentum = (
@@ -328,7 +344,7 @@ def advance_body_one_step(
         contact_moment_per_mass=t.moment_about_centre,
         ticks_since_sample_start=body_state.ticks_since_sample_start + TICKS_PER_STEP,
     )
-    return moved, peaks, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
+    return moved, peak_values, BodyEnergyAndMomentumAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
@@ -359,20 +375,20 @@ VERTEX_VALUE_COUNT_OF_ALL_LANES: Final = VERTEX_ROW_LAYOUT.size
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def compute_axes_and_reset_contact_forces(state: Any, contact_rows: Any, columns: int) -> None:
+def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, lane_count: int) -> None:
     """Compute the axes of all bodies from their rotations, and set their contact forces to zero."""
-    for j in range(columns):
+    for j in range(lane_count):
         s = load_state(state, j)
         store_frame(state, j, rotation_matrix(s.rotation))
-        store_acting(contact_rows, j, ContactTotals(zero_wrench_per_mass(), -1.0))
+        store_acting(contact_total_rows, j, ContactTotals(zero_wrench_per_mass(), -1.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def add_vertex_contact_forces(
-    state: Any, contact_rows: Any, first_vertex_rows: Any, opposite_vertex_rows: Any, columns: int
+    state: Any, contact_total_rows: Any, first_vertex_rows: Any, opposite_vertex_rows: Any, lane_count: int
 ) -> None:
     """Add the contact forces at a pair of opposite vertices, for all bodies."""
-    for j in range(columns):
+    for j in range(lane_count):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = (
             body.point_dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
@@ -414,24 +430,24 @@ def add_vertex_contact_forces(
         store_memory(first_vertex_rows, j, left)
         store_memory(opposite_vertex_rows, j, right)
         store_acting(
-            contact_rows,
+            contact_total_rows,
             j,
-            add_forces_of_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration),
+            add_forces_of_contact_pair(load_acting(contact_total_rows, j), a, b, left.penetration, right.penetration),
         )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def add_rim_contact_forces(
     state: Any,
-    contact_rows: Any,
+    contact_total_rows: Any,
     first_point_rows: Any,
     opposite_point_rows: Any,
-    columns: int,
-    along_lean: float,
-    across_lean: float,
+    lane_count: int,
+    lean_component: float,
+    transverse_component: float,
 ) -> None:
     """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
-    for j in range(columns):
+    for j in range(lane_count):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.tick_length_s * TICKS_PER_STEP
         rate, left, right = (
@@ -441,14 +457,14 @@ def add_rim_contact_forces(
         )
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
-            (across_lean != 0.0) & (not lowest_and_highest_base_points_rest(base_contact)),
+            (transverse_component != 0.0) & (not lowest_and_highest_base_points_rest(base_contact)),
             body_base_lands_flat(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
         tilting = base_contact.tilting_friction_share_in_flat_landing
         at, on = (
-            rim_contact_point(body, s, f, along_lean, across_lean, dt),
-            rim_contact_point(body, s, f, -along_lean, -across_lean, dt),
+            rim_contact_point(body, s, f, lean_component, transverse_component, dt),
+            rim_contact_point(body, s, f, -lean_component, -transverse_component, dt),
         )
         waits = between & (left.penetration <= 0.0), between & (right.penetration <= 0.0)
         a, left = apply_contact_law(body, s, at, left, rate, (waits[0], flat, begun, tilting))
@@ -456,18 +472,18 @@ def add_rim_contact_forces(
         store_memory(first_point_rows, j, left)
         store_memory(opposite_point_rows, j, right)
         store_acting(
-            contact_rows,
+            contact_total_rows,
             j,
-            add_forces_of_contact_pair(load_acting(contact_rows, j), a, b, left.penetration, right.penetration),
+            add_forces_of_contact_pair(load_acting(contact_total_rows, j), a, b, left.penetration, right.penetration),
         )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
+def advance_all_bodies(state: Any, contact_total_rows: Any, lane_count: int) -> None:
     """Advance all bodies by one step under their contact forces."""
-    for j in range(columns):
+    for j in range(lane_count):
         s, peaks, account = advance_body_one_step(
-            load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(contact_rows, j),
+            load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(contact_total_rows, j),
             load_peaks(state, j), load_account(state, j), load_inertial_accelerations(state, j),
         )  # fmt: skip
         store_state(state, j, s)
@@ -476,11 +492,11 @@ def advance_all_bodies(state: Any, contact_rows: Any, columns: int) -> None:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def advance_momenta_with_last_forces(state: Any, columns: int, step_count: float) -> None:
+def advance_momenta_with_last_forces(state: Any, lane_count: int, signed_step_fraction: float) -> None:
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
-    for j in range(columns):
+    for j in range(lane_count):
         s, account = load_state(state, j), load_account(state, j)
-        time = step_count * TICKS_PER_STEP * load_body(state, j).tick_length_s
+        time = signed_step_fraction * TICKS_PER_STEP * load_body(state, j).tick_length_s
         v, momentum = (
             extrapolate_vector(s.velocity_relative_to_base, time, s.acceleration_relative_to_base),
             extrapolate_vector(s.angular_momentum_per_mass, time, s.contact_moment_per_mass),
@@ -527,36 +543,36 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
 
     @njit(**ALLOCATING_INLINE_OPTIONS)
     def advance_bodies_by_sampling_interval(
-        kind: Any,  # noqa: ARG001
+        base_shape_loop_tag: Any,  # noqa: ARG001
         state: Any,
-        vertices: Any,
-        count: int,
-        base: int,
-        columns: int,
-        steps: int,
-        ticks: float,  # noqa: ARG001
+        vertex_rows: Any,
+        contact_point_count: int,
+        base_vertex_count: int,
+        lane_count: int,
+        steps_per_sample: int,
+        ticks_per_sample: float,  # noqa: ARG001
     ) -> None:
         """Advance all bodies by the time steps of one sampling interval."""
         half, acting = (
-            count // 2 * VERTEX_VALUE_COUNT_OF_ALL_LANES,
+            contact_point_count // 2 * VERTEX_VALUE_COUNT_OF_ALL_LANES,
             cache_line_aligned_zeros(CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES),
         )
-        advance_momenta_with_last_forces(state, columns, -0.5)
-        for _ in range(steps):
-            compute_axes_and_reset_contact_forces(state, acting, columns)
-            update_base_contacts(state, vertices, half, base, columns, has_rim)
+        advance_momenta_with_last_forces(state, lane_count, -0.5)
+        for _ in range(steps_per_sample):
+            compute_axes_and_reset_contact_forces(state, acting, lane_count)
+            update_base_contacts(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
             for pair in range(0, half, VERTEX_VALUE_COUNT_OF_ALL_LANES):
                 one, other = (
-                    vertices[pair : pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
-                    vertices[half + pair : half + pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
+                    vertex_rows[pair : pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
+                    vertex_rows[half + pair : half + pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
-                    add_rim_contact_forces(state, acting, one, other, columns, ahead, 1.0 - ahead)
+                    add_rim_contact_forces(state, acting, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
-                    add_vertex_contact_forces(state, acting, one, other, columns)
-            advance_all_bodies(state, acting, columns)
-        advance_momenta_with_last_forces(state, columns, 0.5)
+                    add_vertex_contact_forces(state, acting, one, other, lane_count)
+            advance_all_bodies(state, acting, lane_count)
+        advance_momenta_with_last_forces(state, lane_count, 0.5)
 
     return advance_bodies_by_sampling_interval
 
@@ -571,9 +587,11 @@ _compiled_case_queue_runner = njit(nogil=True, **COMPILE_OPTIONS)(run_case_queue
 
 
 @njit(nogil=True, **COMPILE_OPTIONS)
-def run_cundall_case_queue(inputs: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
+def run_cundall_case_queue(
+    kernel_input: Any, ordered_cases: Any, block_steps_done: Any, trajectory: Any
+) -> tuple[Any, int]:
     """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
-    return _compiled_case_queue_runner(inputs, order, counter, path)
+    return _compiled_case_queue_runner(kernel_input, ordered_cases, block_steps_done, trajectory)
 
 
 cache_compiled_kernel(run_cundall_case_queue)

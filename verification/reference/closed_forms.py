@@ -29,7 +29,7 @@ def sliding_threshold_acceleration(friction: float, upward_acceleration: float =
     return (STANDARD_GRAVITY + upward_acceleration) * friction
 
 
-def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) -> float:
+def time_from_tilt_to_first_impact(height: float, b_over_h: float, initial_tilt_rad: float) -> float:
     """Return the time from rest at a tilt to the first impact, s, without the small-angle approximation.
 
     It follows from the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)). The substitution θ =
@@ -43,23 +43,25 @@ def time_from_tilt_to_first_impact(height: float, b_over_h: float, tilt: float) 
     import numpy as np
 
     alpha = math.atan(b_over_h)
-    if not 0 < tilt < alpha:
-        raise ValueError(f"tilt: {tilt}; it must lie between 0 and α = {alpha:.6g}")
+    if not 0 < initial_tilt_rad < alpha:
+        raise ValueError(f"tilt: {initial_tilt_rad}; it must lie between 0 and α = {alpha:.6g}")
     nodes, weights = np.polynomial.legendre.leggauss(200)
     u = 0.5 * (nodes + 1.0)
-    angle = tilt * (1.0 - u**2)
+    angle = initial_tilt_rad * (1.0 - u**2)
     # cos a − cos b as a product keeps its digits near u = 0.
-    half_sum = alpha - 0.5 * (angle + tilt)
-    half_difference = 0.5 * (tilt - angle)
+    half_sum = alpha - 0.5 * (angle + initial_tilt_rad)
+    half_difference = 0.5 * (initial_tilt_rad - angle)
     drop = 2.0 * np.sin(half_sum) * np.sin(half_difference)
     rate = rocking_frequency_parameter(height, b_over_h) * np.sqrt(2.0 * drop)
-    return float(np.sum(0.5 * weights * 2.0 * tilt * u / rate))
+    return float(np.sum(0.5 * weights * 2.0 * initial_tilt_rad * u / rate))
 
 
-def rocking_amplitude_after_impact(b_over_h: float, tilt: float) -> float:
+def rocking_amplitude_after_impact(b_over_h: float, amplitude_before_impact_rad: float) -> float:
     """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
     alpha = math.atan(b_over_h)
-    lost = angular_velocity_after_over_before_impact(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
+    lost = angular_velocity_after_over_before_impact(b_over_h) ** 2 * (
+        math.cos(alpha - amplitude_before_impact_rad) - math.cos(alpha)
+    )
     return alpha - math.acos(math.cos(alpha) + lost)
 
 
@@ -100,17 +102,20 @@ def time_and_velocity_at_end_of_bounce(
     omega = math.sqrt(stiffness_over_mass - c * c)
     rest = gravity / stiffness_over_mass
 
-    def penetration_and_rate(t: float) -> tuple[float, float]:
+    def penetration_and_rate(time_since_touch: float) -> tuple[float, float]:
         """Return the penetration, m, and its rate, m/s, at a time."""
         a, b = -rest, (impact_speed - c * rest) / omega
-        decay = math.exp(-c * t)
-        depth = rest + decay * (a * math.cos(omega * t) + b * math.sin(omega * t))
-        rate_of_depth = decay * ((b * omega - c * a) * math.cos(omega * t) - (a * omega + c * b) * math.sin(omega * t))
+        decay = math.exp(-c * time_since_touch)
+        depth = rest + decay * (a * math.cos(omega * time_since_touch) + b * math.sin(omega * time_since_touch))
+        rate_of_depth = decay * (
+            (b * omega - c * a) * math.cos(omega * time_since_touch)
+            - (a * omega + c * b) * math.sin(omega * time_since_touch)
+        )
         return depth, rate_of_depth
 
-    def contact_force_over_mass(t: float) -> float:
+    def contact_force_over_mass(time_since_touch: float) -> float:
         """Return the contact force over the mass at a time, m/s²."""
-        depth, velocity = penetration_and_rate(t)
+        depth, velocity = penetration_and_rate(time_since_touch)
         return stiffness_over_mass * depth + dashpot_over_mass * velocity
 
     end = float(brentq(contact_force_over_mass, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from overturning.units import STANDARD_GRAVITY
 
 
-def peak_and_final_slip(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
+def peak_and_final_slip(base_acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
     """Return the largest and the final slip of a rigid mass on a base that shakes horizontally.
 
     The acceleration of the base, m/s² towards +s, is linear between the samples; after the last one it is 0. Returns
@@ -24,7 +24,7 @@ def peak_and_final_slip(acceleration: ArrayLike, sampling_interval: float, frict
     if not friction > 0:
         raise ValueError(f"friction: {friction}; it must be above 0")
     limit = friction * STANDARD_GRAVITY
-    samples = np.asarray(acceleration, dtype=np.float64)
+    samples = np.asarray(base_acceleration, dtype=np.float64)
     base = np.concatenate([samples, [0.0]])
     displacement = velocity = peak = 0.0
     for left, right in itertools.pairwise(base):
@@ -38,24 +38,24 @@ def peak_and_final_slip(acceleration: ArrayLike, sampling_interval: float, frict
 
 
 def _slide_for_sampling_interval(
-    displacement: float,
-    velocity: float,
-    acceleration_at_start: float,
-    acceleration_at_end: float,
+    slip_at_start: float,
+    slip_velocity_at_start: float,
+    base_acceleration_at_start: float,
+    base_acceleration_at_end: float,
     sampling_interval: float,
-    friction_limit: float,
+    friction_times_gravity: float,
 ) -> tuple[float, float, float]:
     """Return displacement and velocity after one sampling interval, and the largest absolute displacement in it.
 
     Displacement and velocity of the block are relative to the base; the accelerations are those of the base, and
-    `friction_limit` is μ g.
+    `friction_times_gravity` is μ g.
     """
-    length, limit = sampling_interval, friction_limit
-    slope = (acceleration_at_end - acceleration_at_start) / length
-    t, peak = 0.0, abs(displacement)
+    length, limit = sampling_interval, friction_times_gravity
+    slope = (base_acceleration_at_end - base_acceleration_at_start) / length
+    t, peak = 0.0, abs(slip_at_start)
     while t < length:
-        ground = acceleration_at_start + slope * t
-        if velocity == 0.0:
+        ground = base_acceleration_at_start + slope * t
+        if slip_velocity_at_start == 0.0:
             if abs(ground) <= limit:
                 start = _time_until_sliding(ground, slope, limit)
                 if t + start >= length:
@@ -64,42 +64,49 @@ def _slide_for_sampling_interval(
                 ground = math.copysign(limit, slope)
             direction = -math.copysign(1.0, ground)
         else:
-            direction = math.copysign(1.0, velocity)
+            direction = math.copysign(1.0, slip_velocity_at_start)
         # Relative acceleration −a(t) − direction · μg; the velocity is a parabola.
         first, second = -ground - direction * limit, -slope
         rest = length - t
-        stop = _time_until_stop(velocity, first, second, rest)
-        displacement += velocity * stop + first * stop**2 / 2.0 + second * stop**3 / 6.0
-        velocity += first * stop + second * stop**2 / 2.0
-        peak = max(peak, abs(displacement))
+        stop = _time_until_stop(slip_velocity_at_start, first, second, rest)
+        slip_at_start += slip_velocity_at_start * stop + first * stop**2 / 2.0 + second * stop**3 / 6.0
+        slip_velocity_at_start += first * stop + second * stop**2 / 2.0
+        peak = max(peak, abs(slip_at_start))
         t += stop
         if stop < rest:
-            velocity = 0.0
-    return displacement, velocity, peak
+            slip_velocity_at_start = 0.0
+    return slip_at_start, slip_velocity_at_start, peak
 
 
-def _time_until_sliding(base_acceleration: float, slope: float, friction_limit: float) -> float:
+def _time_until_sliding(
+    base_acceleration: float, base_acceleration_rate: float, friction_times_gravity: float
+) -> float:
     """Return the time until the base acceleration, base_acceleration + slope t, exceeds the limit μ g."""
-    if slope == 0.0:
+    if base_acceleration_rate == 0.0:
         return math.inf
-    return max((math.copysign(friction_limit, slope) - base_acceleration) / slope, 0.0)
+    return max(
+        (math.copysign(friction_times_gravity, base_acceleration_rate) - base_acceleration) / base_acceleration_rate,
+        0.0,
+    )
 
 
-def _time_until_stop(velocity: float, acceleration: float, acceleration_rate: float, remaining_time: float) -> float:
+def _time_until_stop(
+    relative_velocity: float, relative_acceleration: float, relative_acceleration_rate: float, remaining_time: float
+) -> float:
     """Return the first positive time at which the velocity is zero; `remaining_time` if there is none before.
 
     The velocity is velocity + acceleration t + acceleration_rate t²/2; all are relative to the base.
     """
-    first, second = acceleration, acceleration_rate
-    if velocity == 0.0:
+    first, second = relative_acceleration, relative_acceleration_rate
+    if relative_velocity == 0.0:
         # Sliding has just begun; the velocity returns to zero at −2 first/second.
         roots = [-2.0 * first / second] if second else []
     else:
-        discriminant = first**2 - 2.0 * second * velocity
+        discriminant = first**2 - 2.0 * second * relative_velocity
         if discriminant < 0:
             return remaining_time
         q = -(first + math.copysign(math.sqrt(discriminant), first))
-        roots = [2.0 * velocity / q] if q else []
+        roots = [2.0 * relative_velocity / q] if q else []
         if second:
             roots.append(q / second)
     later = [root for root in roots if root > 1e-15]

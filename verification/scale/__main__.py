@@ -40,7 +40,9 @@ def main(
     if {"bytes", "slurm"} & set(chosen):
         runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
-            runs += same_bytes.run_study_on_slurm(files=(same_bytes.CUBE_FILE_NAME, same_bytes.REPORT_FILE_NAME))
+            runs += same_bytes.run_study_on_slurm(
+                result_file_names=(same_bytes.CUBE_FILE_NAME, same_bytes.REPORT_FILE_NAME)
+            )
         insert_markdown_between_markers_in_docs(
             {"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))}
         )
@@ -86,9 +88,9 @@ def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRun]) -> str:
     return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} available."
 
 
-def extrapolated_resource_table(figures: list[MeasuredNumber]) -> str:
+def extrapolated_resource_table(measured_numbers: list[MeasuredNumber]) -> str:
     """Return the table of the resources that a study too large for this machine would need, by extrapolation."""
-    return measured_numbers_table(on_paper.extrapolate_resources({one.quantity: one.value for one in figures}))
+    return measured_numbers_table(on_paper.extrapolate_resources({one.quantity: one.value for one in measured_numbers}))
 
 
 if __name__ == "__main__":

@@ -36,23 +36,28 @@ def run_subcommand_and_measure_resource_use(*command: object) -> ResourceUse:
     return run_program_and_measure_resource_use([sys.executable, "-m", "overturning.cli", *map(str, command)])
 
 
-def run_program_and_measure_resource_use(args: list[str], line_start: bytes = b"", **where: Any) -> ResourceUse:
-    """Run a program; return its resource use and the longest output line that begins with `line_start`.
+def run_program_and_measure_resource_use(
+    program_and_arguments: list[str], measured_line_prefix: bytes = b"", **where: Any
+) -> ResourceUse:
+    """Run a program; return its resource use and the longest output line that begins with `measured_line_prefix`.
 
     Raises a RuntimeError if it fails.
     """
     begin = time.perf_counter()
-    process = subprocess.Popen(args, stdout=subprocess.PIPE, **where)
+    process = subprocess.Popen(program_and_arguments, stdout=subprocess.PIPE, **where)
     assert process.stdout
-    longest = max((len(line) for line in process.stdout if line_start and line.startswith(line_start)), default=0)
+    longest = max(
+        (len(line) for line in process.stdout if measured_line_prefix and line.startswith(measured_line_prefix)),
+        default=0,
+    )
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise RuntimeError(f"{args[-1]} failed")
+        raise RuntimeError(f"{program_and_arguments[-1]} failed")
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
-def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[MeasuredNumber]:
+def measure_simulation_of_case_chunk(folder: Path, chunk_count: int = 8) -> list[MeasuredNumber]:
     """Measure time, memory and disk use of simulating 1/8 million cases with their ensemble, on one core.
 
     The record of the cases is a real one.
@@ -65,12 +70,12 @@ def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[Meas
         "read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc"
     )
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
-    part = folder / f"rinaldi.1-of-{chunks}.nc"
+    part = folder / f"rinaldi.1-of-{chunk_count}.nc"
     took = run_subcommand_and_measure_resource_use(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
-        "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
+        "--members", folder / "members.csv", "--chunk", f"1-of-{chunk_count}",
     )  # fmt: skip
-    cases = study.cases_per_record / chunks
+    cases = study.cases_per_record / chunk_count
     return [
         MeasuredNumber("real chunk: cases", cases),
         MeasuredNumber("real chunk: processor time", took.processor_time_s, "s"),
@@ -81,18 +86,18 @@ def measure_simulation_of_case_chunk(folder: Path, chunks: int = 8) -> list[Meas
 
 
 def measure_merging_of_parts_into_cube(
-    folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
+    folder: Path, record_count: int = 10, chunk_count: int = 8, grid_settings: dict[str, object] | None = None
 ) -> list[MeasuredNumber]:
     """Measure time, memory and disk use of merging synthetic partial results with ten million cases into one cube."""
-    study = synthetic_study(records, grid)
+    study = synthetic_study(record_count, grid_settings)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
-    parts = write_synthetic_partial_results(study, folder / "sweep", chunks)
+    parts = write_synthetic_partial_results(study, folder / "sweep", chunk_count)
     took = run_subcommand_and_measure_resource_use(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
-        "--chunks", chunks, "--output", folder / "cube.nc",
+        "--chunks", chunk_count, "--output", folder / "cube.nc",
     )  # fmt: skip
-    cases = records * study.cases_per_record
+    cases = record_count * study.cases_per_record
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
     return [
         MeasuredNumber("synthetic parts: cases", cases),
@@ -104,28 +109,31 @@ def measure_merging_of_parts_into_cube(
 
 
 def measure_report_on_cube_larger_than_memory(
-    folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "synthetic cube"
+    folder: Path,
+    record_count: int = 100,
+    grid_settings: dict[str, object] | None = None,
+    cube_label: str = "synthetic cube",
 ) -> list[MeasuredNumber]:
     """Measure time and memory of statistics, figures and report of a synthetic cube larger than memory.
 
-    `cube` is its label.
+    `cube_label` is its label.
     """
-    study = synthetic_study(records, grid)
+    study = synthetic_study(record_count, grid_settings)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
-    write_synthetic_cube(study, folder / "cube.nc", distinct_record_count=min(2, records))
+    write_synthetic_cube(study, folder / "cube.nc", distinct_record_count=min(2, record_count))
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
     found = [
-        MeasuredNumber(f"{cube}: cells", records * study.cases_per_record),
-        MeasuredNumber(f"{cube}: size", size / 1e9, "GB"),
+        MeasuredNumber(f"{cube_label}: cells", record_count * study.cases_per_record),
+        MeasuredNumber(f"{cube_label}: size", size / 1e9, "GB"),
     ]
 
-    def add_time_and_memory(what: str, took: ResourceUse) -> None:
+    def add_time_and_memory(process_label: str, resource_use: ResourceUse) -> None:
         """Add time and peak memory of a process to the measured figures."""
-        found.append(MeasuredNumber(f"{cube}: {what}, time", took.elapsed_time_s, "s"))
-        found.append(MeasuredNumber(f"{cube}: {what}, peak memory", took.peak_memory_mb, "MB"))
+        found.append(MeasuredNumber(f"{cube_label}: {process_label}, time", resource_use.elapsed_time_s, "s"))
+        found.append(MeasuredNumber(f"{cube_label}: {process_label}, peak memory", resource_use.peak_memory_mb, "MB"))
 
     add_time_and_memory(
         "intensities", run_subcommand_and_measure_resource_use("rotate", *base, "--output", folder / "intensity.nc")

@@ -44,11 +44,11 @@ MILLION_CASE_3D_STUDY_SETTINGS: Final = {
 """Settings of a study with 1,008,000 3-D cases."""
 
 
-def synthetic_study(records: int, grid: dict[str, Any] | None = None) -> Study:
-    """Return a study with `records` records; the default grid has a million 2-D cases for each."""
-    names = [f"made-{number:03d}" for number in range(records)]
+def synthetic_study(record_count: int, grid_settings: dict[str, Any] | None = None) -> Study:
+    """Return a study with `record_count` records; the default grid has a million 2-D cases for each."""
+    names = [f"made-{number:03d}" for number in range(record_count)]
     about = {"name": "made", "verification": "none", "figures": {"formats": ["png"], "dpi": 72}}
-    return study_from_content(about | {"records": {"use": names}} | (grid or MILLION_CASE_2D_GRID), "made")
+    return study_from_content(about | {"records": {"use": names}} | (grid_settings or MILLION_CASE_2D_GRID), "made")
 
 
 def synthetic_records(study: Study) -> Iterator[Record]:
@@ -69,10 +69,12 @@ def synthetic_records(study: Study) -> Iterator[Record]:
         ))  # fmt: skip
 
 
-def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
+def random_outcome_values(
+    outcome_variable: OutcomeVariable, shape: tuple[int, ...], seed: int, ensemble_member_count: int
+) -> NDArray[Any]:
     """Return made values of an outcome variable, of its type; float32 values have 23 random bits."""
     generator = np.random.default_rng(seed)
-    if variable.name == "overturned" and variable.is_odd_under_mirroring:
+    if outcome_variable.name == "overturned" and outcome_variable.is_odd_under_mirroring:
         return generator.choice(
             np.array([-1, 0, 1], np.int8),
             shape,
@@ -82,44 +84,50 @@ def random_outcome_values(variable: OutcomeVariable, shape: tuple[int, ...], see
                 FALLEN_SHARE_OF_SYNTHETIC_CELLS / 2,
             ],
         )
-    if variable.name.endswith("overturned"):
-        return synthetic_fall_flags_of_3d_body(variable, shape, seed).astype(np.int8)
-    if variable.name == "status":
+    if outcome_variable.name.endswith("overturned"):
+        return synthetic_fall_flags_of_3d_body(outcome_variable, shape, seed).astype(np.int8)
+    if outcome_variable.name == "status":
         return np.full(shape, int(CaseStatus.SIMULATED), np.int8)
-    if variable.dtype_in_file != "f4":
-        return np.full(shape, members if variable.name == "members" else 0, variable.dtype_in_file)
-    values: NDArray[Any] = generator.random(shape, np.float32)
-    if variable.name == "overturning_time":
-        values[generator.random(shape, np.float32) > FALLEN_SHARE_OF_SYNTHETIC_CELLS] = np.nan
-    if variable.name.endswith("fall_azimuth"):
-        return np.where(synthetic_fall_flags_of_3d_body(variable, shape, seed), 360 * values, np.float32(np.nan))
-    if variable.name == "residual_twist":
-        return np.where(
-            synthetic_fall_flags_of_3d_body(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5)
+    if outcome_variable.dtype_in_file != "f4":
+        return np.full(
+            shape, ensemble_member_count if outcome_variable.name == "members" else 0, outcome_variable.dtype_in_file
         )
-    if variable.name.startswith(("probability", "scramble", "fall_")):
+    values: NDArray[Any] = generator.random(shape, np.float32)
+    if outcome_variable.name == "overturning_time":
+        values[generator.random(shape, np.float32) > FALLEN_SHARE_OF_SYNTHETIC_CELLS] = np.nan
+    if outcome_variable.name.endswith("fall_azimuth"):
+        return np.where(
+            synthetic_fall_flags_of_3d_body(outcome_variable, shape, seed), 360 * values, np.float32(np.nan)
+        )
+    if outcome_variable.name == "residual_twist":
+        return np.where(
+            synthetic_fall_flags_of_3d_body(outcome_variable, shape, seed), np.float32(np.nan), values - np.float32(0.5)
+        )
+    if outcome_variable.name.startswith(("probability", "scramble", "fall_")):
         # Shares of members; NaN for cells without an ensemble.
-        values = np.round(values * 0.5 * members) / np.float32(members)
+        values = np.round(values * 0.5 * ensemble_member_count) / np.float32(ensemble_member_count)
         values[generator.random(shape, np.float32) > SHARE_OF_SYNTHETIC_CELLS_WITH_ENSEMBLE] = np.nan
     return values
 
 
-def synthetic_fall_flags_of_3d_body(variable: OutcomeVariable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
+def synthetic_fall_flags_of_3d_body(
+    outcome_variable: OutcomeVariable, shape: tuple[int, ...], seed: int
+) -> NDArray[np.bool_]:
     """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
     return (
-        np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32)
+        np.random.default_rng((seed, outcome_variable.name.startswith("plane"))).random(shape, np.float32)
         < FALLEN_SHARE_OF_SYNTHETIC_CELLS
     )
 
 
 def write_synthetic_partial_results(
-    study: Study, folder: Path, chunks: int, variant: str = NOMINAL_VARIANT
+    study: Study, folder: Path, chunk_count_per_record: int, variant: str = NOMINAL_VARIANT
 ) -> list[Path]:
     """Write the parts (files of a share of the cases) of every record of a study."""
     grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
     for number, name in enumerate(study.records.use):
-        for part in range(1, chunks + 1):
-            chunk = SweepChunk(part, chunks)
+        for part in range(1, chunk_count_per_record + 1):
+            chunk = SweepChunk(part, chunk_count_per_record)
             piece = grid_of_chunk(study, grid, chunk, variant)
             values = {
                 variable.name: random_outcome_values(

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from verification.project import WorkflowFolder
+from verification.project import StudyWorkflowCopy
 from verification.scale.large import ResourceUse, run_program_and_measure_resource_use
 from verification.tables import MeasuredNumber
 
@@ -28,18 +28,22 @@ QUANTITIES_NEEDED_TO_EXTRAPOLATE: Final = {
 """Figures that the extrapolation needs."""
 
 
-def measure_planning_of_study(records: int) -> ResourceUse:
-    """Let Snakemake plan a study of `records` synthetic records, and measure its longest command."""
+def measure_planning_of_study(record_count: int) -> ResourceUse:
+    """Let Snakemake plan a study of `record_count` synthetic records, and measure its longest command."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         pulses = {
             f"record-{number:05d}": f"sine amplitude_gal={300 + number} period_s=1 azimuth_deg=60"
-            for number in range(records)
+            for number in range(record_count)
         }
         # Few cases of each, which planning does not count, so that the disk would hold them.
         study = {"name": "scale", "records": {"pulses": pulses}, "verification": "none", "b_over_h": [0.3]}
-        project = WorkflowFolder(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
-        how = project.subprocess_arguments("--set-scatter", f"sweep={EXTRAPOLATED_CHUNK_COUNT_PER_RECORD}", file="")
-        return run_program_and_measure_resource_use(**how, line_start=b"Shell command: ", stderr=subprocess.DEVNULL)
+        project = StudyWorkflowCopy(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
+        how = project.subprocess_arguments(
+            "--set-scatter", f"sweep={EXTRAPOLATED_CHUNK_COUNT_PER_RECORD}", result_file_name=""
+        )
+        return run_program_and_measure_resource_use(
+            **how, measured_line_prefix=b"Shell command: ", stderr=subprocess.DEVNULL
+        )
 
 
 def measure_planning_per_record(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredNumber]:
@@ -59,30 +63,35 @@ def measure_planning_per_record(small_record_count: int = 20, large_record_count
     return [*each, MeasuredNumber(label, more.longest_selected_output_line_bytes, "bytes")]
 
 
-def extrapolate_resources(measured_figures: Mapping[str, float]) -> list[MeasuredNumber]:
+def extrapolate_resources(measured_number_by_quantity: Mapping[str, float]) -> list[MeasuredNumber]:
     """Return the resources that a far larger study needs, extrapolated from measured numbers.
 
     The figures are those of `large` and `measure_planning_per_record`.
     """
     cases = EXTRAPOLATED_RECORD_COUNT * EXTRAPOLATED_CASE_COUNT_PER_RECORD
-    per_case = measured_figures["real chunk: processor time"] / measured_figures["real chunk: cases"]
-    gathering = measured_figures["synthetic parts: gathering"] / measured_figures["synthetic parts: cases"]
-    disk = measured_figures["real chunk: disk per case"]
+    per_case = (
+        measured_number_by_quantity["real chunk: processor time"] / measured_number_by_quantity["real chunk: cases"]
+    )
+    gathering = (
+        measured_number_by_quantity["synthetic parts: gathering"]
+        / measured_number_by_quantity["synthetic parts: cases"]
+    )
+    disk = measured_number_by_quantity["real chunk: disk per case"]
     planning = (
-        measured_figures[f"planning: time per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"]
+        measured_number_by_quantity[f"planning: time per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"]
         * EXTRAPOLATED_RECORD_COUNT
     )
     memory = (
-        measured_figures[f"planning: memory per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"]
+        measured_number_by_quantity[f"planning: memory per record, {EXTRAPOLATED_CHUNK_COUNT_PER_RECORD} chunks each"]
         * EXTRAPOLATED_RECORD_COUNT
     )
     reports = (
-        measured_figures["synthetic cube: report, time"]
-        + measured_figures["synthetic cube: figures of all records together, time"]
+        measured_number_by_quantity["synthetic cube: report, time"]
+        + measured_number_by_quantity["synthetic cube: figures of all records together, time"]
     )
     reports = (
-        reports / measured_figures["synthetic cube: cells"]
-        + measured_figures["synthetic cube: figures of a record, time"] / EXTRAPOLATED_CASE_COUNT_PER_RECORD
+        reports / measured_number_by_quantity["synthetic cube: cells"]
+        + measured_number_by_quantity["synthetic cube: figures of a record, time"] / EXTRAPOLATED_CASE_COUNT_PER_RECORD
     )
     # Per chunk: a part, a benchmark and logs; per record: a motion, one to three figures, and their logs.
     files = EXTRAPOLATED_RECORD_COUNT * (EXTRAPOLATED_CHUNK_COUNT_PER_RECORD * 3 + 7)

@@ -15,7 +15,7 @@ from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, sweep_part_path
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import simulate_and_write_cases_of_record
 from verification.one_node_slurm import SNAKEMAKE_OPTIONS_FOR_SLURM, run_one_node_slurm, slurm_unavailable_reason
-from verification.project import CUBE_FILE_NAME, WorkflowFolder
+from verification.project import CUBE_FILE_NAME, StudyWorkflowCopy
 
 STUDY_YAML: Final = """\
 name: scale
@@ -64,80 +64,107 @@ class StudyRun(NamedTuple):
 
 
 @contextmanager
-def temporary_project_with_study(study: str) -> Iterator[WorkflowFolder]:
+def temporary_project_with_study(study_yaml: str) -> Iterator[StudyWorkflowCopy]:
     """Provide a temporary folder with the workflow and a study that has not run."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
-        yield WorkflowFolder(Path(name) / "project", study)
+        yield StudyWorkflowCopy(Path(name) / "project", study_yaml)
 
 
 def run_study_up_to_result_file(
-    project: WorkflowFolder, way: str, *options: str, file: str = CUBE_FILE_NAME
+    workflow_copy: StudyWorkflowCopy, run_label: str, *options: str, result_file_name: str = CUBE_FILE_NAME
 ) -> StudyRun:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
-    done = project.run(*options, file=file)
+    done = workflow_copy.run(*options, result_file_name=result_file_name)
     if done.returncode:
-        raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
-    seconds, kept = time.perf_counter() - begin, len(list(project.results.glob("sweep/*/*.nc")))
-    return StudyRun(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
+        raise RuntimeError(f"{run_label}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
+    seconds, kept = time.perf_counter() - begin, len(list(workflow_copy.results.glob("sweep/*/*.nc")))
+    return StudyRun(
+        run_label,
+        result_file_name,
+        seconds,
+        hashlib.sha256((workflow_copy.results / result_file_name).read_bytes()).hexdigest(),
+        kept,
+    )
 
 
-def run_study_locally(study: str, cores: int, chunks: int, file: str = CUBE_FILE_NAME) -> StudyRun:
+def run_study_locally(
+    study_yaml: str, core_count: int, chunk_count_per_record: int, result_file_name: str = CUBE_FILE_NAME
+) -> StudyRun:
     """Run a study on some cores of this machine."""
-    words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
-    with temporary_project_with_study(study) as folder:
+    words = f"{core_count} core{'s' * (core_count > 1)}" + (
+        f", {chunk_count_per_record} chunks of each record" if chunk_count_per_record > 1 else ""
+    )
+    with temporary_project_with_study(study_yaml) as folder:
         return run_study_up_to_result_file(
-            folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file
+            folder,
+            words,
+            "--cores",
+            str(core_count),
+            "--set-scatter",
+            f"sweep={chunk_count_per_record}",
+            result_file_name=result_file_name,
         )
 
 
 def run_study_on_slurm(
-    study: str = STUDY_YAML, chunks: int = 3, files: tuple[str, ...] = (CUBE_FILE_NAME,)
+    study_yaml: str = STUDY_YAML,
+    chunk_count_per_record: int = 3,
+    result_file_names: tuple[str, ...] = (CUBE_FILE_NAME,),
 ) -> list[StudyRun]:
     """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
     if slurm_unavailable_reason():
         return []
-    words = f"SLURM, one node of two cores, {chunks} chunks of each record"
-    with run_one_node_slurm(), temporary_project_with_study(study) as folder:
+    words = f"SLURM, one node of two cores, {chunk_count_per_record} chunks of each record"
+    with run_one_node_slurm(), temporary_project_with_study(study_yaml) as folder:
         return [
-            run_study_up_to_result_file(folder, words, *SLURM_OPTIONS, "--set-scatter", f"sweep={chunks}", file=file)
-            for file in files
+            run_study_up_to_result_file(
+                folder, words, *SLURM_OPTIONS, "--set-scatter", f"sweep={chunk_count_per_record}", result_file_name=file
+            )
+            for file in result_file_names
         ]
 
 
-def simulate_study_without_snakemake(folder: WorkflowFolder, way: str, client: object = None) -> StudyRun:
+def simulate_study_without_snakemake(
+    workflow_copy: StudyWorkflowCopy, run_label: str, dask_client: object = None
+) -> StudyRun:
     """Simulate a study with the package alone, from the motion files of a workflow run, and hash its cube.
 
-    With `client` on a dask cluster.
+    With `dask_client` on a dask cluster.
     """
     begin = time.perf_counter()
-    with open_cube(folder.cube_path) as cube:
+    with open_cube(workflow_copy.cube_path) as cube:
         settings = study_of_cube(cube)
     records = [
-        read_record_from_motion_file(folder.cube_path.parent / "motion" / f"{name}.nc") for name in settings.records.use
+        read_record_from_motion_file(workflow_copy.cube_path.parent / "motion" / f"{name}.nc")
+        for name in settings.records.use
     ]
-    parts = [sweep_part_path(folder.folder / "again", name, SINGLE_CHUNK_OF_RECORD) for name in settings.records.use]
+    parts = [
+        sweep_part_path(workflow_copy.folder / "again", name, SINGLE_CHUNK_OF_RECORD) for name in settings.records.use
+    ]
     for record, part in zip(records, parts, strict=True):
         simulate_and_write_cases_of_record(
-            settings, record, part, numerics=numerical_options_of_study(settings, dask_client=client)
+            settings, record, part, numerics=numerical_options_of_study(settings, dask_client=dask_client)
         )
-    merge_outcome_files_into_cube(settings, records, parts, folder.folder / "cube.nc")
-    content = (folder.folder / "cube.nc").read_bytes()
-    return StudyRun(way, CUBE_FILE_NAME, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
+    merge_outcome_files_into_cube(settings, records, parts, workflow_copy.folder / "cube.nc")
+    content = (workflow_copy.folder / "cube.nc").read_bytes()
+    return StudyRun(
+        run_label, CUBE_FILE_NAME, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts)
+    )
 
 
-def run_study_on_dask(study: str, workers: int = 2) -> StudyRun:
+def run_study_on_dask(study_yaml: str, worker_count: int = 2) -> StudyRun:
     """Run a study on a dask cluster."""
     from distributed import Client, LocalCluster
 
-    with temporary_project_with_study(study) as folder:
+    with temporary_project_with_study(study_yaml) as folder:
         run_study_up_to_result_file(folder, "first", "--cores", "1")
-        cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
+        cluster = LocalCluster(n_workers=worker_count, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
-            return simulate_study_without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
+            return simulate_study_without_snakemake(folder, f"dask, {worker_count} workers, without Snakemake", client)
 
 
-def run_study_in_every_local_way(study: str = STUDY_YAML) -> list[StudyRun]:
+def run_study_in_every_local_way(study_yaml: str = STUDY_YAML) -> list[StudyRun]:
     """Run the study in every way that needs no SLURM cluster; make its report once, on one core."""
-    cubes = [run_study_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
-    return [*cubes, run_study_on_dask(study), run_study_locally(study, 1, 1, REPORT_FILE_NAME)]
+    cubes = [run_study_locally(study_yaml, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
+    return [*cubes, run_study_on_dask(study_yaml), run_study_locally(study_yaml, 1, 1, REPORT_FILE_NAME)]

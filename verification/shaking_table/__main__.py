@@ -53,12 +53,12 @@ DAMPING_RATIO_CLASS_BOUNDS = np.geomspace(_LOW, _HIGH, 5)
 
 def score_models_with_intervals(
     tests: ShakingTableTests,
-    fall_shares_by_model: Mapping[str, FloatArray],
+    size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray],
     bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 
-    `fall_shares_by_model` are the shares of each neighbourhood that fall, by model.
+    `size_neighbourhood_fall_shares_by_model` are the shares of each neighbourhood that fall, by model.
     """
     rows, probabilities = [], {}
     for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
@@ -67,7 +67,9 @@ def score_models_with_intervals(
             held = {
                 name: predict_unseen_tests(model, specimen, divide(tests), fell.size)
                 for name, model in fall_prediction_models_by_name(
-                    tests, fall_shares_by_model[RECTANGLES_MODEL_NAME], fall_shares_by_model[PRISMS_MODEL_NAME]
+                    tests,
+                    size_neighbourhood_fall_shares_by_model[RECTANGLES_MODEL_NAME],
+                    size_neighbourhood_fall_shares_by_model[PRISMS_MODEL_NAME],
                 ).items()
             }
             known = np.isfinite(held[PGA_PGV_LOGISTIC_MODEL_NAME])

@@ -57,28 +57,28 @@ class StonesWithSimulatedOutcomes(NamedTuple):
     fell_by_test_and_stone: NDArray[np.bool_]
 
 
-def _rectangles_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+def _rectangles_fall(motion: Motion, stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
     """True for the rectangles (2-D) that fall under a motion."""
     cases = Cases(
         0.0,
-        stone_parameters["height"],
-        stone_parameters["b_over_h"],
-        stone_parameters["friction"],
-        stone_parameters["amplitude"],
-        stone_parameters["damping"],
+        stone_values_by_parameter_name["height"],
+        stone_values_by_parameter_name["b_over_h"],
+        stone_values_by_parameter_name["friction"],
+        stone_values_by_parameter_name["amplitude"],
+        stone_values_by_parameter_name["damping"],
     )
     return np.asarray(np.abs(run_cases(motion, cases).overturned) == 1)
 
 
-def _prisms_fall(motion: Motion, stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+def _prisms_fall(motion: Motion, stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
     """True for the prisms (3-D) that fall under a motion."""
     cases = Cases(
-        stone_parameters["orientation"],
-        stone_parameters["height"],
-        stone_parameters["b_over_h"],
-        stone_parameters["friction"],
-        stone_parameters["amplitude"],
-        stone_parameters["damping"],
+        stone_values_by_parameter_name["orientation"],
+        stone_values_by_parameter_name["height"],
+        stone_values_by_parameter_name["b_over_h"],
+        stone_values_by_parameter_name["friction"],
+        stone_values_by_parameter_name["amplitude"],
+        stone_values_by_parameter_name["damping"],
         aspect=PRISM_DEPTH_OVER_WIDTH,
     )
     return np.asarray(simulate_cases(RectangularPrism(), motion, cases, NumericalOptions()).overturned == 1)
@@ -110,9 +110,9 @@ def sample_stones(distribution: StoneDistribution, stone_count: int) -> StonePar
     }
 
 
-def is_in_any_size_neighbourhood(stone_parameters: StoneParameters) -> NDArray[np.bool_]:
+def is_in_any_size_neighbourhood(stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
     """True for stones within at least one neighbourhood (a range of B/H and height that a model may choose)."""
-    shape, size = np.log(stone_parameters["b_over_h"]), np.log(stone_parameters["height"])
+    shape, size = np.log(stone_values_by_parameter_name["b_over_h"]), np.log(stone_values_by_parameter_name["height"])
     ends = [
         (np.log(centres[[0, -1]]), width)
         for centres, width in (
@@ -174,10 +174,11 @@ def simulate_stones(
     return StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def _print_progress(name: str, done: int, total: int, seconds: float) -> None:
+def _print_progress(stone_kind_name: str, finished_count: int, total_count: int, elapsed_time_s: float) -> None:
     """Print the progress: updated in place on a terminal, otherwise one line for each tenth."""
-    line = f"{name}: {done} of {total} tests, {seconds / done * (total - done):.0f} s to go"
+    remaining_time_s = elapsed_time_s / finished_count * (total_count - finished_count)
+    line = f"{stone_kind_name}: {finished_count} of {total_count} tests, {remaining_time_s:.0f} s to go"
     if sys.stderr.isatty():
-        print(f"\r{line:<60}", end="\n" if done == total else "", file=sys.stderr, flush=True)
-    elif done * 10 // total > (done - 1) * 10 // total:
+        print(f"\r{line:<60}", end="\n" if finished_count == total_count else "", file=sys.stderr, flush=True)
+    elif finished_count * 10 // total_count > (finished_count - 1) * 10 // total_count:
         print(line, file=sys.stderr, flush=True)

@@ -42,9 +42,9 @@ class ShakingTableTests:
     fell_by_specimen: dict[int, NDArray[np.bool_]]
     """True where a specimen fell, by specimen."""
 
-    def measured_motion(self, index: int) -> Motion:
+    def measured_motion(self, test_index: int) -> Motion:
         """Return the measured ground motion of one test, towards azimuth 0."""
-        along = self.accelerations[index]
+        along = self.accelerations[test_index]
         return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)
 
 

@@ -43,58 +43,70 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
 
 
 def index_of_most_likely_size_neighbourhood(
-    fall_shares_by_neighbourhood: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices
+    fall_share_by_size_neighbourhood_and_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
 ) -> int:
     """Return the index of the neighbourhood of B/H and height that best predicts the tests to learn from."""
-    p, y = fall_shares_by_neighbourhood[:, learning_tests], fell[learning_tests]
+    p, y = fall_share_by_size_neighbourhood_and_test[:, learning_tests], fell_by_test[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
 
 
 def fall_prediction_models_by_name(
-    tests: ShakingTableTests, rectangle_fall_shares: FloatArray, prism_fall_shares: FloatArray
+    tests: ShakingTableTests,
+    rectangle_fall_share_by_size_and_test: FloatArray,
+    prism_fall_share_by_size_and_test: FloatArray,
 ) -> dict[str, FallPredictionModel]:
     """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
     peaks = np.log(np.column_stack([tests.measured_pga, tests.measured_pgv]))
 
-    def prediction_by_most_likely_neighbourhood(fall_shares_by_neighbourhood: FloatArray) -> FallPredictionModel:
+    def prediction_by_most_likely_neighbourhood(
+        fall_share_by_size_neighbourhood_and_test: FloatArray,
+    ) -> FallPredictionModel:
         """Return the model that predicts the share of falls in the most likely neighbourhood."""
 
         def predict_by_fall_share(
-            specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices
+            specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
         ) -> FloatArray:
             """Predict with the neighbourhood that best fits the tests to learn from."""
             return np.asarray(
-                fall_shares_by_neighbourhood[
+                fall_share_by_size_neighbourhood_and_test[
                     index_of_most_likely_size_neighbourhood(
-                        fall_shares_by_neighbourhood, tests.fell_by_specimen[specimen], learning_tests
+                        fall_share_by_size_neighbourhood_and_test,
+                        tests.fell_by_specimen[specimen_number],
+                        learning_tests,
                     )
                 ][predicted_tests]
             )
 
         return predict_by_fall_share
 
-    def predict_by_pga_and_pgv(specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices) -> FloatArray:
+    def predict_by_pga_and_pgv(
+        specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
+    ) -> FloatArray:
         """Predict by logistic regression on PGA and PGV only."""
-        return _fall_probabilities_by_logistic_regression(peaks, tests, specimen, learning_tests, predicted_tests)
+        return _fall_probabilities_by_logistic_regression(
+            peaks, tests, specimen_number, learning_tests, predicted_tests
+        )
 
     def predict_by_pga_pgv_and_fall_share(
-        specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices
+        specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
         """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
-        share = rectangle_fall_shares[
+        share = rectangle_fall_share_by_size_and_test[
             index_of_most_likely_size_neighbourhood(
-                rectangle_fall_shares, tests.fell_by_specimen[specimen], learning_tests
+                rectangle_fall_share_by_size_and_test, tests.fell_by_specimen[specimen_number], learning_tests
             )
         ]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
-        return _fall_probabilities_by_logistic_regression(predictors, tests, specimen, learning_tests, predicted_tests)
+        return _fall_probabilities_by_logistic_regression(
+            predictors, tests, specimen_number, learning_tests, predicted_tests
+        )
 
     return {
         PGA_PGV_LOGISTIC_MODEL_NAME: predict_by_pga_and_pgv,
-        RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_shares),
+        RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_share_by_size_and_test),
         ENSEMBLE_AND_PEAKS_MODEL_NAME: predict_by_pga_pgv_and_fall_share,
-        PRISMS_MODEL_NAME: prediction_by_most_likely_neighbourhood(prism_fall_shares),
+        PRISMS_MODEL_NAME: prediction_by_most_likely_neighbourhood(prism_fall_share_by_size_and_test),
     }
 
 
@@ -105,18 +117,18 @@ PRISMS_MODEL_NAME: Final = "ensemble of 3-D prisms"
 
 
 def _fall_probabilities_by_logistic_regression(
-    predictors: FloatArray,
+    predictors_by_test: FloatArray,
     tests: ShakingTableTests,
-    specimen: int,
+    specimen_number: int,
     learning_tests: TestIndices,
     predicted_tests: TestIndices,
 ) -> FloatArray:
     """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
-    fell = tests.fell_by_specimen[specimen][learning_tests].astype(np.float64)
+    fell = tests.fell_by_specimen[specimen_number][learning_tests].astype(np.float64)
     fit = fit_logistic_model(
-        predictors[learning_tests], fell, tests.played_record_names[learning_tests], compute_jackknife_intervals=False
+        predictors_by_test[learning_tests], fell, tests.played_record_names[learning_tests], compute_jackknife_intervals=False
     )
-    return fit.fall_probability(predictors[predicted_tests])
+    return fit.fall_probability(predictors_by_test[predicted_tests])
 
 
 def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
@@ -133,10 +145,13 @@ def splits_leaving_out_one_motion(tests: ShakingTableTests) -> Iterator[tuple[Te
 
 
 def predict_unseen_tests(
-    model: FallPredictionModel, specimen: int, splits: Iterator[tuple[TestIndices, TestIndices]], test_count: int
+    model: FallPredictionModel,
+    specimen_number: int,
+    learning_and_predicted_test_splits: Iterator[tuple[TestIndices, TestIndices]],
+    test_count: int,
 ) -> FloatArray:
     """Return the predicted probability of each test; NaN if no split predicts it."""
     p = np.full(test_count, np.nan)
-    for learn, predict in splits:
-        p[predict] = model(specimen, learn, predict)
+    for learn, predict in learning_and_predicted_test_splits:
+        p[predict] = model(specimen_number, learn, predict)
     return p

@@ -41,7 +41,9 @@ TEST_SPLIT_OF_RELIABILITY_DIAGRAM: Final = "motion left out"
 
 
 def draw_reliability_diagrams(
-    tests: ShakingTableTests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path
+    tests: ShakingTableTests,
+    probabilities_by_split_model_and_specimen: Mapping[tuple[str, str, int], FloatArray],
+    path: Path,
 ) -> None:
     """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
     with use_package_matplotlib_settings():
@@ -49,7 +51,7 @@ def draw_reliability_diagrams(
         for row, specimen in enumerate(SPECIMEN_NUMBERS):
             for column, model in enumerate(MODELS_IN_RELIABILITY_DIAGRAMS):
                 bins = reliability_bins(
-                    probabilities[TEST_SPLIT_OF_RELIABILITY_DIAGRAM, model, specimen],
+                    probabilities_by_split_model_and_specimen[TEST_SPLIT_OF_RELIABILITY_DIAGRAM, model, specimen],
                     tests.fell_by_specimen[specimen],
                     tests.played_record_names,
                 )
@@ -86,14 +88,18 @@ def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
 
 
 def markdown_by_marker(
-    tests: ShakingTableTests, fall_shares_by_model: Mapping[str, FloatArray], score_rows: pd.DataFrame
+    tests: ShakingTableTests,
+    size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray],
+    score_rows: pd.DataFrame,
 ) -> dict[str, str]:
     """Return the tables of the page as Markdown, by marker.
 
-    `fall_shares_by_model` are the shares of each neighbourhood that fall.
+    `size_neighbourhood_fall_shares_by_model` are the shares of each neighbourhood that fall.
     """
     return score_tables(score_rows) | {
-        "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(tests, fall_shares_by_model)
+        "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(
+            tests, size_neighbourhood_fall_shares_by_model
+        )
     }
 
 
@@ -105,7 +111,9 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def score_table_by_damping_ratio(scores_by_damping: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
+def score_table_by_damping_ratio(
+    stone_count_and_scores_by_damping_class: Mapping[str, tuple[int, FloatArray]],
+) -> dict[str, str]:
     """Return the table of scores by damping ratio as Markdown, with its marker as key."""
     head = (
         "ξ",
@@ -113,7 +121,8 @@ def score_table_by_damping_ratio(scores_by_damping: Mapping[str, tuple[int, Floa
         *(f"{name}, specimen {specimen}" for specimen in SPECIMEN_NUMBERS for name in SCORE_NAMES),
     )
     lines = [
-        (name, count, *(f"{value:.3f}" for value in rows.ravel())) for name, (count, rows) in scores_by_damping.items()
+        (name, count, *(f"{value:.3f}" for value in rows.ravel()))
+        for name, (count, rows) in stone_count_and_scores_by_damping_class.items()
     ]
     return {"shaking-table-damping": markdown_table(head, lines)}
 
@@ -149,12 +158,12 @@ def _count_table_of_scores_better_than_logistic(score_rows: pd.DataFrame) -> str
 
 
 def _table_of_most_likely_b_over_h_and_height(
-    tests: ShakingTableTests, fall_shares_by_model: Mapping[str, FloatArray]
+    tests: ShakingTableTests, size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray]
 ) -> str:
     """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""
     learn = np.flatnonzero(tests.laboratory_test_numbers % 2 == 1)
     lines = []
-    for model, shares in fall_shares_by_model.items():
+    for model, shares in size_neighbourhood_fall_shares_by_model.items():
         for specimen in SPECIMEN_NUMBERS:
             shape, size = divmod(
                 index_of_most_likely_size_neighbourhood(shares, tests.fell_by_specimen[specimen], learn),

@@ -129,10 +129,10 @@ def _fall_outcomes_by_test_and_orientation(
     body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION_TO_WIDTH_RATIO))
     cases = Cases(BOULDER_ORIENTATIONS_DEG, stone.unscaled_height, 0.1, BOULDER_FRICTION)
 
-    def fall_outcomes_by_orientation(index: int) -> NDArray[np.int8]:
+    def fall_outcomes_by_orientation(test_index: int) -> NDArray[np.int8]:
         """Return the outcomes of all orientations in one test."""
         return np.asarray(
-            simulate_cases(body, tests.measured_motion(index), cases, NumericalOptions()).overturned, np.int8
+            simulate_cases(body, tests.measured_motion(test_index), cases, NumericalOptions()).overturned, np.int8
         )
 
     begin, rows = time.monotonic(), []
@@ -145,16 +145,16 @@ def _fall_outcomes_by_test_and_orientation(
     return np.array(rows)
 
 
-def fall_probability_by_orientation_and_test(fell: NDArray[np.bool_]) -> FloatArray:
+def fall_probability_by_orientation_and_test(fell_by_bearing_height_test_orientation: NDArray[np.bool_]) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
 
     It is the share of falls over all reliefs and the neighbouring orientations. Half a fall and half a stand of a
     single relief are added, so that all likelihoods are finite.
     """
-    count = len(fell)
+    count = len(fell_by_bearing_height_test_orientation)
     falls = np.sum(
         [
-            weight * np.roll(fell, -step, axis=2).sum(axis=0)
+            weight * np.roll(fell_by_bearing_height_test_orientation, -step, axis=2).sum(axis=0)
             for step, weight in WEIGHT_BY_ORIENTATION_INDEX_OFFSET.items()
         ],
         axis=0,
@@ -163,10 +163,10 @@ def fall_probability_by_orientation_and_test(fell: NDArray[np.bool_]) -> FloatAr
 
 
 def index_of_most_likely_orientation(
-    fall_probabilities_by_orientation: FloatArray, fell: NDArray[np.bool_], learning_tests: TestIndices
+    fall_probability_by_orientation_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
 ) -> int:
     """Return the index of the orientation that best predicts the outcomes of the tests to learn from."""
-    p, y = fall_probabilities_by_orientation[:, learning_tests], fell[learning_tests]
+    p, y = fall_probability_by_orientation_test[:, learning_tests], fell_by_test[learning_tests]
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 

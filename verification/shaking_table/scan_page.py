@@ -67,21 +67,21 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 
 
 def scan_orientation_model(
-    tests: ShakingTableTests, fall_probabilities_by_orientation: FloatArray
+    tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray
 ) -> FallPredictionModel:
     """Return the model that chooses an orientation of the scan.
 
-    `fall_probabilities_by_orientation` has shape (orientations, tests).
+    `fall_probability_by_orientation_test` has shape (orientations, tests).
     """
 
     def predict_with_best_orientation(
-        specimen: int, learning_tests: TestIndices, predicted_tests: TestIndices
+        specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
         """Predict with the orientation that best fits the tests to learn from."""
         return np.asarray(
-            fall_probabilities_by_orientation[
+            fall_probability_by_orientation_test[
                 index_of_most_likely_orientation(
-                    fall_probabilities_by_orientation, tests.fell_by_specimen[specimen], learning_tests
+                    fall_probability_by_orientation_test, tests.fell_by_specimen[specimen_number], learning_tests
                 )
             ][predicted_tests]
         )
@@ -125,7 +125,7 @@ def score_table(score_rows: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", "fitted numbers", *SCORE_NAMES, "tests"), lines)
 
 
-def fitted_orientation_table(tests: ShakingTableTests, fall_probabilities_by_orientation: FloatArray) -> str:
+def fitted_orientation_table(tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray) -> str:
     """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
     names = {
         "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
@@ -142,7 +142,7 @@ def fitted_orientation_table(tests: ShakingTableTests, fall_probabilities_by_ori
                 f"{BOULDER_ORIENTATIONS_DEG[chosen]:g}°"
                 for chosen in (
                     index_of_most_likely_orientation(
-                        fall_probabilities_by_orientation, tests.fell_by_specimen[one], learn
+                        fall_probability_by_orientation_test, tests.fell_by_specimen[one], learn
                     )
                     for one in SPECIMEN_NUMBERS
                 )
@@ -153,10 +153,10 @@ def fitted_orientation_table(tests: ShakingTableTests, fall_probabilities_by_ori
     return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMEN_NUMBERS)), lines)
 
 
-def score_table_of_all_orientations(tests: ShakingTableTests, fall_probabilities_by_orientation: FloatArray) -> str:
+def score_table_of_all_orientations(tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray) -> str:
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
-    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probabilities_by_orientation, strict=True):
+    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probability_by_orientation_test, strict=True):
         found = [prediction_scores(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
     heads = (f"{what}, specimen {one}" for one in SPECIMEN_NUMBERS for what in SCORE_NAMES)

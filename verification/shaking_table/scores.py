@@ -34,41 +34,47 @@ class ReliabilityBin(NamedTuple):
     test_count: int
 
 
-def prediction_scores(probabilities: FloatArray, fell: NDArray[np.bool_]) -> FloatArray:
+def prediction_scores(predicted_fall_probabilities: FloatArray, fell_by_test: NDArray[np.bool_]) -> FloatArray:
     """Return F1 at probability ½, area under the ROC curve and Brier score; NaN if all fell or all stood."""
-    predicted = probabilities >= 0.5
-    hits, wrong = np.count_nonzero(predicted & fell), np.count_nonzero(predicted != fell)
-    falls, stands = np.count_nonzero(fell), np.count_nonzero(~fell)
+    predicted = predicted_fall_probabilities >= 0.5
+    hits, wrong = np.count_nonzero(predicted & fell_by_test), np.count_nonzero(predicted != fell_by_test)
+    falls, stands = np.count_nonzero(fell_by_test), np.count_nonzero(~fell_by_test)
     if not (falls and stands):
         return np.full(3, np.nan)
-    below = np.sort(probabilities[~fell])  # a pair of equal probabilities counts as half
-    pairs = sum(below.searchsorted(probabilities[fell], side).sum() for side in ("left", "right"))
+    below = np.sort(predicted_fall_probabilities[~fell_by_test])  # a pair of equal probabilities counts as half
+    pairs = sum(
+        below.searchsorted(predicted_fall_probabilities[fell_by_test], side).sum() for side in ("left", "right")
+    )
     return np.array(
-        [2 * hits / (2 * hits + wrong), 0.5 * pairs / (falls * stands), float(np.mean((probabilities - fell) ** 2))]
+        [
+            2 * hits / (2 * hits + wrong),
+            0.5 * pairs / (falls * stands),
+            float(np.mean((predicted_fall_probabilities - fell_by_test) ** 2)),
+        ]
     )
 
 
 def bootstrap_samples_of_test_indices(
-    test_motions: NDArray[np.str_], sample_count: int = BOOTSTRAP_SAMPLE_COUNT, seed: int = 1
+    motion_name_by_test: NDArray[np.str_], bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT, seed: int = 1
 ) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
 
     More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL` would lie beyond an end of the interval for
     few motions.
     """
-    names, member = np.unique(test_motions, return_inverse=True)
+    names, member = np.unique(motion_name_by_test, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     if names.size >= MIN_EARTHQUAKES_FOR_INTERVAL:
-        sample_count = max(
-            sample_count,
+        bootstrap_sample_count = max(
+            bootstrap_sample_count,
             math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / interval_tail_share_for_few_earthquakes(names.size)),
         )
     generator = np.random.Generator(np.random.PCG64(seed))
-    drawn = generator.integers(names.size, size=(sample_count, names.size)).tolist()
+    drawn = generator.integers(names.size, size=(bootstrap_sample_count, names.size)).tolist()
     return [np.concatenate([own[i] for i in sample]) for sample in drawn]
 
 
-def bootstrap_interval_over_motions(bootstrap_values: FloatArray, motion_count: int) -> ConfidenceInterval:
+def bootstrap_interval_over_motions(statistic_by_bootstrap_sample: FloatArray, motion_count: int) -> ConfidenceInterval:
     """Return the 95 % percentile interval of bootstrap values, expanded for a small number of motions.
 
     NaN values are left out.
@@ -78,14 +84,14 @@ def bootstrap_interval_over_motions(bootstrap_values: FloatArray, motion_count: 
     if motion_count < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
     tail = interval_tail_share_for_few_earthquakes(motion_count)
-    low, high = np.nanquantile(bootstrap_values, [tail, 1 - tail])
+    low, high = np.nanquantile(statistic_by_bootstrap_sample, [tail, 1 - tail])
     return ConfidenceInterval(float(low), float(high))
 
 
 def reliability_bins(
-    probabilities: FloatArray,
-    fell: NDArray[np.bool_],
-    test_motions: NDArray[np.str_],
+    predicted_fall_probabilities: FloatArray,
+    fell_by_test: NDArray[np.bool_],
+    motion_name_by_test: NDArray[np.str_],
     bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> list[ReliabilityBin]:
     """Return the share that fell in bins of probability, with intervals over motions; omit bins below five tests.
@@ -94,15 +100,15 @@ def reliability_bins(
     interval.
     """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
-    place = np.searchsorted(edges, probabilities, side="right") - 1
-    samples = bootstrap_samples_of_test_indices(test_motions, bootstrap_sample_count)
+    place = np.searchsorted(edges, predicted_fall_probabilities, side="right") - 1
+    samples = bootstrap_samples_of_test_indices(motion_name_by_test, bootstrap_sample_count)
     bins = []
     for index in range(edges.size - 1):
         own = place == index
         if own.sum() < 5:
             continue
-        shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
-        motion_shares = means_by_earthquake(fell[own].astype(float), test_motions[own])
+        shares = [fell_by_test[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
+        motion_shares = means_by_earthquake(fell_by_test[own].astype(float), motion_name_by_test[own])
         exact = (
             exact_interval_if_all_0_or_all_1(motion_shares)
             if motion_shares.size >= MIN_EARTHQUAKES_FOR_INTERVAL
@@ -111,8 +117,8 @@ def reliability_bins(
         interval = exact or bootstrap_interval_over_motions(np.array(shares), motion_shares.size)
         bins.append(
             ReliabilityBin(
-                float(probabilities[own].mean()),
-                float(fell[own].mean()),
+                float(predicted_fall_probabilities[own].mean()),
+                float(fell_by_test[own].mean()),
                 *interval,
                 int(own.sum()),
             )

@@ -47,24 +47,26 @@ REST_TIME_BEFORE_AND_AFTER_CYCLE_S: Final = 0.5
 """Rest before and after the period, s."""
 
 
-def read_small_table_tests(name: str) -> pd.DataFrame:
+def read_small_table_tests(file_name_without_suffix: str) -> pd.DataFrame:
     """Read a file of tests, in their order: ``ratio`` (PGV/PGA, s), ``pga`` (g) and ``fell``.
 
     Tests with an outcome other than Y or N, or without a motion, are omitted.
     """
-    rows = pd.read_csv(SHAKING_TEST_FOLDER / f"{name}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1).dropna()
+    rows = pd.read_csv(
+        SHAKING_TEST_FOLDER / f"{file_name_without_suffix}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1
+    ).dropna()
     fell = rows["fell"].str.strip(".").str.upper()
     found = rows[["ratio", "pga"]].astype(float).assign(fell=fell == "Y")[fell.isin(("Y", "N"))]
     return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)
 
 
-def one_cosine_cycle(pga: float, pgv_over_pga: float, sampling_interval: float = 0.001) -> Motion:
+def one_cosine_cycle(pga_g: float, pgv_over_pga_s: float, sampling_interval: float = 0.001) -> Motion:
     """Return the commanded motion of a test, one cycle of a cosine towards azimuth 0; PGA in g, PGV/PGA in s."""
-    duration = 2.0 * np.pi * pgv_over_pga
+    duration = 2.0 * np.pi * pgv_over_pga_s
     along = np.zeros(round((2.0 * REST_TIME_BEFORE_AND_AFTER_CYCLE_S + duration) / sampling_interval))
     time = sampling_interval * np.arange(along.size) - REST_TIME_BEFORE_AND_AFTER_CYCLE_S
     own = (time >= 0.0) & (time <= duration)
-    along[own] = pga * STANDARD_GRAVITY * np.cos(time[own] / pgv_over_pga)
+    along[own] = pga_g * STANDARD_GRAVITY * np.cos(time[own] / pgv_over_pga_s)
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
@@ -95,7 +97,7 @@ def fall_shares_by_size_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArra
 
 
 def predict_each_half_from_the_other(
-    tests: pd.DataFrame, fall_shares_by_neighbourhood: FloatArray
+    tests: pd.DataFrame, fall_share_by_size_neighbourhood_and_test: FloatArray
 ) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
     """Predict each half of the tests from the other half; return probabilities, and likeliest B/H and height (m).
 
@@ -115,8 +117,11 @@ def predict_each_half_from_the_other(
             motion_name_by_test(tests)[learn],
             compute_jackknife_intervals=False,
         )
-        best = index_of_most_likely_size_neighbourhood(fall_shares_by_neighbourhood, fell, learn)
-        logistic[other], rigid[other] = fit.fall_probability(peaks[other]), fall_shares_by_neighbourhood[best][other]
+        best = index_of_most_likely_size_neighbourhood(fall_share_by_size_neighbourhood_and_test, fell, learn)
+        logistic[other], rigid[other] = (
+            fit.fall_probability(peaks[other]),
+            fall_share_by_size_neighbourhood_and_test[best][other],
+        )
         centres.append(
             (
                 float(B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES[best // HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size]),

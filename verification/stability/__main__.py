@@ -37,9 +37,9 @@ SampleSeedOption = Annotated[int, typer.Option(min=0, help="seed of the sample")
 ThreadCountOption = Annotated[int, typer.Option(min=1, help="number of threads")]
 
 
-def print_progress(done: int, total: int) -> None:
+def print_progress(finished_case_count: int, total_case_count: int) -> None:
     """Print how many cases of a map of numerical stability are finished."""
-    print(f"stability: {done} of {total}", file=sys.stderr, flush=True)
+    print(f"stability: {finished_case_count} of {total_case_count}", file=sys.stderr, flush=True)
 
 
 @app.command("blocks")
@@ -53,8 +53,16 @@ def simulate_blocks_and_write_stability_map(
     """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_STEPS_OF_BLOCK_CASE}
-    rows = collect_stability_map_rows(simulate_and_check_block_case, cases, threads=threads, progress=print_progress)
-    write_table(rows, output, meanings=BLOCK_COLUMN_LONG_NAMES_AND_UNITS, attributes=about, dimension="case")
+    rows = collect_stability_map_rows(
+        simulate_and_check_block_case, cases, threads=threads, report_finished_and_total_count=print_progress
+    )
+    write_table(
+        rows,
+        output,
+        long_name_and_unit_by_column=BLOCK_COLUMN_LONG_NAMES_AND_UNITS,
+        global_attributes=about,
+        dimension_name="case",
+    )
 
 
 @app.command("scenes")
@@ -70,11 +78,17 @@ def simulate_scenes_and_write_stability_map(
         simulate_and_check_scene_cases,
         sample_parameters_of_scene_cases(settings, adversarial, seed),
         threads=threads,
-        progress=print_progress,
+        report_finished_and_total_count=print_progress,
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASE_COUNT_PER_SCENE_SETTING, "seed": seed}
     about |= {"budget": MAX_STEPS_OF_SCENE_CASE, "adversarial_budget": MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE}
-    write_table(rows, output, meanings=SCENE_COLUMN_LONG_NAMES_AND_UNITS, attributes=about, dimension="case")
+    write_table(
+        rows,
+        output,
+        long_name_and_unit_by_column=SCENE_COLUMN_LONG_NAMES_AND_UNITS,
+        global_attributes=about,
+        dimension_name="case",
+    )
 
 
 @app.command("stacks")
@@ -86,7 +100,10 @@ def simulate_stacks_and_write_stability_map(
 ) -> None:
     """Simulate and check 3-D stacks of two to five stones with extreme parameters; write the map of stability."""
     rows = collect_stability_map_rows(
-        simulate_and_check_stack_cases, random_stack_settings(settings, seed), threads=threads, progress=print_progress
+        simulate_and_check_stack_cases,
+        random_stack_settings(settings, seed),
+        threads=threads,
+        report_finished_and_total_count=print_progress,
     )
     about = {
         "settings": settings,
@@ -94,7 +111,13 @@ def simulate_stacks_and_write_stability_map(
         "seed": seed,
         "budget": MAX_STEPS_OF_STACK_CASE,
     }
-    write_table(rows, output, meanings=STACK_COLUMN_LONG_NAMES_AND_UNITS, attributes=about, dimension="case")
+    write_table(
+        rows,
+        output,
+        long_name_and_unit_by_column=STACK_COLUMN_LONG_NAMES_AND_UNITS,
+        global_attributes=about,
+        dimension_name="case",
+    )
 
 
 if __name__ == "__main__":

@@ -153,9 +153,9 @@ def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase
     return rows
 
 
-def motion_of_case(case: StabilityCase, noise_seed: int) -> Motion:
+def motion_of_case(case: StabilityCase, noise_random_seed: int) -> Motion:
     """Return the motion of a case; `number` is the seed of the noise."""
-    generator = np.random.Generator(np.random.PCG64([7, noise_seed]))
+    generator = np.random.Generator(np.random.PCG64([7, noise_random_seed]))
     peak, interval = case.peak_horizontal_acceleration, case.sampling_interval
     time = np.arange(MOTION_SAMPLE_COUNT, dtype=np.float64)
     match case.motion_kind:
@@ -219,7 +219,7 @@ class ParametersOfSceneCases:
 
 
 def sample_parameters_of_scene_cases(
-    space_filling_count_per_scene: int, count_per_adversarial_motion: int, seed: int
+    space_filling_count_per_scene: int, count_per_scene_and_adversarial_motion: int, seed: int
 ) -> list[ParametersOfSceneCases]:
     """Return space-filling settings of each scene, and further settings for each adversarial motion."""
     found = []
@@ -228,23 +228,40 @@ def sample_parameters_of_scene_cases(
         sample = space_filling_cases(space_filling_count_per_scene, seed + 100 * (number + 1))
         found += [_draw_scene_setting(scene, case, generator) for case in sample]
         for place, motion in enumerate(ADVERSARIAL_MOTION_KINDS):
-            for case in space_filling_cases(count_per_adversarial_motion, seed + 100 * (number + 1) + place + 1):
+            for case in space_filling_cases(
+                count_per_scene_and_adversarial_motion, seed + 100 * (number + 1) + place + 1
+            ):
                 # Ordinary sizes, so that most cases end within their budget.
                 interval = {"ten minutes": 0.05, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
                 ordinary = replace(
                     case, motion_kind=motion, height=0.1 * (case.height / 0.01) ** 0.4, sampling_interval=interval
                 )
-                found.append(_draw_scene_setting(scene, ordinary, generator, softest=1e-6, stiffest=1e-2))
+                found.append(
+                    _draw_scene_setting(
+                        scene,
+                        ordinary,
+                        generator,
+                        min_static_penetration_to_width_ratio=1e-6,
+                        max_static_penetration_to_width_ratio=1e-2,
+                    )
+                )
     return found
 
 
 def _draw_scene_setting(
-    scene: str, case: StabilityCase, generator: np.random.Generator, softest: float = 1e-12, stiffest: float = 0.5
+    scene: str,
+    case: StabilityCase,
+    generator: np.random.Generator,
+    min_static_penetration_to_width_ratio: float = 1e-12,
+    max_static_penetration_to_width_ratio: float = 0.5,
 ) -> ParametersOfSceneCases:
     """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.normal_stiffness_per_corner / 1e4) / np.log(1e9)
-    absolute = softest == 1e-12 and generator.random() < SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M
+    absolute = (
+        min_static_penetration_to_width_ratio == 1e-12
+        and generator.random() < SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M
+    )
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
     vertical = case.motion_kind == "vertical above g"
     amplitude = (
@@ -261,16 +278,21 @@ def _draw_scene_setting(
     return ParametersOfSceneCases(
         scene,
         replace(case, b_over_h=factor, peak_horizontal_acceleration=9.80665, friction=float("nan")),
-        float("nan") if absolute else float(stiffest * (softest / stiffest) ** share),
+        float("nan")
+        if absolute
+        else float(
+            max_static_penetration_to_width_ratio
+            * (min_static_penetration_to_width_ratio / max_static_penetration_to_width_ratio) ** share
+        ),
         friction,
         amplitude,
         np.where(generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.5, 0.0, 180.0),
     )
 
 
-def scene_of_setting(setting: ParametersOfSceneCases, root: Path = Path()) -> Scene:
+def scene_of_setting(setting: ParametersOfSceneCases, project_folder: Path = Path()) -> Scene:
     """Return the scene with the density and contact law of the setting."""
-    scene, case = load_scene(setting.scene_name, root), setting.common_parameters
+    scene, case = load_scene(setting.scene_name, project_folder), setting.common_parameters
     damping = (
         {"damping": ORIGINAL_PAPER_DASHPOT_N_S_PER_M}
         if np.isnan(case.heave_damping_ratio)

@@ -85,17 +85,19 @@ class BoundsOnCaseResults(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: int, flags_match_rotations: bool) -> str:
+def find_failed_check(
+    bounds_on_case_results: BoundsOnCaseResults, results: CaseResults, case_index: int, flags_match_rotations: bool
+) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
     A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
     numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide.
     `flags_match_rotations` is True if flags and rotations are consistent.
     """
-    limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds.smallest_element_side
-    if not CaseStatus(results.status[row]).has_outcome:
-        return "" if np.all(results.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
-    if not np.isin(results.overturned[row], (-1, 0, 1)).all():
+    limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds_on_case_results.smallest_element_side
+    if not CaseStatus(results.status[case_index]).has_outcome:
+        return "" if np.all(results.overturned[case_index] == INT8_MISSING) else "flag in spite of the mark"
+    if not np.isin(results.overturned[case_index], (-1, 0, 1)).all():
         return "no flag and no mark"
     numbers = (
         results.energy_error,
@@ -104,30 +106,34 @@ def find_failed_check(bounds: BoundsOnCaseResults, results: CaseResults, row: in
         results.peak_slip,
         results.residual_slip,
     )
-    if not all(np.isfinite(values[row]).all() for values in numbers):
+    if not all(np.isfinite(values[case_index]).all() for values in numbers):
         return "a number is not finite"
-    if bounds.max_static_penetration > limit or results.peak_penetration[row] > limit * (1 + 1e-6):
+    if bounds_on_case_results.max_static_penetration > limit or results.peak_penetration[case_index] > limit * (
+        1 + 1e-6
+    ):
         return "penetration"
-    if results.energy_error[row] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
+    if results.energy_error[case_index] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
         return "energy balance"
-    fallen = results.overturned[row] != 0
+    fallen = results.overturned[case_index] != 0
     if not flags_match_rotations:
         return "flag and rotation"
-    if np.any(np.isfinite(results.overturning_time[row]) != fallen):
+    if np.any(np.isfinite(results.overturning_time[case_index]) != fallen):
         return "flag and time"
     if (
-        results.status[row] == CaseStatus.AT_REST
-        and bounds.max_horizontal_to_apparent_gravity_ratio > bounds.min_acceleration_ratio_to_move
+        results.status[case_index] == CaseStatus.AT_REST
+        and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
+        > bounds_on_case_results.min_acceleration_ratio_to_move
     ):
         return "left out above a threshold"
-    if bounds.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
-        fallen | (results.peak_slip[row] > bounds.max_slip_without_shaking)
+    if bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
+        fallen | (results.peak_slip[case_index] > bounds_on_case_results.max_slip_without_shaking)
     ):
         return "moved without motion"
     if (
         np.any(fallen)
-        and bounds.max_horizontal_to_apparent_gravity_ratio < 0.2 * bounds.min_acceleration_ratio_to_fall_if_stiff
-        and bounds.max_static_penetration < 1e-4 * bounds.contact_width
+        and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
+        < 0.2 * bounds_on_case_results.min_acceleration_ratio_to_fall_if_stiff
+        and bounds_on_case_results.max_static_penetration < 1e-4 * bounds_on_case_results.contact_width
     ):
         return "fell below the threshold of rocking"
     return ""
@@ -162,38 +168,45 @@ def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseRe
 
 
 def find_failed_scene_check(
-    prepared: PreparedScene, friction: float, motion: Motion, results: CaseResults, row: int = 0
+    prepared_scene: PreparedScene, friction: float, motion: Motion, results: CaseResults, case_index: int = 0
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
-    size = min(item.smaller_of_width_and_height for item in prepared.elements if not item.is_driven_or_held)
-    bound = min(min_acceleration_ratio_to_start_rocking(prepared.elements), friction)
+    size = min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held)
+    bound = min(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), friction)
     bounds = BoundsOnCaseResults(
-        max_static_penetration(prepared),
+        max_static_penetration(prepared_scene),
         size,
         size,
         max_horizontal_to_apparent_gravity_ratio(motion),
         bound * (1 + 1e-9),
         bound,
     )
-    turned = results.peak_rotation[row] * prepared.tipping_angles_or_one_degree_in_rad[prepared.free_element_indices]
+    turned = (
+        results.peak_rotation[case_index]
+        * prepared_scene.tipping_angles_or_one_degree_in_rad[prepared_scene.free_element_indices]
+    )
     return find_failed_check(
-        bounds, results, row, flags_match_rotations(prepared, np.atleast_1d(results.overturned[row]) != 0, turned)
+        bounds,
+        results,
+        case_index,
+        flags_match_rotations(prepared_scene, np.atleast_1d(results.overturned[case_index]) != 0, turned),
     )
 
 
-def max_static_penetration(prepared: PreparedScene) -> float:
+def max_static_penetration(prepared_scene: PreparedScene) -> float:
     """Return the largest static penetration, m, of the contact pairs of a scene.
 
     The two ends of a contact share its weight.
     """
     return float(
         np.max(
-            prepared.pair_contact_laws.carried_weight / (2.0 * prepared.pair_contact_laws.normal_stiffness), initial=0.0
+            prepared_scene.pair_contact_laws.carried_weight / (2.0 * prepared_scene.pair_contact_laws.normal_stiffness),
+            initial=0.0,
         )
     )
 
 
-def min_acceleration_ratio_to_start_rocking(placed: Sequence[PlacedElement]) -> float:
+def min_acceleration_ratio_to_start_rocking(placed_elements: Sequence[PlacedElement]) -> float:
     """Return the lowest |a|/(g + a_up) at which the rigid scene can rock.
 
     This is the least ratio of lever arm to height of the common centre of mass of an element and all elements above
@@ -201,7 +214,9 @@ def min_acceleration_ratio_to_start_rocking(placed: Sequence[PlacedElement]) -> 
 
     Computed from the shapes only, for scenes in which each element stands on the middle of another.
     """
-    free = sorted((item for item in placed if not item.is_driven_or_held), key=lambda item: item.centre_of_mass_z)
+    free = sorted(
+        (item for item in placed_elements if not item.is_driven_or_held), key=lambda item: item.centre_of_mass_z
+    )
     least = np.inf
     for k, item in enumerate(free):
         above = free[k:]
@@ -220,14 +235,22 @@ def min_acceleration_ratio_to_start_rocking(placed: Sequence[PlacedElement]) -> 
     return float(max(least, 0.0))
 
 
-def flags_match_rotations(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
+def flags_match_rotations(
+    prepared_scene: PreparedScene,
+    has_fallen_flag_by_element: NDArray[np.bool_],
+    peak_rotation_rad_by_element: FloatArray,
+) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
-    early = fallen & (rotation < rotations_forbidding_fallen_flag(prepared) - ROTATION_TOLERANCE_RAD)
-    missed = ~fallen & (rotation > rotations_requiring_fallen_flag(prepared) - ROTATION_TOLERANCE_RAD)
+    early = has_fallen_flag_by_element & (
+        peak_rotation_rad_by_element < rotations_forbidding_fallen_flag(prepared_scene) - ROTATION_TOLERANCE_RAD
+    )
+    missed = ~has_fallen_flag_by_element & (
+        peak_rotation_rad_by_element > rotations_requiring_fallen_flag(prepared_scene) - ROTATION_TOLERANCE_RAD
+    )
     return not (early | missed).any()
 
 
-def rotations_requiring_fallen_flag(prepared: PreparedScene) -> FloatArray:
+def rotations_requiring_fallen_flag(prepared_scene: PreparedScene) -> FloatArray:
     """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near
@@ -236,9 +259,9 @@ def rotations_requiring_fallen_flag(prepared: PreparedScene) -> FloatArray:
     90° for an element with an upright face. Results contain rotations up to 90° only: the limit is infinite for
     larger angles.
     """
-    angle = _fall_rotations_of_free_elements(prepared)
-    for place, index in enumerate(prepared.free_element_indices):
-        item = prepared.elements[index]
+    angle = _fall_rotations_of_free_elements(prepared_scene)
+    for place, index in enumerate(prepared_scene.free_element_indices):
+        item = prepared_scene.elements[index]
         # The longest face that this rotation turns down.
         length = max(
             (
@@ -249,18 +272,24 @@ def rotations_requiring_fallen_flag(prepared: PreparedScene) -> FloatArray:
             default=0.0,
         )
         if length > 0.0:
-            mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
-            pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.pair_contact_laws.normal_stiffness[mine].min())
+            mine = [k for k, pair in enumerate(prepared_scene.pairs) if index in pair[:2]]
+            pressed = (
+                item.mass * STANDARD_GRAVITY / (2.0 * prepared_scene.pair_contact_laws.normal_stiffness[mine].min())
+            )
             angle[place] -= np.arcsin(min(pressed / length, 1.0))
     return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
 
-def rotations_forbidding_fallen_flag(prepared: PreparedScene) -> FloatArray:
+def rotations_forbidding_fallen_flag(prepared_scene: PreparedScene) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
-    for index, asked in zip(prepared.free_element_indices, _fall_rotations_of_free_elements(prepared), strict=True):
-        item = prepared.elements[index]
-        on_ground = all(prepared.elements[k].is_driven_or_held for k in prepared.carrying_element_indices[index])
+    for index, asked in zip(
+        prepared_scene.free_element_indices, _fall_rotations_of_free_elements(prepared_scene), strict=True
+    ):
+        item = prepared_scene.elements[index]
+        on_ground = all(
+            prepared_scene.elements[k].is_driven_or_held for k in prepared_scene.carrying_element_indices[index]
+        )
         x, z = item.shape.vertices_from_centroid.T
         base = x[z < z.min() + 1e-9 * item.smaller_of_width_and_height]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
@@ -268,9 +297,9 @@ def rotations_forbidding_fallen_flag(prepared: PreparedScene) -> FloatArray:
     return np.array(found)
 
 
-def _fall_rotations_of_free_elements(prepared: PreparedScene) -> FloatArray:
+def _fall_rotations_of_free_elements(prepared_scene: PreparedScene) -> FloatArray:
     """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
-    items = [prepared.elements[index] for index in prepared.free_element_indices]
+    items = [prepared_scene.elements[index] for index in prepared_scene.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
         max(_least_rotations_to_other_resting_face(item)) if angle is None else np.radians(angle)
@@ -278,14 +307,14 @@ def _fall_rotations_of_free_elements(prepared: PreparedScene) -> FloatArray:
     ])  # fmt: skip
 
 
-def _least_rotations_to_other_resting_face(item: PlacedElement) -> tuple[float, float]:
+def _least_rotations_to_other_resting_face(element: PlacedElement) -> tuple[float, float]:
     """Return the least rotations to either side, rad, at which an element can rest on another face."""
-    tilts = [angle for angle, _ in _rotation_and_length_of_each_face_when_down(item)]
+    tilts = [angle for angle, _ in _rotation_and_length_of_each_face_when_down(element)]
     stable = np.array(
         [
             angle
             for angle in tilts
-            if _centre_height(item, angle) < min(_centre_height(item, angle + d) for d in (-1e-6, 1e-6))
+            if _centre_height(element, angle) < min(_centre_height(element, angle + d) for d in (-1e-6, 1e-6))
         ]
     )
     stands = min(tilts, key=abs)
@@ -293,23 +322,23 @@ def _least_rotations_to_other_resting_face(item: PlacedElement) -> tuple[float, 
     return float((-others[others < 0]).min(initial=np.pi)), float(others[others > 0].min(initial=np.pi))
 
 
-def _rotation_and_length_of_each_face_when_down(item: PlacedElement) -> list[tuple[float, float]]:
+def _rotation_and_length_of_each_face_when_down(element: PlacedElement) -> list[tuple[float, float]]:
     """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
-    for first, second in combinations(item.shape.vertices_from_centroid, 2):
+    for first, second in combinations(element.shape.vertices_from_centroid, 2):
         x, z = second - first
         turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
         lowest = (
             t
             for t in turns
             if first[1] * np.cos(t) - first[0] * np.sin(t)
-            < 1e-9 * item.smaller_of_width_and_height - _centre_height(item, t)
+            < 1e-9 * element.smaller_of_width_and_height - _centre_height(element, t)
         )
         found += [(turn, float(np.hypot(x, z))) for turn in lowest]
     return found
 
 
-def _centre_height(item: PlacedElement, rotation: float) -> float:
+def _centre_height(element: PlacedElement, element_rotation_rad: float) -> float:
     """Return the height of the centre above the lowest vertex of the rotated element, m."""
-    x, z = item.shape.vertices_from_centroid.T
-    return float((x * np.sin(rotation) - z * np.cos(rotation)).max())
+    x, z = element.shape.vertices_from_centroid.T
+    return float((x * np.sin(element_rotation_rad) - z * np.cos(element_rotation_rad)).max())

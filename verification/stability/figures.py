@@ -85,21 +85,28 @@ def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
 
 
 def _draw_outcomes_over_two_groups(
-    axis: Any, rows: pd.DataFrame, x_group_name: str, y_group_name: str, point_size: float
+    axes: Any,
+    rows: pd.DataFrame,
+    x_dimensionless_group_name: str,
+    y_dimensionless_group_name: str,
+    marker_side_pt: float,
 ) -> None:
     """Draw each case as a coloured point over two dimensionless groups."""
     # Points are drawn in a fixed random order, so that no kind hides the others. Squares without antialiasing: smoothed
     # edges would make the image in the SVG four times as large.
-    rows = rows[np.isfinite(rows[x_group_name]) & np.isfinite(rows[y_group_name])]
+    rows = rows[np.isfinite(rows[x_dimensionless_group_name]) & np.isfinite(rows[y_dimensionless_group_name])]
     rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
     colour_of = {int(ending): colour for _, endings, colour in _LABELS_AND_COLOURS_OF_OUTCOMES for ending in endings}
-    x, y = (np.clip(rows[group], *_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[group]) for group in (x_group_name, y_group_name))
+    x, y = (
+        np.clip(rows[group], *_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[group])
+        for group in (x_dimensionless_group_name, y_dimensionless_group_name)
+    )
     colours = [colour_of[ending] for ending in rows["ending"]]
-    axis.scatter(x, y, s=point_size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
-    axis.set_xscale("log")
-    axis.set_yscale("log")
-    axis.set_xlim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[x_group_name])
-    axis.set_ylim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[y_group_name])
+    axes.scatter(x, y, s=marker_side_pt**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[x_dimensionless_group_name])
+    axes.set_ylim(*_AXIS_LIMITS_BY_DIMENSIONLESS_GROUP[y_dimensionless_group_name])
 
 
 def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:

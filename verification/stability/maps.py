@@ -117,13 +117,13 @@ def contact_law_of_block_case(case: StabilityCase) -> Contact:
 
 
 def simulate_and_check_block_case(
-    case: StabilityCase, number: int, max_block_steps: int = MAX_STEPS_OF_BLOCK_CASE
+    case: StabilityCase, case_index_on_map: int, max_block_steps: int = MAX_STEPS_OF_BLOCK_CASE
 ) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
-    `number` is the index of the case on the map; it is the seed of the noise.
+    `case_index_on_map` is the index of the case on the map; it is the seed of the noise.
     """
-    motion, contact = motion_of_case(case, number), contact_law_of_block_case(case)
+    motion, contact = motion_of_case(case, case_index_on_map), contact_law_of_block_case(case)
     row: dict[str, Any] = case.map_columns() | {
         "ending": CheckedOutcome.ARGUMENT_REFUSED,
         "reason": "",
@@ -171,9 +171,9 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
 
 def _ratio_of_time_step_to_stable_step(
     case: StabilityCase,
-    spring_eigenvalue: FloatArray,
-    dashpot_eigenvalue: FloatArray,
-    interval: float,
+    largest_spring_eigenvalue: FloatArray,
+    largest_dashpot_eigenvalue: FloatArray,
+    sampling_interval: float,
     rocking_time_constant: FloatArray | None = None,
 ) -> float:
     """Return Δt/Δt_stable from the highest eigenvalues of springs and dashpots; the requested one if refused."""
@@ -181,29 +181,40 @@ def _ratio_of_time_step_to_stable_step(
     try:
         per_sample = float(
             steps_per_sample(
-                scheme, case.time_step_argument, spring_eigenvalue, dashpot_eigenvalue, interval, rocking_time_constant
+                scheme,
+                case.time_step_argument,
+                largest_spring_eigenvalue,
+                largest_dashpot_eigenvalue,
+                sampling_interval,
+                rocking_time_constant,
             )[0]
         )
     except ArgumentError:
         return case.requested_step_to_stable_step_ratio
     return (
-        interval
+        sampling_interval
         / per_sample
-        / float(longest_stable_step(scheme, spring_eigenvalue, dashpot_eigenvalue, rocking_time_constant)[0])
+        / float(
+            longest_stable_step(scheme, largest_spring_eigenvalue, largest_dashpot_eigenvalue, rocking_time_constant)[0]
+        )
     )
 
 
 def simulate_and_check_scene_cases(
-    setting: ParametersOfSceneCases, number: int, root: Path = Path()
+    setting: ParametersOfSceneCases, setting_index_on_map: int, project_folder: Path = Path()
 ) -> dict[str, NDArray[Any]]:
     """Run the cases of a scene setting and check their outcomes.
 
     Return the columns of the map of scenes, with a value for each case.
 
-    `number` is the index of the setting on the map; it is the seed of the noise. `root` contains config/scenes.
+    `setting_index_on_map` is the index of the setting on the map; it is the seed of the noise.
+    `project_folder` contains config/scenes.
     """
     case = setting.common_parameters
-    scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common_parameters, number)
+    scene, motion = (
+        scene_of_setting(setting, project_folder),
+        motion_of_case(setting.common_parameters, setting_index_on_map),
+    )
     ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene_name, "motion": case.motion_kind, "scheme": case.scheme, "height": case.height,
@@ -254,23 +265,26 @@ def simulate_and_check_scene_cases(
 
 
 def _dimensionless_groups_of_scene(
-    setting: ParametersOfSceneCases, prepared: PreparedScene | None, motion: Motion
+    setting: ParametersOfSceneCases, prepared_scene: PreparedScene | None, motion: Motion
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
-    if prepared is None:
+    if prepared_scene is None:
         return dict.fromkeys(DIMENSIONLESS_GROUP_NAMES, np.full(CASE_COUNT_PER_SCENE_SETTING, np.nan))
-    laws, bound = prepared.pair_contact_laws, max(min_acceleration_ratio_to_start_rocking(prepared.elements), 1e-9)
+    laws, bound = (
+        prepared_scene.pair_contact_laws,
+        max(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), 1e-9),
+    )
     loaded = laws.carried_weight > 0
     heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight / STANDARD_GRAVITY)
     damping = laws.dashpot_coefficient[loaded] / heave[loaded]
     groups = (
-        max_static_penetration(prepared)
-        / min(item.smaller_of_width_and_height for item in prepared.elements if not item.is_driven_or_held),
+        max_static_penetration(prepared_scene)
+        / min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _ratio_of_time_step_to_stable_step(
             setting.common_parameters,
-            np.array([prepared.max_omega_squared_on_springs]),
-            np.array([prepared.max_dashpot_eigenvalue]),
+            np.array([prepared_scene.max_omega_squared_on_springs]),
+            np.array([prepared_scene.max_dashpot_eigenvalue]),
             motion.sampling_interval,
         ),
         setting.amplitude_factor_by_case * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
@@ -284,10 +298,10 @@ def _dimensionless_groups_of_scene(
 
 def collect_stability_map_rows(
     simulate_and_check: Callable[..., dict[str, Any]],
-    items: Sequence[Any],
+    cases_or_settings: Sequence[Any],
     *,
     threads: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    report_finished_and_total_count: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
     """Apply a function, such as `simulate_and_check_block_case`, to each item and its index; return the rows in order.
 
@@ -295,10 +309,10 @@ def collect_stability_map_rows(
     """
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for one in pool.map(simulate_and_check, items, range(len(items))):
+        for one in pool.map(simulate_and_check, cases_or_settings, range(len(cases_or_settings))):
             found.append(one)
-            if progress and len(found) % max(len(items) // 20, 1) == 0:
-                progress(len(found), len(items))
+            if report_finished_and_total_count and len(found) % max(len(cases_or_settings) // 20, 1) == 0:
+                report_finished_and_total_count(len(found), len(cases_or_settings))
     several = np.ndim(found[0]["ending"]) > 0
     rows = pd.concat(map(pd.DataFrame, found), ignore_index=True) if several else pd.DataFrame(found)
     return rows.astype({name: np.int8 for name in ("ending", "overturned") if name in rows})

@@ -20,21 +20,21 @@ MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT: Final = 1e-5
 _OUTCOME_COLUMN_HEADERS: Final = tuple(ending.label.replace("_", " ") for ending in CheckedOutcome)
 
 
-def markdown_by_marker(blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame) -> dict[str, str]:
+def markdown_by_marker(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables of the stability maps as Markdown, by marker."""
     return {
-        "stability": _block_outcome_tables(blocks), "scenes": _scene_outcome_table(scenes),
-        "stacks": _stack_outcome_tables(stacks),
-        "reach": _paragraphs_on_inputs_without_outcome(blocks, scenes)
+        "stability": _block_outcome_tables(block_rows), "scenes": _scene_outcome_table(scene_rows),
+        "stacks": _stack_outcome_tables(stack_rows),
+        "reach": _paragraphs_on_inputs_without_outcome(block_rows, scene_rows)
     }  # fmt: skip
 
 
 def stability_numbers_for_summary_table(
-    blocks: pd.DataFrame, scenes: pd.DataFrame, stacks: pd.DataFrame
+    block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame
 ) -> list[MeasuredNumber]:
     """Return measured numbers of the stability maps for the summary table."""
     made = []
-    for name, rows in (("blocks", blocks), ("scenes", scenes), ("stacks", stacks)):
+    for name, rows in (("blocks", block_rows), ("scenes", scene_rows), ("stacks", stack_rows)):
         silent, right = (
             rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING,
             rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD,
@@ -45,7 +45,7 @@ def stability_numbers_for_summary_table(
             MeasuredNumber(f"map of stability, {name}: wrong without a mark", int(silent.sum())),
             MeasuredNumber(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
-    stiff = blocks["ending"][blocks["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT]
+    stiff = block_rows["ending"][block_rows["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT]
     marked = 100 * float((stiff == CheckedOutcome.NUMERICALLY_UNSTABLE).mean())
     made.append(
         MeasuredNumber(
@@ -55,23 +55,25 @@ def stability_numbers_for_summary_table(
     return made
 
 
-def _outcome_count_table(first_header: str, mask_by_kind: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame) -> str:
+def _outcome_count_table(
+    first_column_header: str, row_mask_by_case_kind: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame
+) -> str:
     """Return a table of the number of cases with each outcome, one row per kind of case."""
     lines = []
-    for name, chosen in mask_by_kind.items():
+    for name, chosen in row_mask_by_case_kind.items():
         endings = rows["ending"][chosen]
         lines.append((name, len(endings), *((endings == ending).sum() for ending in CheckedOutcome)))
-    return markdown_table((first_header, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
+    return markdown_table((first_column_header, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
 
-def _paragraph_on_check_results(rows: pd.DataFrame, check_count_text: str = "six") -> str:
+def _paragraph_on_check_results(rows: pd.DataFrame, check_count_in_words: str = "six") -> str:
     """Return a paragraph on energy errors, refused inputs, and wrong outcomes without a warning."""
     energy = rows["energy_error"][rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD]
     reasons = rows["reason"][rows["ending"] == CheckedOutcome.ARGUMENT_REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
     named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
-        f"Among the {len(energy)} cases that pass all {check_count_text} checks, the largest residual of work and "
+        f"Among the {len(energy)} cases that pass all {check_count_in_words} checks, the largest residual of work and "
         f"energy is {energy.max():.4f} and the median residual {energy.median():.2g}. The program refused "
         f"{reasons.sum()} inputs{named}. The number of cases with the label *silent* (a wrong outcome without warning) "
         f"is {(rows['ending'] == CheckedOutcome.WRONG_WITHOUT_WARNING).sum()}."
@@ -89,10 +91,10 @@ def _block_outcome_tables(rows: pd.DataFrame) -> str:
     return f"{by_motion}\n\n{wrap_text(f'{budget} {_paragraph_on_check_results(rows)}')}\n\n{by_penetration}"
 
 
-def _outcome_share_table_by_penetration(rows: pd.DataFrame, edges: tuple[float, ...]) -> str:
+def _outcome_share_table_by_penetration(rows: pd.DataFrame, penetration_to_width_ratio_edges: tuple[float, ...]) -> str:
     """Return a table of the share of each outcome by the penetration at rest over width, in intervals."""
     lines = []
-    for low, high in itertools.pairwise(edges):
+    for low, high in itertools.pairwise(penetration_to_width_ratio_edges):
         endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in CheckedOutcome]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
@@ -141,15 +143,17 @@ def _stack_outcome_tables(rows: pd.DataFrame) -> str:
     return "\n\n".join([*tables, wrap_text(summary), by_penetration])
 
 
-def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
+def _paragraphs_on_inputs_without_outcome(block_rows: pd.DataFrame, scene_rows: pd.DataFrame) -> str:
     """Return a paragraph on each kind of input for which the program gives no outcome, with its share in this run."""
-    ending, ratio = blocks["ending"], blocks["penetration_ratio"]
+    ending, ratio = block_rows["ending"], block_rows["penetration_ratio"]
     soft = ratio > 0.1
     unstable = (ending == CheckedOutcome.NUMERICALLY_UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
-    sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(1.0, 1.0 / blocks["b_over_h"])
+    sunk = block_rows["penetration"] > 0.5 * MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(
+        1.0, 1.0 / block_rows["b_over_h"]
+    )
     over, undecided = ending == CheckedOutcome.OVER_STEP_BUDGET, ending == CheckedOutcome.UNDECIDED_AT_END_TIME
-    in_scenes = (scenes["ending"] == CheckedOutcome.NUMERICALLY_UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
+    in_scenes = (scene_rows["ending"] == CheckedOutcome.NUMERICALLY_UNSTABLE) & (scene_rows["penetration_ratio"] < 1e-2)
     lines = [
         "Very soft contacts have a penetration δ at rest above a tenth of the width B or, in a scene, of the smaller "
         "side of the element. If the contacts are very soft, the weight of the block presses its corners so deep "
@@ -162,24 +166,24 @@ def _paragraphs_on_inputs_without_outcome(blocks: pd.DataFrame, scenes: pd.DataF
         "scene whose contacts are too stiff for double precision, and the error names `stiffness`.",
         "On lightly damped contacts, strong shaking throws corners up, and the corners land fast. Of the "
         f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², "
-        f"{_percent_text(blocks['damping'][unstable] < 0.1)} "
+        f"{_percent_text(block_rows['damping'][unstable] < 0.1)} "
         "have a damping ratio ξ below 0.1. Half of the unstable blocks with δ/B below 10⁻² are shaken with a peak "
-        f"acceleration above {np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. Of the "
+        f"acceleration above {np.median(block_rows['acceleration_ratio'][unstable]):.0f} g·B/H. Of the "
         f"unstable blocks with δ/B below 10⁻², {_percent_text(sunk[unstable])} penetrate too deep; in the other "
         "blocks, work and energy do not balance to 10⁻². Of the "
         f"{int(in_scenes.sum())} unstable cases of scenes with δ/B below 10⁻², "
-        f"{_percent_text(scenes['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of the unstable "
-        "cases of scenes with δ/B below 10⁻² are shaken with a peak acceleration above "
-        f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
+        f"{_percent_text(scene_rows['damping'][in_scenes] < 0.1)} have a damping ratio ξ below 0.1. Half of the "
+        "unstable cases of scenes with δ/B below 10⁻² are shaken with a peak acceleration above "
+        f"{np.median(scene_rows['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
         "Small blocks under long records may need too many time steps, mostly with Cundall's scheme and stiff springs. "
         "A case that reaches the largest allowed number of steps is marked `over_budget`. Half of the "
-        f"{int(over.sum())} blocks over budget are lower than {np.median(blocks['height'][over]):.2g} m. The program "
-        f"allows a case at most {blocks.attrs['budget']:.2g} time steps in the map of stability, and at most "
-        f"{DEFAULT_MAX_BLOCK_STEPS_PER_CASE:.0e} time steps in a study.",
+        f"{int(over.sum())} blocks over budget are lower than {np.median(block_rows['height'][over]):.2g} m. "
+        f"The program allows a case at most {block_rows.attrs['budget']:.2g} time steps in the map of stability, and "
+        f"at most {DEFAULT_MAX_BLOCK_STEPS_PER_CASE:.0e} time steps in a study.",
         "Blocks on contacts with little damping may still bounce or rock strongly at the time 20/p after the record (p "
         "is the rocking frequency). They are marked `undecided` if they have enough energy to overturn. Of the "
-        f"{int(undecided.sum())} undecided blocks, {_percent_text(blocks['damping'][undecided] < 0.01)} have a damping "
-        "ratio ξ below 0.01.",
+        f"{int(undecided.sum())} undecided blocks, {_percent_text(block_rows['damping'][undecided] < 0.01)} have a "
+        "damping ratio ξ below 0.01.",
     ]
     return "\n\n".join(wrap_text(line) for line in lines)
 

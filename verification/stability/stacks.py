@@ -124,18 +124,18 @@ def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
     return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
 
 
-def random_stack_settings(count: int, seed: int) -> list[ParametersOfStackCases]:
+def random_stack_settings(setting_count: int, seed: int) -> list[ParametersOfStackCases]:
     """Draw settings of stacks at random."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
-    return [_draw_stack_setting(generator) for _ in range(count)]
+    return [_draw_stack_setting(generator) for _ in range(setting_count)]
 
 
 def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCases:
     """Draw a stack, contact law, motion and parameters of its cases at random."""
 
-    def draw_log_uniform(low: float, high: float, count: int | None = None) -> Any:
+    def draw_log_uniform(low: float, high: float, value_count: int | None = None) -> Any:
         """Draw values whose logarithm is uniformly distributed."""
-        return np.exp(generator.uniform(np.log(low), np.log(high), count))
+        return np.exp(generator.uniform(np.log(low), np.log(high), value_count))
 
     stones = int(generator.integers(2, 6))
     # Each stone is 0.5 to 1.2 times as wide as the one below.
@@ -194,36 +194,47 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     )  # fmt: skip
 
 
-def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, results: CaseResults, row: int) -> str:
+def find_failed_stack_check(
+    setting: ParametersOfStackCases, motion: Motion, results: CaseResults, case_index: int
+) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
-    fallen, amplitude = results.overturned[row] == 1, float(setting.amplitude_factor_by_case[row])
-    if not CaseStatus(results.status[row]).has_outcome:
-        return "" if (results.overturned[row] == INT8_MISSING).all() else "flag in spite of the mark"
-    if not np.isin(results.overturned[row], (0, 1)).all():
+    fallen, amplitude = results.overturned[case_index] == 1, float(setting.amplitude_factor_by_case[case_index])
+    if not CaseStatus(results.status[case_index]).has_outcome:
+        return "" if (results.overturned[case_index] == INT8_MISSING).all() else "flag in spite of the mark"
+    if not np.isin(results.overturned[case_index], (0, 1)).all():
         return "no flag and no mark"
     if (np.diff(fallen.astype(int)) < 0).any():
         return "a stone stands on a fallen one"
-    if any((np.isfinite(getattr(results, name)[row]) != fallen).any() for name in ("fall_azimuth", "overturning_time")):
+    if any(
+        (np.isfinite(getattr(results, name)[case_index]) != fallen).any()
+        for name in ("fall_azimuth", "overturning_time")
+    ):
         return "flag, azimuth and time"
-    numbers = (results.energy_error[row], results.peak_penetration[row], *results.peak_tilt[row])
-    slips = [getattr(results, name)[row] for name in ("residual_slip_north", "residual_slip_east", "residual_twist")]
+    numbers = (results.energy_error[case_index], results.peak_penetration[case_index], *results.peak_tilt[case_index])
+    slips = [
+        getattr(results, name)[case_index] for name in ("residual_slip_north", "residual_slip_east", "residual_twist")
+    ]
     if not (np.isfinite(numbers).all() and all(np.isfinite(values[~fallen]).all() for values in slips)):
         return "a number is not finite"
-    if results.energy_error[row] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
+    if results.energy_error[case_index] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
         return "energy balance"
-    if results.peak_penetration[row] > MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * setting.stone_sizes.min() * (
+    if results.peak_penetration[case_index] > MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * setting.stone_sizes.min() * (
         1.0 + 1e-6
     ):
         return "penetration"
     critical = np.degrees(np.arctan2(setting.stone_sizes[:, :2].min(axis=1), setting.stone_sizes[:, 2]))
     lowest = int(np.argmax(fallen))
-    if fallen.any() and not results.slid_off[row, lowest] and results.peak_tilt[row, lowest] < 0.99 * critical[lowest]:
+    if (
+        fallen.any()
+        and not results.slid_off[case_index, lowest]
+        and results.peak_tilt[case_index, lowest] < 0.99 * critical[lowest]
+    ):
         return "fallen without tilt"
     up = np.zeros(motion.sample_count) if motion.up is None else amplitude * motion.up
     weight = STANDARD_GRAVITY + up
     demand = np.inf if (weight <= 0.0).any() else float(np.max(amplitude * np.abs(motion.north) / weight))
-    onset = min(setting.min_joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction_by_case[row]))
-    if results.status[row] == CaseStatus.AT_REST and demand > onset:
+    onset = min(setting.min_joint_opening_acceleration / STANDARD_GRAVITY, float(setting.friction_by_case[case_index]))
+    if results.status[case_index] == CaseStatus.AT_REST and demand > onset:
         return "left out above a threshold"
     if amplitude == 0.0 and (fallen.any() or max(np.abs(slips[0]).max(), np.abs(slips[1]).max()) > 1e-9):
         return "moved without motion"
@@ -236,14 +247,16 @@ def find_failed_stack_check(setting: ParametersOfStackCases, motion: Motion, res
     return ""
 
 
-def simulate_and_check_stack_cases(setting: ParametersOfStackCases, number: int) -> dict[str, NDArray[Any]]:
+def simulate_and_check_stack_cases(
+    setting: ParametersOfStackCases, setting_index_on_map: int
+) -> dict[str, NDArray[Any]]:
     """Run the cases of a stack setting and check their outcomes.
 
     Return the columns of the map of stacks, with a value for each case.
 
-    `number` is the index of the setting on the map; it is the seed of the noise.
+    `setting_index_on_map` is the index of the setting on the map; it is the seed of the noise.
     """
-    motion, stones = motion_of_case(setting.motion_parameters, number), len(setting.stone_sizes)
+    motion, stones = motion_of_case(setting.motion_parameters, setting_index_on_map), len(setting.stone_sizes)
     above = np.cumsum(setting.stone_masses[::-1])[::-1] - setting.stone_masses
     relative = setting.stone_sizes[:, 2] / setting.stone_sizes[:, :2].min(axis=1)
     alike = {

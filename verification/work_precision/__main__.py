@@ -23,7 +23,7 @@ def main(
         for row in measure():
             rows.append(row)
             print(*(row.get(name) for name in ("cases_of", "method", "step_fraction")), file=sys.stderr, flush=True)
-    write_table(result_table(rows), output, meanings=COLUMN_LONG_NAMES_AND_UNITS)
+    write_table(result_table(rows), output, long_name_and_unit_by_column=COLUMN_LONG_NAMES_AND_UNITS)
 
 
 if __name__ == "__main__":

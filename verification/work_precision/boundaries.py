@@ -72,16 +72,24 @@ def find_falling_cases_with_standing_neighbour(
 def boundaries_by_usual_and_finest_settings(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    usual_settings: RunCasesArguments,
-    finest: RunCasesArguments,
+    usual_run_cases_arguments: RunCasesArguments,
+    finest_run_cases_arguments: RunCasesArguments,
     relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
     near = bisect_boundaries(
-        groups, boundaries, usual_settings, *falling_and_standing_b_over_h(boundaries), 2 * BISECTION_HALVING_COUNT
+        groups,
+        boundaries,
+        usual_run_cases_arguments,
+        *falling_and_standing_b_over_h(boundaries),
+        2 * BISECTION_HALVING_COUNT,
     )
     return near, bisect_boundaries(
-        groups, boundaries, finest, near * (1 - relative_bracket_half_width), near * (1 + relative_bracket_half_width)
+        groups,
+        boundaries,
+        finest_run_cases_arguments,
+        near * (1 - relative_bracket_half_width),
+        near * (1 + relative_bracket_half_width),
     )
 
 
@@ -95,22 +103,24 @@ def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> 
 def bisect_boundaries(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    run_settings: RunCasesArguments,
-    falling_b_over_h: FloatArray,
-    standing_b_over_h: FloatArray,
+    run_cases_arguments: RunCasesArguments,
+    falling_b_over_h_by_boundary: FloatArray,
+    standing_b_over_h_by_boundary: FloatArray,
     halving_count: int = BISECTION_HALVING_COUNT,
 ) -> FloatArray:
     """Return the B/H at which the flag changes, by bisection of all boundaries together.
 
-    The result is NaN if they are NaN, or if the block does not fall at `falling_b_over_h` and stand at
-    `standing_b_over_h`.
+    The result is NaN if they are NaN, or if the block does not fall at `falling_b_over_h_by_boundary` and stand at
+    `standing_b_over_h_by_boundary`.
     """
-    known = np.isfinite(falling_b_over_h) & np.isfinite(standing_b_over_h)
-    falling_b_over_h, standing_b_over_h = (
-        np.where(known, falling_b_over_h, 1.0),
-        np.where(known, standing_b_over_h, 1.0),
+    known = np.isfinite(falling_b_over_h_by_boundary) & np.isfinite(standing_b_over_h_by_boundary)
+    falling_b_over_h_by_boundary, standing_b_over_h_by_boundary = (
+        np.where(known, falling_b_over_h_by_boundary, 1.0),
+        np.where(known, standing_b_over_h_by_boundary, 1.0),
     )
-    fell = _blocks_fall(groups, boundaries, run_settings, np.stack([falling_b_over_h, standing_b_over_h]))
+    fell = _blocks_fall(
+        groups, boundaries, run_cases_arguments, np.stack([falling_b_over_h_by_boundary, standing_b_over_h_by_boundary])
+    )
     good = known & fell[0] & ~fell[1]
     most = max(sum(place.case_group_index == number for place in boundaries) for number in range(len(groups)))
     together = max(1, min(MAX_BISECTION_LEVELS_COMPUTED_TOGETHER, int(np.log2(PARALLEL_CASE_COUNT / max(most, 1) + 1))))
@@ -118,40 +128,51 @@ def bisect_boundaries(
         depth = min(together, halving_count)
         halving_count -= depth
         # All midpoints that the next halvings may need: a binary tree of intervals, level by level.
-        lows, highs, middles = falling_b_over_h[None], standing_b_over_h[None], []
+        lows, highs, middles = falling_b_over_h_by_boundary[None], standing_b_over_h_by_boundary[None], []
         for _ in range(depth):
             middle = 0.5 * (lows + highs)
             middles.append(middle)
-            lows = np.stack([lows, middle], axis=1).reshape(-1, falling_b_over_h.size)
-            highs = np.stack([middle, highs], axis=1).reshape(-1, falling_b_over_h.size)
-        fell = _blocks_fall(groups, boundaries, run_settings, np.concatenate(middles))
-        node, begin, each = np.zeros(falling_b_over_h.size, np.int64), 0, np.arange(falling_b_over_h.size)
+            lows = np.stack([lows, middle], axis=1).reshape(-1, falling_b_over_h_by_boundary.size)
+            highs = np.stack([middle, highs], axis=1).reshape(-1, falling_b_over_h_by_boundary.size)
+        fell = _blocks_fall(groups, boundaries, run_cases_arguments, np.concatenate(middles))
+        node, begin, each = (
+            np.zeros(falling_b_over_h_by_boundary.size, np.int64),
+            0,
+            np.arange(falling_b_over_h_by_boundary.size),
+        )
         for middle in middles:
             falls, at = fell[begin + node, each], middle[node, each]
-            falling_b_over_h, standing_b_over_h = (
-                np.where(falls, at, falling_b_over_h),
-                np.where(falls, standing_b_over_h, at),
+            falling_b_over_h_by_boundary, standing_b_over_h_by_boundary = (
+                np.where(falls, at, falling_b_over_h_by_boundary),
+                np.where(falls, standing_b_over_h_by_boundary, at),
             )
             node, begin = 2 * node + falls, begin + len(middle)
-    return np.where(good, 0.5 * (falling_b_over_h + standing_b_over_h), np.nan)
+    return np.where(good, 0.5 * (falling_b_over_h_by_boundary + standing_b_over_h_by_boundary), np.nan)
 
 
 def _blocks_fall(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    run_settings: RunCasesArguments,
-    b_over_h: FloatArray,
+    run_cases_arguments: RunCasesArguments,
+    b_over_h_by_trial_and_boundary: FloatArray,
 ) -> NDArray[np.bool_]:
     """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
-    fell = np.zeros(b_over_h.shape, bool)
+    fell = np.zeros(b_over_h_by_trial_and_boundary.shape, bool)
     for number, group in enumerate(groups):
         rows = [row for row, place in enumerate(boundaries) if place.case_group_index == number]
         if rows:
             axes = {
-                name: np.tile([boundaries[row].parameters_of_falling_case[name] for row in rows], len(b_over_h))
+                name: np.tile(
+                    [boundaries[row].parameters_of_falling_case[name] for row in rows],
+                    len(b_over_h_by_trial_and_boundary),
+                )
                 for name in ("azimuth_deg", "height", "friction")
             }
-            found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **run_settings)
+            found = run_cases(
+                group.motion,
+                Cases(b_over_h=b_over_h_by_trial_and_boundary[:, rows].ravel(), **axes),
+                **run_cases_arguments,
+            )
             fell[:, rows] = (found.overturned != 0).reshape(-1, len(rows))
     return fell
 
@@ -159,29 +180,31 @@ def _blocks_fall(
 def median_relative_boundary_shift(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
-    run_settings: RunCasesArguments,
-    expected_boundaries: FloatArray,
-    reference_boundaries: FloatArray,
+    run_cases_arguments: RunCasesArguments,
+    bracket_centre_b_over_h: FloatArray,
+    reference_boundary_b_over_h: FloatArray,
     relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> float:
     """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
 
-    Method and reference have the same brackets around `expected_boundaries`: if the flag changes more than once within
-    one, both find the same change. `reference_boundaries` are NaN for a bracket without a boundary.
+    Method and reference have the same brackets around `bracket_centre_b_over_h`: if the flag changes more than once
+    within one, both find the same change. `reference_boundary_b_over_h` are NaN for a bracket without a boundary.
     """
-    usable = np.isfinite(reference_boundaries)
+    usable = np.isfinite(reference_boundary_b_over_h)
     if not usable.any():
         return float("nan")
     chosen = [place for place, use in zip(boundaries, usable, strict=True) if use]
     found = bisect_boundaries(
         groups,
         chosen,
-        run_settings,
-        expected_boundaries[usable] * (1 - relative_bracket_half_width),
-        expected_boundaries[usable] * (1 + relative_bracket_half_width),
+        run_cases_arguments,
+        bracket_centre_b_over_h[usable] * (1 - relative_bracket_half_width),
+        bracket_centre_b_over_h[usable] * (1 + relative_bracket_half_width),
     )
     return float(
         np.median(
-            np.where(np.isnan(found), relative_bracket_half_width, np.abs(found / reference_boundaries[usable] - 1.0))
+            np.where(
+                np.isnan(found), relative_bracket_half_width, np.abs(found / reference_boundary_b_over_h[usable] - 1.0)
+            )
         )
     )

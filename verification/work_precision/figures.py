@@ -46,7 +46,7 @@ def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
             over = rows[is_row_of_time_step_variation(rows, kind)]
             springs = rows[(rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")]
             for axis, measure in zip(axes[:, column], measures, strict=True):
-                _draw_error_panel(axis, over, measure, springs=springs, first=column == 0)
+                _draw_error_panel(axis, over, measure, stiffness_rows=springs, has_y_label=column == 0)
                 axis.set_xlabel("")
             limits = np.array(
                 [_whole_decade_limits(axis, 0) for axis in axes[:, column]]
@@ -75,7 +75,7 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
             mine = (rows["cases_of"] == title) & (rows["against"] == "rigid rocking")
             springs = rows[mine & default_step & (rows["method"] == "centred")]
             for axis, measure in zip(line, ("disagree", "rotation_error"), strict=True):
-                _draw_error_panel(axis, rows[mine & own], measure, springs=springs)
+                _draw_error_panel(axis, rows[mine & own], measure, stiffness_rows=springs)
                 axis.set_title(f"{title.replace('records, no sliding', 'six records')}, rigid rocking")
         _draw_error_panel(axes[2, 0], rows[rows["cases_of"] == "sliding blocks"], "slip_error")
         axes[2, 0].set_title("sliding blocks, exact sliding")
@@ -94,35 +94,35 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
 
 
 def _draw_error_panel(
-    axis: Any,
+    axes: Any,
     rows: pd.DataFrame,
     error_column: str,
     *,
     x_column: str = "seconds_per_case",
-    springs: pd.DataFrame | None = None,
-    first: bool = True,
+    stiffness_rows: pd.DataFrame | None = None,
+    has_y_label: bool = True,
 ) -> None:
     """Draw one line per method, and one over stiffness, with axes in whole decades."""
     from matplotlib.ticker import NullFormatter
 
     for method in _LINE_STYLE_BY_METHOD:
-        own = rows[rows["method"] == method] if method != "stiffness" else springs
+        own = rows[rows["method"] == method] if method != "stiffness" else stiffness_rows
         if own is not None:
-            _draw_method_line(axis, own, x_column, error_column, method)
-    axis.set_xscale("log")
-    axis.set_yscale("log")
+            _draw_method_line(axes, own, x_column, error_column, method)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
     # Whole decades, so that every axis has at least two labelled ticks.
-    axis.set_xlim(*_whole_decade_limits(axis, 0))
-    axis.set_ylim(*_whole_decade_limits(axis, 1))
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.yaxis.set_minor_formatter(NullFormatter())
-    axis.grid(True, which="major")
-    axis.set_xlabel(_X_AXIS_LABELS[x_column])
-    if first:
-        axis.set_ylabel(_Y_AXIS_LABELS[error_column])
+    axes.set_xlim(*_whole_decade_limits(axes, 0))
+    axes.set_ylim(*_whole_decade_limits(axes, 1))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.grid(True, which="major")
+    axes.set_xlabel(_X_AXIS_LABELS[x_column])
+    if has_y_label:
+        axes.set_ylabel(_Y_AXIS_LABELS[error_column])
 
 
-def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
+def _legend_handles(label_by_method: Mapping[str, str]) -> list[Any]:
     """Return the legend: methods, and the meaning of hollow marks and rings."""
     from matplotlib.lines import Line2D
 
@@ -136,7 +136,7 @@ def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
             markersize=4.5,
             label=label,
         )
-        for name, label in methods.items()
+        for name, label in label_by_method.items()
     ]
     common: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": INK}
     return [
@@ -149,7 +149,7 @@ def _legend_handles(methods: Mapping[str, str]) -> list[Any]:
     ]
 
 
-def _draw_method_line(axis: Any, rows: pd.DataFrame, x_column: str, error_column: str, method: str) -> None:
+def _draw_method_line(axes: Any, rows: pd.DataFrame, x_column: str, error_column: str, method: str) -> None:
     """Draw the errors of one method over cost or step: hollow marks for no error, a ring for the default."""
     colour, dash, marker = _LINE_STYLE_BY_METHOD[method]
     rows = rows[np.isfinite(rows[error_column])].sort_values(x_column, kind="stable")
@@ -163,22 +163,22 @@ def _draw_method_line(axis: Any, rows: pd.DataFrame, x_column: str, error_column
     y = np.where(none & (y == 0), 0.5 * RELATIVE_BOUNDARY_RESOLUTION, y)
     if error_column == "rotation_error":
         y = np.maximum(y, MIN_DRAWN_ROTATION_ERROR_OVER_ALPHA)
-    axis.plot(x, y, color=colour, linestyle=dash, linewidth=1.3)
+    axes.plot(x, y, color=colour, linestyle=dash, linewidth=1.3)
     common: dict[str, Any] = {"linestyle": "none", "clip_on": False, "in_layout": False}
     for face, part in ((colour, ~none), ("white", none)):
         look = {"color": colour, "marker": marker, "markersize": 4.5, "markerfacecolor": face, "zorder": 3}
-        axis.plot(x[part], y[part], **common, **look)
-    axis.plot(x[default], y[default], marker="o", markersize=11, markerfacecolor="none", color=INK, **common)
+        axes.plot(x[part], y[part], **common, **look)
+    axes.plot(x[default], y[default], marker="o", markersize=11, markerfacecolor="none", color=INK, **common)
     if method == "stiffness" and error_column == "rotation_error":
         for left, top, delta in zip(x, y, rows["penetration_ratio"], strict=True):
             # The last label is next to its mark, where no other line passes.
             offset = (4, 5) if left < x.max() else (7, -3)
-            axis.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
+            axes.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
 
 
-def _whole_decade_limits(axis: Any, axis_index: int) -> tuple[float, float]:
+def _whole_decade_limits(axes: Any, x_or_y_index: int) -> tuple[float, float]:
     """Return the limits of an axis (0: x, 1: y) as whole powers of ten around its data."""
-    values = np.concatenate([np.asarray(line.get_data()[axis_index], float) for line in axis.lines] or [np.ones(1)])
+    values = np.concatenate([np.asarray(line.get_data()[x_or_y_index], float) for line in axes.lines] or [np.ones(1)])
     values = values[np.isfinite(values) & (values > 0)]
     if values.size == 0:
         return 0.1, 1.0

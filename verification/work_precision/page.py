@@ -27,10 +27,10 @@ COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "B
 _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def is_row_of_time_step_variation(rows: pd.DataFrame, record_set_name: str) -> "pd.Series[bool]":
+def is_row_of_time_step_variation(rows: pd.DataFrame, sliding_or_rocking_blocks: str) -> "pd.Series[bool]":
     """Return True for rows of a set of records with the default stiffness and varying time step."""
     own = np.isclose(rows["penetration_ratio"], DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO)
-    return (rows["cases_of"] == f"records, {record_set_name}") & (rows["against"] == "finer step") & own
+    return (rows["cases_of"] == f"records, {sliding_or_rocking_blocks}") & (rows["against"] == "finer step") & own
 
 
 def convergence_orders(
@@ -54,18 +54,20 @@ def convergence_orders(
     return found
 
 
-def markdown_by_marker(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, str]:
+def markdown_by_marker(rows: pd.DataFrame, order_by_measure_and_scheme: Mapping[str, float]) -> dict[str, str]:
     """Return the tables of error against run time as Markdown, by marker."""
     return {
         "steps": _step_error_table(rows),
-        "orders": _convergence_order_table(found_orders, convergence_orders(rows, (1.0, 0.0))),
+        "orders": _convergence_order_table(order_by_measure_and_scheme, convergence_orders(rows, (1.0, 0.0))),
         "stiffness": _stiffness_error_table(rows),
         "rigid": _rigid_error_table(rows),
         "equal-agreement": table_of_time_at_equal_agreement(rows),
     }
 
 
-def work_precision_numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[MeasuredNumber]:
+def work_precision_numbers_for_summary(
+    rows: pd.DataFrame, order_by_measure_and_scheme: Mapping[str, float]
+) -> list[MeasuredNumber]:
     """Return numbers for the summary: errors of the default setting, and the lowest order of each scheme."""
     default = rows[(rows["default"] == 1) & rows["method"].isin(COMPARED_SCHEMES)]
     made = []
@@ -85,7 +87,9 @@ def work_precision_numbers_for_summary(rows: pd.DataFrame, found_orders: Mapping
     (at,) = iterate_rows(default[default["against"] == "exact sliding"])
     made.append(MeasuredNumber("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
     for method in COMPARED_SCHEMES:
-        of_rotation = [value for name, value in found_orders.items() if "rotation" in name and name.endswith(method)]
+        of_rotation = [
+            value for name, value in order_by_measure_and_scheme.items() if "rotation" in name and name.endswith(method)
+        ]
         made.append(MeasuredNumber(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
     return made
 
@@ -96,13 +100,13 @@ def _share_with_interval(count: float, total: float) -> str:
     return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
 
 
-def _number_text(value: float, percent: bool = False) -> str:
-    """Return a number, or with `percent` a share in %, with two significant digits as text; "–" if missing."""
+def _number_text(value: float, as_percentage: bool = False) -> str:
+    """Return a number, or with `as_percentage` a share in %, with two significant digits as text; "–" if missing."""
     if not np.isfinite(value):
         return "–"
-    if percent and value == 0:
+    if as_percentage and value == 0:
         return f"< {100 * RELATIVE_BOUNDARY_RESOLUTION:.2g} %"
-    return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
+    return f"{100 * value:.2g} %" if as_percentage else f"{value:.2g}"
 
 
 def _error_table_cells_of_row(error_row: Any) -> tuple[str, ...]:
@@ -111,7 +115,7 @@ def _error_table_cells_of_row(error_row: Any) -> tuple[str, ...]:
         _share_with_interval(error_row.wrong_flags, error_row.cases),
         _share_with_interval(error_row.wrong_sides, error_row.fallen),
         _number_text(error_row.rotation_error),
-        _number_text(error_row.boundary_shift, percent=True),
+        _number_text(error_row.boundary_shift, as_percentage=True),
     )
 
 
@@ -135,9 +139,9 @@ def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
     agreement = 1.0 - of["disagree"] / of["shared"]
     most = {name: agreement[of["method"] == name].max() for name in COMPARED_METHODS if (of["method"] == name).any()}
 
-    def shortest_time_text(name: str, min_agreement: float) -> str:
+    def shortest_time_text(method_name: str, min_agreement_share: float) -> str:
         """Return the shortest time at which a method reaches an agreement, or "–"."""
-        seconds = of["seconds_per_case"][(of["method"] == name) & (agreement >= min_agreement)].min()
+        seconds = of["seconds_per_case"][(of["method"] == method_name) & (agreement >= min_agreement_share)].min()
         return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else "–"
 
     lines = [
@@ -213,7 +217,7 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
             _share_with_interval(at.wrong_flags, at.cases) if counted else "–",
             f"{at.wrong_sides:.0f} of {at.fallen:.0f}" if counted else "–",
             _number_text(at.rotation_error),
-            _number_text(at.slip_error, percent=True),
+            _number_text(at.slip_error, as_percentage=True),
         ))  # fmt: skip
     return markdown_table(head, lines)
 
@@ -230,7 +234,7 @@ def _time_step_or_order_label(error_row: Any) -> str:
 
 
 def _convergence_order_table(
-    orders_of_fit_range: Mapping[str, float], orders_over_all_steps: Mapping[str, float]
+    order_in_fit_range_by_measure: Mapping[str, float], order_over_all_steps_by_measure: Mapping[str, float]
 ) -> str:
     """Return the table of orders of convergence, in the range of the fit and over all steps."""
 
@@ -239,7 +243,7 @@ def _convergence_order_table(
         return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
 
     lines = [
-        (name.replace("_", " "), order_text(value), order_text(orders_over_all_steps[name]))
-        for name, value in orders_of_fit_range.items()
+        (name.replace("_", " "), order_text(value), order_text(order_over_all_steps_by_measure[name]))
+        for name, value in order_in_fit_range_by_measure.items()
     ]
     return markdown_table(("measure", "order", "over all steps"), lines)

@@ -119,7 +119,7 @@ class SchemeSetting(NamedTuple):
             "model": gravestone(contact),
         }
 
-    def error_table_row(self, cases_of: str, against: str, **columns: Any) -> ErrorTableRow:
+    def error_table_row(self, case_kind: str, reference_kind: str, **columns: Any) -> ErrorTableRow:
         """Return a table row with this setting, the kind of cases, the reference and further columns."""
         own = {
             "method": self.scheme,
@@ -127,7 +127,7 @@ class SchemeSetting(NamedTuple):
             "penetration_ratio": self.static_penetration_to_width_ratio,
         }
         default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO)
-        return {"cases_of": cases_of, "against": against, "default": default} | own | columns
+        return {"cases_of": case_kind, "against": reference_kind, "default": default} | own | columns
 
     def run_and_measure_cost_per_case(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, ErrorTableRow]:
         """Run groups of cases with this setting; return results, and the cost per case as columns of the table."""
@@ -136,10 +136,12 @@ class SchemeSetting(NamedTuple):
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
-def error_table_columns(found: CaseResults, reference_flags_and_rotations: tuple[Flags, FloatArray]) -> ErrorTableRow:
+def error_table_columns(results: CaseResults, reference_flags_and_rotations: tuple[Flags, FloatArray]) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
-    error = median_peak_rotation_error_over_alpha(found.overturned, found.peak_rotation, *reference_flags_and_rotations)
-    return wrong_flag_and_side_counts(found.overturned, reference_flags_and_rotations[0]) | {"rotation_error": error}
+    error = median_peak_rotation_error_over_alpha(
+        results.overturned, results.peak_rotation, *reference_flags_and_rotations
+    )
+    return wrong_flag_and_side_counts(results.overturned, reference_flags_and_rotations[0]) | {"rotation_error": error}
 
 
 def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
@@ -148,16 +150,18 @@ def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTab
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 
-def scheme_and_step_settings(min_step_fraction: float = 0.0, finest: bool = True) -> Iterator[SchemeSetting]:
-    """Yield both schemes with time steps above `min_step_fraction` of the stable one, with or without the finest."""
+def scheme_and_step_settings(
+    min_step_to_stable_step_ratio: float = 0.0, includes_finest_step: bool = True
+) -> Iterator[SchemeSetting]:
+    """Yield both schemes with each time step above a share of the stable one, with or without the finest."""
     for scheme in COMPARED_SCHEMES:
         fractions = [
             share
             for share in TIME_STEPS_AS_SHARES_OF_STABLE_STEP
             if scheme != "cundall" or share >= MIN_STEP_TO_STABLE_STEP_IN_CUNDALL_SCHEME
         ]
-        for fraction in fractions[: None if finest else -1]:
-            if fraction > min_step_fraction:
+        for fraction in fractions[: None if includes_finest_step else -1]:
+            if fraction > min_step_to_stable_step_ratio:
                 yield SchemeSetting(scheme, fraction)
 
 
@@ -169,13 +173,13 @@ def flags_and_peak_rotations_over_alpha(
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
-def measure_errors_against_finer_steps(friction_kind: str) -> Iterator[ErrorTableRow]:
+def measure_errors_against_finer_steps(sliding_or_rocking_blocks: str) -> Iterator[ErrorTableRow]:
     """Measure the errors of both schemes by time step under six real records.
 
     The reference is the centred scheme at a far finer step.
     """
     groups, finest = (
-        block_case_groups_under_records(friction_kind),
+        block_case_groups_under_records(sliding_or_rocking_blocks),
         SchemeSetting("centred", REFERENCE_STEP_TO_STABLE_STEP_RATIO),
     )
     right, few = flags_and_peak_rotations_over_alpha(groups, finest), every_nth_case(groups, THINNING)
@@ -193,15 +197,18 @@ def measure_errors_against_finer_steps(friction_kind: str) -> Iterator[ErrorTabl
             columns["boundary_shift"] = median_relative_boundary_shift(
                 groups, where, setting.run_cases_arguments, near, exact
             )
-        yield setting.error_table_row(f"records, {friction_kind}", "finer step", **columns)
+        yield setting.error_table_row(f"records, {sliding_or_rocking_blocks}", "finer step", **columns)
 
 
-def measure_errors_over_stiffness(friction_kind: str) -> Iterator[ErrorTableRow]:
+def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[ErrorTableRow]:
     """Measure errors by contact stiffness at the automatic time step.
 
     References are finer steps with the same and with the largest stiffness.
     """
-    groups, stiffest = block_case_groups_under_records(friction_kind), STATIC_PENETRATION_TO_WIDTH_RATIOS[-1]
+    groups, stiffest = (
+        block_case_groups_under_records(sliding_or_rocking_blocks),
+        STATIC_PENETRATION_TO_WIDTH_RATIOS[-1],
+    )
     exact = {
         delta: flags_and_peak_rotations_over_alpha(
             groups, SchemeSetting("centred", STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, delta)
@@ -224,10 +231,13 @@ def measure_errors_over_stiffness(friction_kind: str) -> Iterator[ErrorTableRow]
             groups, where, setting.run_cases_arguments, near, right, RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS
         )
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
-        yield setting.error_table_row(f"records, {friction_kind}", "stiffest springs", **columns)
+        yield setting.error_table_row(f"records, {sliding_or_rocking_blocks}", "stiffest springs", **columns)
         if delta in exact:
             yield setting.error_table_row(
-                f"records, {friction_kind}", "finer step", **spent, **error_table_columns(found, exact[delta])
+                f"records, {sliding_or_rocking_blocks}",
+                "finer step",
+                **spent,
+                **error_table_columns(found, exact[delta]),
             )
 
 
@@ -236,7 +246,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
     groups = [
         part for kind in ("sliding", "rocking") for part in every_nth_case(block_case_groups_under_records(kind), 6)
     ]
-    for setting in scheme_and_step_settings(finest=False):
+    for setting in scheme_and_step_settings(includes_finest_step=False):
         found = run_case_groups(groups, **setting.run_cases_arguments).results
         simulated = found.status == 0
         residual = float(np.mean(found.energy_error[simulated]))
@@ -246,10 +256,12 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
 
 
 def run_rigid_rocking_blocks(
-    groups: Sequence[CaseGroup], order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
+    groups: Sequence[CaseGroup], series_order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
 ) -> tuple[Flags, FloatArray]:
     """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
-    found = [simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, order) for motion, cases in groups]
+    found = [
+        simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, series_order) for motion, cases in groups
+    ]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
@@ -303,14 +315,14 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 
 
 def case_and_wrong_counts_of_engine_subset(
-    name: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
+    case_set_name: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
 ) -> ErrorTableRow:
     """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
 
     A case is wrong if its flag or side is wrong.
     """
     some, known = (
-        values_of_every_nth_case(groups, values, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name])
+        values_of_every_nth_case(groups, values, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[case_set_name])
         for values in (flags, reference_flags)
     )
     return {"shared": some.size, "disagree": int((some != known).sum())}
@@ -329,7 +341,7 @@ def measure_slip_errors_against_exact_sliding() -> Iterator[ErrorTableRow]:
         for index in range(group.cases.case_count)
     ])  # fmt: skip
     moved = exact > 1e-3
-    for setting in scheme_and_step_settings(finest=False):
+    for setting in scheme_and_step_settings(includes_finest_step=False):
         found, spent = setting.run_and_measure_cost_per_case(groups)
         error = float(np.max(np.abs(found.peak_slip[moved].astype(np.float64) / exact[moved] - 1.0)))
         yield setting.error_table_row(
@@ -373,13 +385,13 @@ def _fall_sides_of_blocks_in_engine(
 
 
 def _fall_side_of_case_in_engine(
-    engine: FallSidesOfBlocksFunction, group: CaseGroup, index: int, time_step: float
+    engine: FallSidesOfBlocksFunction, group: CaseGroup, case_index: int, time_step: float
 ) -> int:
     """Return the side to which the block of one case falls in an engine."""
-    case, interval = group.parameters_of_case(index), group.motion.sampling_interval
+    case, interval = group.parameters_of_case(case_index), group.motion.sampling_interval
     return fall_side_of_block(
         engine,
-        group.acceleration_of_case(index),
+        group.acceleration_of_case(case_index),
         interval,
         case["height"],
         case["b_over_h"],

@@ -69,7 +69,7 @@ class SimulatedSurveyWithTrueMotion:
 
 
 def random_log_uniform(generator: np.random.Generator, low: float, high: float, value_count: int) -> FloatArray:
-    """Return random values whose logarithm is uniformly distributed."""
+    """Return random values between two bounds, whose logarithm is uniformly distributed."""
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), value_count)))
 
 

@@ -98,7 +98,7 @@ def wrap_loop_for_calls_from_python(inner_loop: Any) -> Any:
     def advance_blocks(
         loop_tag: Any, lane_rows: Any, lane_count: int, step_count: int, ticks_per_sample: float
     ) -> None:
-        """Advance all blocks by some steps."""
+        """Advance all blocks of a group by the time steps of one sampling interval."""
         inner_loop(loop_tag, lane_rows, lane_count, step_count, ticks_per_sample)
 
     return advance_blocks

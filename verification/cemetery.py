@@ -59,7 +59,7 @@ def read_published_fall_rates(path: Path = PUBLISHED_FALL_RATES_FILE) -> pd.Data
 
 
 def fall_rates_percent_of_unscaled_records(findings: xr.Dataset) -> FloatArray:
-    """Return the share of the population that falls under each record at amplitude 1, percent."""
+    """Return the share of a population of gravestones that falls under each unscaled record, percent."""
     return np.asarray(100 * findings["fall_rate"].sel(amplitude=1.0).to_numpy())
 
 

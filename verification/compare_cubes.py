@@ -71,7 +71,7 @@ def fallen_count_and_share_text(overturned_flags: NDArray[np.int8]) -> str:
 
 
 def median_and_95_percent_change_text(changes_by_cell: FloatArray) -> str:
-    """Return a text with the median of some changes and the 95 % quantile of their absolute values."""
+    """Return a text with the median of signed changes and the 95 % quantile of their absolute values."""
     return (
         f"{np.median(changes_by_cell):+.2g}, {np.quantile(np.abs(changes_by_cell), 0.95):.2g}"
         if changes_by_cell.size

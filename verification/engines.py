@@ -353,7 +353,7 @@ def fall_azimuth_of_prism(
     return np.nan if axis is None else float((prism_orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 
-def _polygon_area(stone: PlanarBody) -> float:
+def _polygon_area(body: PlanarBody) -> float:
     """Return the area of a stone's outline, m²."""
-    x, z = np.array(stone.corners_from_centre).T
+    x, z = np.array(body.corners_from_centre).T
     return abs(float(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))) / 2

@@ -161,7 +161,7 @@ def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
 
 
 def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
-    """Measure shares of unstable cases and wrong overturning flags by time step, contact stiffness and damping."""
+    """Measure shares of unstable cases and of wrong overturning flags by time step, contact stiffness and damping."""
     groups, lines = study_part.case_groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
@@ -236,7 +236,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
     def run_with_penetration(
         static_penetration_to_width_ratio: float, case_groups: list[CaseGroup] = groups, **how: Any
     ) -> TimedResults:
-        """Run groups of cases on contacts with a given static penetration, as a share of the width."""
+        """Run groups of cases on contacts with a given static penetration over the width of the block."""
         return run_case_groups(
             case_groups, model=gravestone(Contact(static_penetration=static_penetration_to_width_ratio)), **how
         )
@@ -244,7 +244,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
     def wrong_flag_and_outcome_texts(
         compared_results: TimedResults, reference_results: TimedResults
     ) -> tuple[str, ...]:
-        """Return the shares of wrong flags and of wrong flags or sides, percent, as text."""
+        """Return the percentages of cases with a wrong flag and with a wrong flag or side, as texts."""
         return tuple(
             f"{share:.2f}"
             for share in wrong_flag_and_outcome_percentages(
@@ -318,7 +318,7 @@ class KernelOutcomes(NamedTuple):
 
 
 def run_planar_blocks(group: CaseGroup, damping_ratio: float, use_scene_kernel: bool) -> KernelOutcomes:
-    """Run blocks with the 2-D kernel for single blocks or, if `general`, with that for scenes."""
+    """Run blocks with the 2-D kernel for single blocks or, if `use_scene_kernel`, with that for scenes."""
     found = simulate_cases(
         gravestone(Contact(damping_ratio=damping_ratio)), *group, NumericalOptions(general=use_scene_kernel)
     )

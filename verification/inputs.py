@@ -110,12 +110,12 @@ def default_study_case_groups(azimuth_count: int, every_nth_record: int = 1) -> 
 
 
 def _case_groups_under_six_records(cases: Cases) -> list[CaseGroup]:
-    """Return a group of the cases under each of six real records."""
+    """Return, for each of six real records, a group with the same cases."""
     return [CaseGroup(read_fema_motion(source), cases) for source in SOURCE_BY_NAME_OF_SIX_RECORDS.values()]
 
 
 def block_case_groups_under_records(sliding_or_rocking_blocks: str) -> list[CaseGroup]:
-    """Return blocks of the default study under six records, with the frictions of "sliding" or "rocking" blocks."""
+    """Return blocks of the default study under six records, with friction such that they slide or that they rock."""
     return _case_groups_under_six_records(
         case_grid(
             half_circle_azimuths(6, 10.0),

@@ -32,7 +32,7 @@ SHIPPED_DEPTH_TO_WIDTH_RATIOS: Final = (0.0, *SIMULATED_D_OVER_B)
 
 
 def simulate_outcomes_for_shipped_library(
-    depth_over_width: float, folder: Path, threads: int
+    depth_over_width: float, outcome_cache_folder: Path, threads: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
     """Simulate stones with one ratio of depth to width under all motions of the package.
 
@@ -43,7 +43,7 @@ def simulate_outcomes_for_shipped_library(
     sizes: list[tuple[int, int]] = [(h, b) for h, b in np.argwhere(needed).tolist()]
     outcomes = []
     for motion in candidate_motions():
-        found = load_or_simulate_outcomes(motion, depth_over_width, sizes, folder, threads)
+        found = load_or_simulate_outcomes(motion, depth_over_width, sizes, outcome_cache_folder, threads)
         outcomes.append(np.stack([found[f"{h}-{b}"] for h, b in sizes]))
         print(f"D/B {depth_over_width:g}: {motion.name}", flush=True)
     return np.array(sizes), np.stack(outcomes)

@@ -29,7 +29,7 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
 
 
 def run_case_groups(case_groups: Sequence[CaseGroup], repeat_count: int = 1, **settings: Any) -> TimedResults:
-    """Run groups of cases, after a warm-up run of the first; return joined results and the shortest processor time, s.
+    """Run groups of cases after a warm-up run; return the joined results and the minimum processor time, s.
 
     Each group is run `repeat_count` times; `settings` are those of `run_cases`.
     """
@@ -47,7 +47,10 @@ def peak_rotation_errors_over_alpha(
     reference_flags: Flags,
     reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> FloatArray:
-    """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in results and reference."""
+    """Return the absolute errors of the peak rotation over α, for the blocks that stand in results and in reference.
+
+    Blocks whose peak rotation in the reference is at most `MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA` of α are left out.
+    """
     both = (
         (flags == 0)
         & (reference_flags == 0)
@@ -62,7 +65,7 @@ def median_peak_rotation_error_over_alpha(
     reference_flags: Flags,
     reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> float:
-    """Return the median error of peak rotation, as a share of α; NaN if no block counts."""
+    """Return the median of `peak_rotation_errors_over_alpha`; NaN if no block stands in both and rocks."""
     errors = peak_rotation_errors_over_alpha(
         flags, peak_rotations_over_alpha, reference_flags, reference_peak_rotations_over_alpha
     )
@@ -70,7 +73,7 @@ def median_peak_rotation_error_over_alpha(
 
 
 def convergence_order(time_steps: FloatArray, error_by_time_step: FloatArray) -> float:
-    """Return the order of convergence: least-squares slope of log error over log step."""
+    """Return the order of convergence: least-squares slope of log error over log time step."""
     good = (error_by_time_step > 0) & np.isfinite(error_by_time_step)
     if good.sum() < 2:
         return float("nan")
@@ -107,7 +110,12 @@ class ResultDifference(NamedTuple):
     """Largest energy error of the simulated cases."""
 
     def cost_and_error_columns(self, processor_time_s: float) -> dict[str, float]:
-        """Return cost and errors by the column titles of the tables in the docs."""
+        """Return the columns of a table in the docs by title: cost and errors of the results.
+
+        `processor_time_s` is the processor time of the results. Wrong flags, and wrong sides (which
+        include wrong flags), are percentages of all cases; the errors of peak rotation are those of
+        `peak_rotation_errors_over_alpha`.
+        """
         flags, sides = wrong_flag_and_outcome_percentages(self.counts_of_all_cases)
         return {
             "million block steps": round(self.block_step_count_of_results / 1e6, 1),
@@ -128,7 +136,11 @@ class ResultDifference(NamedTuple):
 def compare_results(
     results: CaseResults, reference_results: CaseResults, grid_shape: Sequence[int] = ()
 ) -> ResultDifference:
-    """Compare results with reference results; `grid_shape` is the shape of the grid, and one size may be -1."""
+    """Compare results with reference results of the same cases.
+
+    With `grid_shape`, the shape of the grid of cases (one size may be -1), differences are also counted in the cells
+    whose neighbours have the same flag in the reference.
+    """
     right, flags = reference_results.overturned, results.overturned
     firm = neighbours_have_same_flag(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
     moves = reference_results.status != CaseStatus.AT_REST

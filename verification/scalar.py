@@ -31,7 +31,12 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
     friction,
     mass_over_moment_of_inertia,
 ):
-    """Solve the three linear equations for the velocities at the end of a centred step (implicit contact forces)."""
+    """Return the velocities (x, z, rotation) of a block at the end of a centred step, with implicit contact forces.
+
+    The sequences over the two lower corners are positions from the centre of mass, penetrations and stretches, m.
+    Stiffness, 1/s², and dashpot constant, 1/s, are those of a corner, divided by the mass; the inverse of the radius of
+    gyration squared, 1/m², is `mass_over_moment_of_inertia`. The contents of both workspaces are overwritten.
+    """
     for p in range(3):
         equation_matrix_workspace[p, 0] = equation_matrix_workspace[p, 1] = equation_matrix_workspace[p, 2] = 0.0
         equation_matrix_workspace[p, p], right_side_workspace[p] = (
@@ -92,7 +97,7 @@ def peak_rotation_and_steps_by_scalar_loop(  # type: ignore[no-untyped-def]
     corner_dashpot_constant_per_mass,
     friction,
 ):
-    """Return the largest rotation (rad) of a block under a motion, and the number of block steps.
+    """Return the largest absolute rotation (rad) of a block under a horizontal motion, and the number of its steps.
 
     The scheme is the centred one or Cundall's, in fixed steps of each sampling interval, s. Lengths are in m,
     the ground acceleration is in m/s²; stiffness, 1/s², and dashpot, 1/s, are those of a corner, divided by the mass.

@@ -83,7 +83,7 @@ def three_tier_scene_and_cases() -> tuple[Scene, CaseGroup]:
 def median_peak_rotation_error_percent(
     peak_rotations: Any, reference_peak_rotations: Any, case_mask: np.ndarray
 ) -> float:
-    """Return the median relative error, percent, of the peak rotations that a mask selects."""
+    """Return the median absolute relative error, percent, of the peak rotations that a mask selects."""
     return 100 * float(
         np.median(
             np.abs(
@@ -111,7 +111,7 @@ def measure_element_steps_per_second() -> Iterator[MeasuredNumber]:
 
 
 def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio: float, damping_ratio: float) -> Scene:
-    """Return a scene with the contact law replaced."""
+    """Return a scene with one other contact law for all contacts: static penetration over width, damping ratio."""
     law = {
         "between": ("stone", "stone"),
         "static_penetration": static_penetration_to_width_ratio,
@@ -211,7 +211,7 @@ def fall_sides_of_shaft(
 
 
 def reference_results_and_robust_cases(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
-    """Return results at a tenth of the default step, and where the outcome does not change with step or scheme."""
+    """Return results with a tenth of the default step, and where the outcome does not change with step or scheme."""
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
@@ -288,7 +288,7 @@ def compare_block_and_general_kernels(
     def simulate_gravestones(
         uses_general_kernel: bool, amplitude_factor: float = 1.0, time_step: str = "auto"
     ) -> CaseResults:
-        """Simulate the gravestone in the general kernel or in that for single blocks."""
+        """Simulate the gravestone in either kernel, under all motions times a factor."""
         numerics = NumericalOptions(general=uses_general_kernel, time_step=time_step, leave_out=False)
         return join_results(
             [simulate_cases(gravestone(), motion.scaled_by(amplitude_factor), cases, numerics) for motion in motions]

@@ -47,7 +47,7 @@ EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES: Final = 0.1
 def simulate_gravestone_shaft(
     model_name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
 ) -> pd.DataFrame:
-    """Return the outcome, slip (m) and twist (degrees) of the shaft in each case, with each time step."""
+    """Return flag, final slip (m) and absolute final twist (degrees) of the shaft by case and time-step divisor."""
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
@@ -73,7 +73,7 @@ def simulate_gravestone_shaft(
 def relative_errors(
     values: FloatArray, reference_values: FloatArray, min_compared_reference_value: float
 ) -> FloatArray:
-    """Return the relative errors of the values whose reference is at least ``min_compared_reference_value``."""
+    """Return the absolute relative errors of the values whose reference value is at least a limit."""
     counted = reference_values >= min_compared_reference_value
     return np.asarray(np.abs(values[counted] / reference_values[counted] - 1.0))
 

@@ -41,11 +41,11 @@ NO_OUTCOME_TEXT: Final = "none"
 CASE_PARAMETER_COLUMNS: Final = ["case", "record", "orientation_deg", "amplitude", "friction", "sizes"]
 
 
-def outcomes_agree(first_azimuth_deg: float, second_azimuth_deg: float) -> bool:
+def outcomes_agree(first_fall_azimuth_deg: float, second_fall_azimuth_deg: float) -> bool:
     """True if two outcomes agree: both stand (NaN), or both fall to azimuths within 20°."""
-    if math.isnan(first_azimuth_deg) or math.isnan(second_azimuth_deg):
-        return math.isnan(first_azimuth_deg) and math.isnan(second_azimuth_deg)
-    return angle_between_azimuths(first_azimuth_deg, second_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
+    if math.isnan(first_fall_azimuth_deg) or math.isnan(second_fall_azimuth_deg):
+        return math.isnan(first_fall_azimuth_deg) and math.isnan(second_fall_azimuth_deg)
+    return angle_between_azimuths(first_fall_azimuth_deg, second_fall_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
 def topmost_stone_outcomes_in_this_program(case: StackCase, amplitude_factors: Sequence[float]) -> list[dict[str, Any]]:
@@ -71,7 +71,7 @@ def has_outcome(topmost_stone_outcome: dict[str, Any]) -> bool:
 
 
 def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
-    """Return the outcome of a case in this program, and whether it is the same with ±1 % of amplitude.
+    """Return the outcome of a case in this program, and whether it is robust: the same with ±1 % of amplitude.
 
     A case without an outcome at one of the three amplitudes is not robust.
     """
@@ -123,7 +123,7 @@ def collect_outcomes_of_all_solvers(process_count: int = 2) -> pd.DataFrame:
 def outcome_text(outcomes_of_case: pd.Series, solver: str) -> str:
     """Return the outcome in a solver as text: "stands", the fall azimuth, or `NO_OUTCOME_TEXT`.
 
-    An outcome that is not robust is in brackets.
+    An outcome that changes with ±1 % of amplitude, or in the other solvers with half the time step, is in brackets.
     """
     azimuth = outcomes_of_case[f"{solver} fall_azimuth_deg"]
     text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
@@ -219,7 +219,10 @@ def summary_rows_of_random_cases(outcomes_by_case: pd.DataFrame) -> Iterator[Seq
 
 
 def disagreement_cause(outcomes_of_case: pd.Series, case: StackCase, other_solver: str) -> str:
-    """Return the cause for which this program and a solver differ on a case that is robust in the solver."""
+    """Return why this program and a solver differ on a case whose outcome in the solver is robust, as text.
+
+    An outcome in the solver is robust if it is the same with ±1 % of amplitude and with half the time step.
+    """
     other = next(name for name in OUTCOME_FILE_BY_SOLVER if name != other_solver)
     causes = []
     if outcome_text(outcomes_of_case, PROGRAM_LABEL) == NO_OUTCOME_TEXT:
@@ -258,7 +261,7 @@ def slides_off_or_far_in_either_solver(outcomes_of_case: pd.Series, case: StackC
 
 
 def disagreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
-    """Yield the rows of the table of disagreements on the cases that are robust in a solver."""
+    """Yield a table row for each case on which this program and a solver, in which the case is robust, disagree."""
     cases = draw_random_stack_cases()
     for peer in OUTCOME_FILE_BY_SOLVER:
         for _, row in outcomes_by_case[outcomes_by_case[f"{peer} robust"] == 1].iterrows():

@@ -190,7 +190,7 @@ def lmgc90_poses(
 def _times_and_ground_velocities(
     acceleration_of_one_component: FloatArray, sampling_interval: float, parts_per_sampling_interval: int = 4
 ) -> tuple[FloatArray, FloatArray]:
-    """Return times and exact velocities for an acceleration that is linear between samples, and then zero."""
+    """Return times, s, and exact velocities, m/s, for an acceleration that is linear between samples, then zero."""
     fine = np.interp(
         np.arange(parts_per_sampling_interval * acceleration_of_one_component.size) / parts_per_sampling_interval,
         np.arange(acceleration_of_one_component.size + 1),

@@ -55,7 +55,7 @@ def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> It
 
 
 def outcome_and_robustness_in_solver(solver_name: str, case: StackCase) -> dict[str, Any]:
-    """Return the outcome of a case in a solver, whether it is robust there, and the time of the nominal run."""
+    """Return the outcome of a case in a solver, whether slight changes keep it, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[solver_name], None, "", 0.0
     for label, motion, time_step in nominal_and_perturbed_run_arguments(case, TIME_STEP_BY_SOLVER_S[solver_name]):
         begin = time.process_time()

@@ -108,7 +108,7 @@ def text_of_value_and_unit(measured_number: MeasuredNumber) -> str:
 def write_measured_numbers(
     new_numbers: Sequence[MeasuredNumber], path: Path, keep_other_stored_numbers: bool = False
 ) -> list[MeasuredNumber]:
-    """Write measured numbers as CSV and return the new content of the file.
+    """Write measured numbers as CSV and return all numbers that the file has then.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def run_and_measure_min_processor_time(
 
 
 def minimum_processor_time(computation: Callable[[], object], repeat_count: int = 3) -> float:
-    """Return the minimum processor time of several runs after a warm-up, s."""
+    """Return the minimum processor time of several runs of a computation after a warm-up, s, all threads added."""
     return run_and_measure_min_processor_time(computation, repeat_count)[1]
 
 

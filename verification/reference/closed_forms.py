@@ -20,17 +20,17 @@ def angular_velocity_after_over_before_impact(b_over_h: float) -> float:
 
 
 def rocking_threshold_acceleration(b_over_h: float, upward_acceleration: float = 0.0) -> float:
-    """Return the horizontal acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
+    """Return the horizontal base acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
     return (STANDARD_GRAVITY + upward_acceleration) * b_over_h
 
 
 def sliding_threshold_acceleration(friction: float, upward_acceleration: float = 0.0) -> float:
-    """Return the horizontal acceleration at which a rigid block begins to slide as a whole, μ (g + a_up), m/s²."""
+    """Return the horizontal base acceleration at which a rigid block begins to slide, μ (g + a_up), m/s²."""
     return (STANDARD_GRAVITY + upward_acceleration) * friction
 
 
 def time_from_tilt_to_first_impact(height: float, b_over_h: float, initial_tilt_rad: float) -> float:
-    """Return the time from rest at a tilt to the first impact, s, without the small-angle approximation.
+    """Return the time, s, from release at rest at a tilt (rad) to the first impact, without small-angle approximation.
 
     It follows from the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)). The substitution θ =
     θ₀ (1 − u²) removes the singularity; the integral uses 200 Gauss–Legendre points.
@@ -57,7 +57,10 @@ def time_from_tilt_to_first_impact(height: float, b_over_h: float, initial_tilt_
 
 
 def rocking_amplitude_after_impact(b_over_h: float, amplitude_before_impact_rad: float) -> float:
-    """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
+    """Return the amplitude of free rocking after the next impact, rad, from that before it.
+
+    The impact multiplies the energy by the square of the ratio `angular_velocity_after_over_before_impact`.
+    """
     alpha = math.atan(b_over_h)
     lost = angular_velocity_after_over_before_impact(b_over_h) ** 2 * (
         math.cos(alpha - amplitude_before_impact_rad) - math.cos(alpha)
@@ -68,7 +71,7 @@ def rocking_amplitude_after_impact(b_over_h: float, amplitude_before_impact_rad:
 def time_and_velocity_at_end_of_bounce(
     impact_speed: float, stiffness_over_mass: float, dashpot_over_mass: float, gravity: float = STANDARD_GRAVITY
 ) -> tuple[float, float]:
-    """Compute the time and velocity at which a mass leaves a spring and dashpot that cannot pull.
+    """Compute when and how fast a mass that falls on a spring and dashpot, which cannot pull, leaves them again.
 
     The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = impact_speed, as long as ω² U + 2c U̇
     > 0.
@@ -103,7 +106,7 @@ def time_and_velocity_at_end_of_bounce(
     rest = gravity / stiffness_over_mass
 
     def penetration_and_rate(time_since_touch: float) -> tuple[float, float]:
-        """Return the penetration, m, and its rate, m/s, at a time."""
+        """Return the penetration of the spring, m, and its rate, m/s, at a time since the touch, s."""
         a, b = -rest, (impact_speed - c * rest) / omega
         decay = math.exp(-c * time_since_touch)
         depth = rest + decay * (a * math.cos(omega * time_since_touch) + b * math.sin(omega * time_since_touch))
@@ -114,7 +117,7 @@ def time_and_velocity_at_end_of_bounce(
         return depth, rate_of_depth
 
     def contact_force_over_mass(time_since_touch: float) -> float:
-        """Return the contact force over the mass at a time, m/s²."""
+        """Return the upward force of spring and dashpot over the mass, m/s², at a time since the touch, s."""
         depth, velocity = penetration_and_rate(time_since_touch)
         return stiffness_over_mass * depth + dashpot_over_mass * velocity
 

@@ -15,7 +15,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def peak_and_final_slip(base_acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
-    """Return the largest and the final slip of a rigid mass on a base that shakes horizontally.
+    """Return the largest and the final slip, m, of a rigid mass on a base that shakes horizontally.
 
     The acceleration of the base, m/s² towards +s, is linear between the samples; after the last one it is 0. Returns
     the largest absolute displacement relative to the base, and the final displacement, positive towards +s, both in m.
@@ -45,10 +45,10 @@ def _slide_for_sampling_interval(
     sampling_interval: float,
     friction_times_gravity: float,
 ) -> tuple[float, float, float]:
-    """Return displacement and velocity after one sampling interval, and the largest absolute displacement in it.
+    """Return slip and slip velocity after one sampling interval, and the largest absolute slip in it.
 
-    Displacement and velocity of the block are relative to the base; the accelerations are those of the base, and
-    `friction_times_gravity` is μ g.
+    The slip, m, is the displacement of the block relative to the base since the start of the record. The accelerations
+    of the base are in m/s², and `friction_times_gravity` is μ g, m/s².
     """
     length, limit = sampling_interval, friction_times_gravity
     slope = (base_acceleration_at_end - base_acceleration_at_start) / length
@@ -81,7 +81,7 @@ def _slide_for_sampling_interval(
 def _time_until_sliding(
     base_acceleration: float, base_acceleration_rate: float, friction_times_gravity: float
 ) -> float:
-    """Return the time until the base acceleration, base_acceleration + slope t, exceeds the limit μ g."""
+    """Return the time, s, until the base acceleration, which changes at a constant rate, reaches μ g or −μ g."""
     if base_acceleration_rate == 0.0:
         return math.inf
     return max(
@@ -93,9 +93,10 @@ def _time_until_sliding(
 def _time_until_stop(
     relative_velocity: float, relative_acceleration: float, relative_acceleration_rate: float, remaining_time: float
 ) -> float:
-    """Return the first positive time at which the velocity is zero; `remaining_time` if there is none before.
+    """Return the first positive time, s, at which the sliding velocity is zero; at most `remaining_time`.
 
-    The velocity is velocity + acceleration t + acceleration_rate t²/2; all are relative to the base.
+    Velocity, acceleration and its rate are those of the block relative to the base, now; the velocity at the time t is
+    v + a t + ȧ t²/2.
     """
     first, second = relative_acceleration, relative_acceleration_rate
     if relative_velocity == 0.0:

@@ -86,16 +86,19 @@ def measure_simulation_of_case_chunk(folder: Path, chunk_count: int = 8) -> list
 
 
 def measure_merging_of_parts_into_cube(
-    folder: Path, record_count: int = 10, chunk_count: int = 8, grid_settings: dict[str, object] | None = None
+    folder: Path,
+    record_count: int = 10,
+    chunk_count_per_record: int = 8,
+    grid_settings: dict[str, object] | None = None,
 ) -> list[MeasuredNumber]:
-    """Measure time, memory and disk use of merging synthetic partial results with ten million cases into one cube."""
+    """Measure time, memory and disk use of merging synthetic results of chunks, by default of ten million cases."""
     study = synthetic_study(record_count, grid_settings)
     write_study(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
-    parts = write_synthetic_partial_results(study, folder / "sweep", chunk_count)
+    parts = write_synthetic_partial_results(study, folder / "sweep", chunk_count_per_record)
     took = run_subcommand_and_measure_resource_use(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
-        "--chunks", chunk_count, "--output", folder / "cube.nc",
+        "--chunks", chunk_count_per_record, "--output", folder / "cube.nc",
     )  # fmt: skip
     cases = record_count * study.cases_per_record
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size

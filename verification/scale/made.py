@@ -72,7 +72,7 @@ def synthetic_records(study: Study) -> Iterator[Record]:
 def random_outcome_values(
     outcome_variable: OutcomeVariable, shape: tuple[int, ...], seed: int, ensemble_member_count: int
 ) -> NDArray[Any]:
-    """Return made values of an outcome variable, of its type; float32 values have 23 random bits."""
+    """Return random values in place of the results of an outcome variable; float32 values have 23 random bits."""
     generator = np.random.default_rng(seed)
     if outcome_variable.name == "overturned" and outcome_variable.is_odd_under_mirroring:
         return generator.choice(
@@ -123,7 +123,7 @@ def synthetic_fall_flags_of_3d_body(
 def write_synthetic_partial_results(
     study: Study, folder: Path, chunk_count_per_record: int, variant: str = NOMINAL_VARIANT
 ) -> list[Path]:
-    """Write the parts (files of a share of the cases) of every record of a study."""
+    """Write files with random values in place of the results of every chunk of cases of every record of a study."""
     grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunk_count_per_record + 1):

@@ -58,7 +58,7 @@ def score_models_with_intervals(
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 
-    `size_neighbourhood_fall_shares_by_model` are the shares of each neighbourhood that fall, by model.
+    `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
     """
     rows, probabilities = [], {}
     for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
@@ -98,7 +98,7 @@ def score_models_with_intervals(
 def scores_by_damping_ratio(
     tests: ShakingTableTests, stones: StonesWithSimulatedOutcomes
 ) -> dict[str, tuple[int, FloatArray]]:
-    """Return number and scores, shape (specimens, scores), of the rectangles of each class of damping ratio."""
+    """Return, by class of damping ratio, number and scores, shape (specimens, scores), of random rectangles."""
     found: dict[str, tuple[int, FloatArray]] = {}
     ratio = stones.damping_ratio_over_default * DEFAULT_CONTACT_DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIO_CLASS_BOUNDS):

@@ -111,7 +111,7 @@ def sample_stones(distribution: StoneDistribution, stone_count: int) -> StonePar
 
 
 def is_in_any_size_neighbourhood(stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
-    """True for stones within at least one neighbourhood (a range of B/H and height that a model may choose)."""
+    """True for stones within at least one of the ranges of B/H and height among which a model chooses."""
     shape, size = np.log(stone_values_by_parameter_name["b_over_h"]), np.log(stone_values_by_parameter_name["height"])
     ends = [
         (np.log(centres[[0, -1]]), width)
@@ -175,7 +175,7 @@ def simulate_stones(
 
 
 def _print_progress(stone_kind_name: str, finished_count: int, total_count: int, elapsed_time_s: float) -> None:
-    """Print the progress: updated in place on a terminal, otherwise one line for each tenth."""
+    """Print the number of simulated tests: updated in place on a terminal, otherwise a line for each tenth."""
     remaining_time_s = elapsed_time_s / finished_count * (total_count - finished_count)
     line = f"{stone_kind_name}: {finished_count} of {total_count} tests, {remaining_time_s:.0f} s to go"
     if sys.stderr.isatty():

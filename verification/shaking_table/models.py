@@ -23,9 +23,10 @@ FallPredictionModel = Callable[[int, TestIndices, TestIndices], FloatArray]
 
 
 def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> FloatArray:
-    """Return the share of stones that fall in each neighbourhood of B/H and height and each test.
+    """Return the share of the stones of similar size that fall in each test, by size: shape (sizes, tests).
 
-    The shape is (neighbourhoods, tests).
+    Stones are of similar size if B/H and height are within a fixed logarithmic distance of a centre; the stones around
+    one centre are a neighbourhood. The centres are those of B/H times those of height, height fastest.
 
     Half a fall and half a stand are added to each count, so that no share is 0 or 1 and all likelihoods are finite.
     """
@@ -45,7 +46,7 @@ def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> Fl
 def index_of_most_likely_size_neighbourhood(
     fall_share_by_size_neighbourhood_and_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
 ) -> int:
-    """Return the index of the neighbourhood of B/H and height that best predicts the tests to learn from."""
+    """Return the index of the range of B/H and height with the largest likelihood of the outcomes of some tests."""
     p, y = fall_share_by_size_neighbourhood_and_test[:, learning_tests], fell_by_test[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
@@ -56,18 +57,21 @@ def fall_prediction_models_by_name(
     rectangle_fall_share_by_size_and_test: FloatArray,
     prism_fall_share_by_size_and_test: FloatArray,
 ) -> dict[str, FallPredictionModel]:
-    """Return the prediction models by name; the fractions are the shares of each neighbourhood that fall."""
+    """Return functions by model name that predict fall probabilities of tests from the outcomes of other tests.
+
+    The shares are those of `fall_shares_by_size_neighbourhood`, for random rectangles and for random prisms.
+    """
     peaks = np.log(np.column_stack([tests.measured_pga, tests.measured_pgv]))
 
     def prediction_by_most_likely_neighbourhood(
         fall_share_by_size_neighbourhood_and_test: FloatArray,
     ) -> FallPredictionModel:
-        """Return the model that predicts the share of falls in the most likely neighbourhood."""
+        """Return the model that predicts the share of stones of the likeliest B/H and height that fall."""
 
         def predict_by_fall_share(
             specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
         ) -> FloatArray:
-            """Predict with the neighbourhood that best fits the tests to learn from."""
+            """Predict the share of falling stones of the B/H and height that best fit the tests to learn from."""
             return np.asarray(
                 fall_share_by_size_neighbourhood_and_test[
                     index_of_most_likely_size_neighbourhood(
@@ -83,7 +87,7 @@ def fall_prediction_models_by_name(
     def predict_by_pga_and_pgv(
         specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
-        """Predict by logistic regression on PGA and PGV only."""
+        """Predict fall probabilities by logistic regression on the logarithms of measured PGA and PGV."""
         return _fall_probabilities_by_logistic_regression(
             peaks, tests, specimen_number, learning_tests, predicted_tests
         )
@@ -91,7 +95,11 @@ def fall_prediction_models_by_name(
     def predict_by_pga_pgv_and_fall_share(
         specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
-        """Predict by logistic regression on PGA, PGV and the share of falls in the most likely neighbourhood."""
+        """Predict fall probabilities by logistic regression on log PGA, log PGV and the log odds of a simulated share.
+
+        The share is that of the random rectangles that fall in a test, among those whose B/H and height lie in the
+        range that best fits the tests to learn from.
+        """
         share = rectangle_fall_share_by_size_and_test[
             index_of_most_likely_size_neighbourhood(
                 rectangle_fall_share_by_size_and_test, tests.fell_by_specimen[specimen_number], learning_tests
@@ -150,7 +158,7 @@ def predict_unseen_tests(
     learning_and_predicted_test_splits: Iterator[tuple[TestIndices, TestIndices]],
     test_count: int,
 ) -> FloatArray:
-    """Return the predicted probability of each test; NaN if no split predicts it."""
+    """Return the predicted fall probability of one specimen in each test; NaN if no split predicts the test."""
     p = np.full(test_count, np.nan)
     for learn, predict in learning_and_predicted_test_splits:
         p[predict] = model(specimen_number, learn, predict)

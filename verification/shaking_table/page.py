@@ -45,7 +45,7 @@ def draw_reliability_diagrams(
     probabilities_by_split_model_and_specimen: Mapping[tuple[str, str, int], FloatArray],
     path: Path,
 ) -> None:
-    """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
+    """Draw the share of tests with a fall over the predicted fall probability; a panel for each model and specimen."""
     with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(len(SPECIMEN_NUMBERS), len(MODELS_IN_RELIABILITY_DIAGRAMS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMEN_NUMBERS):
@@ -65,7 +65,7 @@ def draw_reliability_diagrams(
 
 
 def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
-    """Draw the share that fell over the predicted probability, with intervals and numbers of tests."""
+    """Draw the share of tests with a fall over the predicted fall probability, with intervals and numbers of tests."""
     axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED_LINE_STYLE)
     x, y = [one.mean_probability for one in bins], [one.fallen_share for one in bins]
     spread = [
@@ -94,7 +94,7 @@ def markdown_by_marker(
 ) -> dict[str, str]:
     """Return the tables of the page as Markdown, by marker.
 
-    `size_neighbourhood_fall_shares_by_model` are the shares of each neighbourhood that fall.
+    `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
     """
     return score_tables(score_rows) | {
         "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(

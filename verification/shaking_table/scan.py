@@ -1,6 +1,6 @@
 """Prediction of the shaking-table tests from the scan of the boulder: one fitted number, its orientation on the table.
 
-The design is fixed before any score is known: two reliefs under the base, 24 orientations, and one friction.
+The design is fixed before any score is known: two largest heights of bearing points, 24 orientations, one friction.
 """
 
 import hashlib
@@ -69,16 +69,16 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
     return scan.shape
 
 
-def boulder_with_max_bearing_point_height(stone: ScannedStone, max_bearing_point_height: float) -> ScannedStone:
-    """Return the boulder with the outline of this comparison, bearing on points up to a height.
+def boulder_with_max_bearing_point_height(stone: ScannedStone, max_bearing_point_height_m: float) -> ScannedStone:
+    """Return the boulder with the tolerance of its hull used here; points of its base up to a height bear load.
 
-    `max_bearing_point_height`, m, is above the lowest points of the base.
+    `max_bearing_point_height_m`, m, is above the lowest points of the base.
     """
     return ScannedStone(
         stone.vertices,
         stone.centre_of_mass,
         stone.inertia_moments_and_products_per_mass,
-        max_bearing_point_height,
+        max_bearing_point_height_m,
         stone.name,
         HULL_TOLERANCE_TO_SIZE_RATIO,
     )
@@ -89,21 +89,20 @@ def simulate_falls_of_boulder_by_orientation(
     tests: ShakingTableTests,
     cache_folder: Path,
     threads: int = 1,
-    max_bearing_point_heights: tuple[float, ...] = MAX_HEIGHTS_OF_BEARING_POINTS_M,
+    max_bearing_point_heights_m: tuple[float, ...] = MAX_HEIGHTS_OF_BEARING_POINTS_M,
 ) -> NDArray[np.bool_]:
-    """Simulate the scanned boulder in every test, and return whether it falls, for each relief and orientation.
+    """Simulate the scanned boulder in every test and orientation, with each choice of bearing points of its base.
 
-    The relief is the height, m, up to which points of the boulder's base bear load.
-
-    Each relief is stored when it is complete, and read again if stone, motions and contact are the same.
+    Points bear load up to a height above the lowest points of the base (`max_bearing_point_heights_m`, m). The outcomes
+    with one such height are stored when they are complete, and read again if stone, motions and contact are the same.
 
     Returns
     -------
-    ndarray of bool, shape (reliefs, tests, orientations)
-        False also where the boulder rocks on without a decision.
+    ndarray of bool, shape (heights, tests, orientations)
+        True where the boulder falls, False also where the boulder rocks on without a decision.
     """
     made = []
-    for relief in max_bearing_point_heights:
+    for relief in max_bearing_point_heights_m:
         own = boulder_with_max_bearing_point_height(stone, relief)
         key = hashlib.sha256(
             own.unscaled_solid.contact_points_from_centre_of_mass.tobytes()
@@ -148,8 +147,8 @@ def _fall_outcomes_by_test_and_orientation(
 def fall_probability_by_orientation_and_test(fell_by_bearing_height_test_orientation: NDArray[np.bool_]) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
 
-    It is the share of falls over all reliefs and the neighbouring orientations. Half a fall and half a stand of a
-    single relief are added, so that all likelihoods are finite.
+    It is the weighted share of falls over the heights of bearing points and the neighbouring orientations. Half a fall
+    and half a stand are added, so that all likelihoods are finite.
     """
     count = len(fell_by_bearing_height_test_orientation)
     falls = np.sum(

@@ -69,7 +69,7 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 def scan_orientation_model(
     tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray
 ) -> FallPredictionModel:
-    """Return the model that chooses an orientation of the scan.
+    """Return the model that predicts the simulated fall probability in the orientation that fits other tests best.
 
     `fall_probability_by_orientation_test` has shape (orientations, tests).
     """
@@ -77,7 +77,7 @@ def scan_orientation_model(
     def predict_with_best_orientation(
         specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
-        """Predict with the orientation that best fits the tests to learn from."""
+        """Predict fall probabilities in the orientation that best fits the tests to learn from."""
         return np.asarray(
             fall_probability_by_orientation_test[
                 index_of_most_likely_orientation(
@@ -166,9 +166,9 @@ def score_table_of_all_orientations(tests: ShakingTableTests, fall_probability_b
 def fall_share_table_by_max_bearing_height(
     tests: ShakingTableTests, falls_by_max_bearing_height: Mapping[float, NDArray[np.bool_]]
 ) -> str:
-    """Return a table of the share of falls by relief, from falls of shape (tests, orientations).
+    """Return a table of the share of falls by the height up to which points of the base bear load.
 
-    The relief is the height above the lowest points of the base up to which points bear.
+    The height is that above the lowest points of the base; the falls have shape (tests, orientations).
     """
     lines = []
     for relief, own in sorted(falls_by_max_bearing_height.items()):

@@ -35,7 +35,7 @@ class ReliabilityBin(NamedTuple):
 
 
 def prediction_scores(predicted_fall_probabilities: FloatArray, fell_by_test: NDArray[np.bool_]) -> FloatArray:
-    """Return F1 at probability ½, area under the ROC curve and Brier score; NaN if all fell or all stood."""
+    """Return F1 at probability ½, area under the ROC curve and Brier score; NaN unless there are falls and stands."""
     predicted = predicted_fall_probabilities >= 0.5
     hits, wrong = np.count_nonzero(predicted & fell_by_test), np.count_nonzero(predicted != fell_by_test)
     falls, stands = np.count_nonzero(fell_by_test), np.count_nonzero(~fell_by_test)

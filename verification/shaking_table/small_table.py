@@ -71,7 +71,9 @@ def one_cosine_cycle(pga_g: float, pgv_over_pga_s: float, sampling_interval: flo
 
 
 def fall_shares_by_size_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArray:
-    """Return the share of stones that fall by neighbourhood of B/H and height and by test, never 0 or 1.
+    """Return the share of stones of similar size that fall in each test, never 0 or 1: shape (sizes, tests).
+
+    Stones are of similar size if B/H and height lie in a range around a centre (a neighbourhood).
 
     Centres are in the order of `B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES`, then
     `HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M`; all blocks of a neighbourhood count equally.

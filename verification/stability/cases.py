@@ -84,11 +84,11 @@ _COLUMN_BY_PARAMETER: Final = {
 
 
 def _log_interpolate(share_of_log_range: FloatArray, low: float, high: float) -> FloatArray:
-    """Return values between `low` and `high`, evenly spaced in their logarithm for u from 0 to 1."""
+    """Return values between `low` and `high`, at shares of the range of their logarithm (0: `low`, 1: `high`)."""
     return np.asarray(low * (high / low) ** share_of_log_range)
 
 
-def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
+def space_filling_cases(case_count: int, seed: int) -> list[StabilityCase]:
     """Return cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
 
     Stiffness, sizes, density and sampling interval are log-uniform; damping, friction and peak acceleration include 0.
@@ -97,7 +97,7 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
     from scipy.stats import qmc
 
     sobol = qmc.Sobol(d=13, scramble=True, rng=np.random.Generator(np.random.PCG64(seed)))
-    u = np.clip(sobol.random_base2(max(int(np.ceil(np.log2(count))), 1))[:count], 0.0, 1.0 - 1e-12).T
+    u = np.clip(sobol.random_base2(max(int(np.ceil(np.log2(case_count))), 1))[:case_count], 0.0, 1.0 - 1e-12).T
     damping = np.where(u[1] < 0.05, 0.0, _log_interpolate(np.clip((u[1] - 0.05) / 0.85, 0.0, 1.0), 1e-3, 20.0))
     columns = {
         "normal_stiffness_per_corner": _log_interpolate(u[0], 1e4, 1e13),
@@ -124,15 +124,18 @@ def space_filling_cases(count: int, seed: int) -> list[StabilityCase]:
             motion_kind=str(shapes[row]),
             **{name: float(values[row]) for name, values in columns.items()},
         )
-        for row in range(count)
+        for row in range(case_count)
     ]
 
 
-def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase]:
-    """Return cases under the adversarial motions: blocks of ordinary size; other parameters from the whole range."""
+def cases_under_adversarial_motions(case_count_per_adversarial_motion: int, seed: int) -> list[StabilityCase]:
+    """Return cases under motions chosen to make the program fail: blocks of ordinary size on stiff contacts.
+
+    Friction, damping and peak acceleration are from the whole ranges of `space_filling_cases`.
+    """
     rows = []
     for number, motion in enumerate(ADVERSARIAL_MOTION_KINDS):
-        for case in space_filling_cases(count, seed + 1 + number):
+        for case in space_filling_cases(case_count_per_adversarial_motion, seed + 1 + number):
             # Ordinary sizes and stiff contacts, so that most cases have an answer and few are refused.
             height = 0.1 * (case.height / 0.01) ** 0.4
             penetration = 2e-6 * (case.normal_stiffness_per_corner / 1e4) ** (1 / 3)
@@ -154,7 +157,7 @@ def cases_under_adversarial_motions(count: int, seed: int) -> list[StabilityCase
 
 
 def motion_of_case(case: StabilityCase, noise_random_seed: int) -> Motion:
-    """Return the motion of a case; `number` is the seed of the noise."""
+    """Return the motion of a case; `noise_random_seed` is the seed of its noise."""
     generator = np.random.Generator(np.random.PCG64([7, noise_random_seed]))
     peak, interval = case.peak_horizontal_acceleration, case.sampling_interval
     time = np.arange(MOTION_SAMPLE_COUNT, dtype=np.float64)
@@ -221,7 +224,10 @@ class ParametersOfSceneCases:
 def sample_parameters_of_scene_cases(
     space_filling_count_per_scene: int, count_per_scene_and_adversarial_motion: int, seed: int
 ) -> list[ParametersOfSceneCases]:
-    """Return space-filling settings of each scene, and further settings for each adversarial motion."""
+    """Return settings of each scene: some under space-filling motions, others under each adversarial motion.
+
+    Adversarial motions are chosen to make the program fail. A setting has the parameters of several cases.
+    """
     found = []
     for number, scene in enumerate(SCENE_NAMES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
@@ -255,7 +261,12 @@ def _draw_scene_setting(
     min_static_penetration_to_width_ratio: float = 1e-12,
     max_static_penetration_to_width_ratio: float = 0.5,
 ) -> ParametersOfSceneCases:
-    """Draw the common and individual parameters of cases of a scene; contact stiffness is within the given ratios."""
+    """Draw the common and individual parameters of cases of a scene.
+
+    The stiffness of the contacts is given by the static penetration over the width, between the two limits: the larger
+    the stiffness of the block's case, the smaller the penetration. With the default limits, the stiffness of some
+    settings is in N/m.
+    """
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.normal_stiffness_per_corner / 1e4) / np.log(1e9)
     absolute = (

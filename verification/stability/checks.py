@@ -194,7 +194,7 @@ def find_failed_scene_check(
 
 
 def max_static_penetration(prepared_scene: PreparedScene) -> float:
-    """Return the largest static penetration, m, of the contact pairs of a scene.
+    """Return the largest static penetration, m, of the contacts between elements of a scene.
 
     The two ends of a contact share its weight.
     """

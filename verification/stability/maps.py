@@ -176,7 +176,10 @@ def _ratio_of_time_step_to_stable_step(
     sampling_interval: float,
     rocking_time_constant: FloatArray | None = None,
 ) -> float:
-    """Return Δt/Δt_stable from the highest eigenvalues of springs and dashpots; the requested one if refused."""
+    """Return time step over longest stable step, from the largest eigenvalues of springs and of dashpots.
+
+    It is the requested ratio if the program refuses the time step.
+    """
     scheme = parse_scheme(case.scheme)
     try:
         per_sample = float(

@@ -120,12 +120,12 @@ class ParametersOfStackCases:
 
 
 def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
-    """Return the area of a plan over that of the square or rectangle around it."""
+    """Return the area of a stone's plan over that of the square or rectangle around it."""
     return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
 
 
 def random_stack_settings(setting_count: int, seed: int) -> list[ParametersOfStackCases]:
-    """Draw settings of stacks at random."""
+    """Draw settings (a stack, a motion and the parameters of several cases) of 3-D stacks at random."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
     return [_draw_stack_setting(generator) for _ in range(setting_count)]
 

@@ -47,7 +47,7 @@ class OverturningBoundary(NamedTuple):
 def find_falling_cases_with_standing_neighbour(
     groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int
 ) -> list[OverturningBoundary]:
-    """Return the boundaries: falling cases whose neighbour in B/H stands, at most `max_count_per_group` in each group.
+    """Return falling cases whose next larger B/H stands: at most `max_count_per_group` in each group.
 
     `flags` are those of all groups, in order.
     """
@@ -76,7 +76,7 @@ def boundaries_by_usual_and_finest_settings(
     finest_run_cases_arguments: RunCasesArguments,
     relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the B/H of the boundaries by the usual settings, and by fine ones within a bracket around them."""
+    """Return the B/H of overturning boundaries by usual settings, and by fine ones within a bracket around them."""
     near = bisect_boundaries(
         groups,
         boundaries,

@@ -120,7 +120,7 @@ class SchemeSetting(NamedTuple):
         }
 
     def error_table_row(self, case_kind: str, reference_kind: str, **columns: Any) -> ErrorTableRow:
-        """Return a table row with this setting, the kind of cases, the reference and further columns."""
+        """Return a table row with this setting, the kind of cases, the kind of reference and further columns."""
         own = {
             "method": self.scheme,
             "step_fraction": self.time_step_to_stable_step_ratio,
@@ -136,12 +136,16 @@ class SchemeSetting(NamedTuple):
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
-def error_table_columns(results: CaseResults, reference_flags_and_rotations: tuple[Flags, FloatArray]) -> ErrorTableRow:
+def error_table_columns(
+    results: CaseResults, reference_flags_and_rotations_over_alpha: tuple[Flags, FloatArray]
+) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
     error = median_peak_rotation_error_over_alpha(
-        results.overturned, results.peak_rotation, *reference_flags_and_rotations
+        results.overturned, results.peak_rotation, *reference_flags_and_rotations_over_alpha
     )
-    return wrong_flag_and_side_counts(results.overturned, reference_flags_and_rotations[0]) | {"rotation_error": error}
+    return wrong_flag_and_side_counts(results.overturned, reference_flags_and_rotations_over_alpha[0]) | {
+        "rotation_error": error
+    }
 
 
 def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
@@ -258,7 +262,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
 def run_rigid_rocking_blocks(
     groups: Sequence[CaseGroup], series_order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
 ) -> tuple[Flags, FloatArray]:
-    """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
+    """Return sides and peak rotations of Housner's rocking block, under motions times a factor."""
     found = [
         simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, series_order) for motion, cases in groups
     ]

@@ -129,7 +129,7 @@ def _encode_multiples_of_step_as_base64(
 
 
 def _clip_intermediate_probabilities(fall_probabilities: FloatArray) -> FloatArray:
-    """Clip probabilities strictly between 0 and 1, so that rounding to 255 steps gives neither 0 nor 1."""
+    """Move probabilities strictly between 0 and 1 away from both, so that rounding to 255 steps keeps them between."""
     return np.where(
         (fall_probabilities > 0) & (fall_probabilities < 1),
         np.clip(fall_probabilities, 1 / ENCODED_PROBABILITY_STEP_COUNT, 1 - 1 / ENCODED_PROBABILITY_STEP_COUNT),

@@ -43,7 +43,7 @@ def overturned_fraction_by_intensity_figure(
     Parameters
     ----------
     fallen_fraction_by_record_and_factor : array, shape (record, a)
-        Fractions overturned under each record and factor, NaN if unknown.
+        Share of the stones that overturn under each record times each amplitude factor, NaN if unknown.
     intensity_by_record_and_factor : array, shape (record, a)
         Values of the measure of the curve, in its unit, NaN if unknown.
     fragility_curve : FittedFragilityCurve

@@ -308,7 +308,9 @@ def ground_displacement_at_times(
     sampling_interval: float,
     times_after_first_sample: FloatArray,
 ) -> FloatArray:
-    """Return the displacement of the ground since the first of some times, m, shape (times, components).
+    """Return the ground displacement at given times less that at the first of them, m, shape (times, components).
+
+    It is integrated twice from the accelerations, from rest at the first sample.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ CRITERION_LINE_STYLES: Final = (
 def fall_probability_by_pga_and_pgv_over_pga(
     cube: xr.Dataset, pga_and_pgv_dataset: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return PGA (m/s²), PGV/PGA (s) and fall probability of one block, one value per record and azimuth.
+    """Return PGA (m/s²) and PGV/PGA (s) along each azimuth of each record, and the fall probability of one block there.
 
     The arrays have shape (n,), without cases of unknown outcome and motions below `MAX_PGA_FROM_ROUNDING_M_S2`.
     """

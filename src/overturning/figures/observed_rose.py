@@ -144,14 +144,14 @@ def _draw_mean_direction_interval(
     mean_direction_deg: float,
     interval_half_width_deg: float | None,
     arc_radius: float,
-    line_style: dict[str, Any],
+    line_keywords: dict[str, Any],
 ) -> None:
     """Draw the confidence interval of a mean fall direction as an arc; draw nothing if the interval is unknown."""
     if interval_half_width_deg is not None:
         angles = np.radians(
             np.linspace(mean_direction_deg - interval_half_width_deg, mean_direction_deg + interval_half_width_deg, 60)
         )
-        axes.plot(angles, np.full(60, arc_radius), **line_style | {"linewidth": 1.3})
+        axes.plot(angles, np.full(60, arc_radius), **line_keywords | {"linewidth": 1.3})
 
 
 def _mean_direction_marker(azimuth_deg: float) -> dict[str, Any]:

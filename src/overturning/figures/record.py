@@ -25,7 +25,7 @@ def draw_record_figures(
     intensity_path: Path,
     output_folder: Path,
     write_figure_files: FigureWriter,
-    record_indices: Iterable[int] | None = None,
+    drawn_record_indices: Iterable[int] | None = None,
 ) -> None:
     """Draw and write the figures of each record in a results cube.
 
@@ -40,7 +40,7 @@ def draw_record_figures(
         and ``intensity/ID``.
     write_figure_files : callable
         Writes a figure in all formats of the study.
-    record_indices : iterable of int, optional
+    drawn_record_indices : iterable of int, optional
         Positions of the records to draw; all by default.
     """
     with open_cube(cube_path) as cube, xr.open_dataset(intensity_path, engine="netcdf4") as intensity:
@@ -49,7 +49,7 @@ def draw_record_figures(
             study_of_cube(cube),
             scene_and_element_title_line(cube),
         )
-        for index in range(cube.sizes["record"]) if record_indices is None else record_indices:
+        for index in range(cube.sizes["record"]) if drawn_record_indices is None else drawn_record_indices:
             one = cube.isel(record=index).load()
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
             around = intensity.isel(record=everyone.index(name))

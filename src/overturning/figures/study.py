@@ -60,8 +60,9 @@ def study_figure_functions(
 ) -> "dict[str, Callable[[], Figure]]":
     """Return, by name, functions that draw the figures combining all records of a study, except for the maps.
 
-    The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `logistic_fit` is
-    drawn into ``plane``; None leaves it out. `fall_axes_by_group` comes from `fall_axes_from_fault_normal_by_group`.
+    The names are ``axes`` and ``rose``, and ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D). `logistic_fit`,
+    the fitted overturning probability, is drawn into ``plane``; None leaves it out. `fall_axes_by_group` comes from
+    `fall_axes_from_fault_normal_by_group`.
     """
     summaries = {name: summarise_fall_axes(axes) for name, axes in fall_axes_by_group.items()}
     functions: dict[str, Callable[[], Figure]] = {

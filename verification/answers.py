@@ -44,22 +44,22 @@ def _finding_row(
 
 
 def _short_group_name(group_name: str) -> str:
-    """Return a short name of a group of records."""
+    """Return the name of a group of records, shortened for the table of findings."""
     return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
 
-def _fault_normal_alignment_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
+def _fault_normal_alignment_rows(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield a row for each group of records: alignment of the falls with the fault normal."""
-    for group in found.direction.groups:
+    for group in study_findings.direction.groups:
         yield _finding_row(
             f"alignment with the fault normal, {_short_group_name(group.record_group)}",
             group.mean_cos_2_angle_to_fault_normal,
         )
 
 
-def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
+def _velocity_and_fault_alignment_rows(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows for each group of records: alignment of the falls with the peak velocity and with the fault normal."""
-    for group in found.reference_alignments:
+    for group in study_findings.reference_alignments:
         axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
         for name in ("peak velocity", "fault normal"):
             yield _finding_row(
@@ -68,10 +68,12 @@ def _velocity_and_fault_alignment_rows(found: Findings) -> Iterator[QuantityValu
             )
 
 
-def _variant_comparison_rows(found: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
+def _variant_comparison_rows(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
-    (one,) = (each for each in found.contrasts if each.is_primary_comparison)
-    yield _finding_row(f"falls in “{found.study.name}” only", one.share_overturned_only_in_study, as_percentage=True)
+    (one,) = (each for each in study_findings.contrasts if each.is_primary_comparison)
+    yield _finding_row(
+        f"falls in “{study_findings.study.name}” only", one.share_overturned_only_in_study, as_percentage=True
+    )
     yield _finding_row(f"falls in “{one.variant}” only", one.share_overturned_only_in_variant, as_percentage=True)
     if one.share_within_45_deg_of_each_other_if_both_fall.value is not None:
         yield _finding_row(
@@ -96,9 +98,9 @@ def write_japanese_copy_of_figure(path: Path) -> None:
     path.with_suffix(".ja.svg").write_text(translated, encoding="utf-8")
 
 
-def stack_displacement_table(found: Findings) -> str:
+def stack_displacement_table(study_findings: Findings) -> str:
     """Return a table of falls, slip and twist of each stone of the stack and of its variants."""
-    shares = {(one.variant, one.element): one.share_overturned for one in found.element_outcomes}
+    shares = {(one.variant, one.element): one.share_overturned for one in study_findings.element_outcomes}
     lines = [
         (
             one.scene,
@@ -108,7 +110,7 @@ def stack_displacement_table(found: Findings) -> str:
             format_number(one.percentile_90_slip_if_standing_cm, 1),
             format_number(one.percentile_90_abs_twist_if_standing_deg, 1),
         )
-        for one in found.element_displacements
+        for one in study_findings.element_displacements
     ]
     return markdown_table(
         ("scene", "stone", "cases with a fall", "of these, slid off", "slip, cm", "twist, degrees"), lines

@@ -68,9 +68,11 @@ class SimulatedSurveyWithTrueMotion:
     stones: list[Stone]
 
 
-def random_log_uniform(generator: np.random.Generator, low: float, high: float, value_count: int) -> FloatArray:
+def random_log_uniform(
+    generator: np.random.Generator, lower_bound: float, upper_bound: float, value_count: int
+) -> FloatArray:
     """Return random values between two bounds, whose logarithm is uniformly distributed."""
-    return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), value_count)))
+    return np.asarray(np.exp(generator.uniform(np.log(lower_bound), np.log(upper_bound), value_count)))
 
 
 def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> SimulatedSurveyWithTrueMotion:

@@ -96,10 +96,10 @@ def wrap_loop_for_calls_from_python(inner_loop: Any) -> Any:
 
     @njit
     def advance_blocks(
-        loop_tag: Any, lane_rows: Any, lane_count: int, step_count: int, ticks_per_sample: float
+        variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
     ) -> None:
-        """Advance all blocks of a group by the time steps of one sampling interval."""
-        inner_loop(loop_tag, lane_rows, lane_count, step_count, ticks_per_sample)
+        """Advance all blocks in parallel by `step_count` time steps."""
+        inner_loop(variant_marker, state, lane_count, step_count, ticks_per_sample)
 
     return advance_blocks
 

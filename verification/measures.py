@@ -134,15 +134,19 @@ class ResultDifference(NamedTuple):
 
 
 def compare_results(
-    results: CaseResults, reference_results: CaseResults, grid_shape: Sequence[int] = ()
+    results: CaseResults, reference_results: CaseResults, case_grid_shape: Sequence[int] = ()
 ) -> ResultDifference:
     """Compare results with reference results of the same cases.
 
-    With `grid_shape`, the shape of the grid of cases (one size may be -1), differences are also counted in the cells
-    whose neighbours have the same flag in the reference.
+    With `case_grid_shape`, the shape of the grid of cases (one size may be -1), differences are also counted in the
+    cells whose neighbours have the same flag in the reference.
     """
     right, flags = reference_results.overturned, results.overturned
-    firm = neighbours_have_same_flag(right.reshape(grid_shape)).ravel() if grid_shape else np.zeros(right.size, bool)
+    firm = (
+        neighbours_have_same_flag(right.reshape(case_grid_shape)).ravel()
+        if case_grid_shape
+        else np.zeros(right.size, bool)
+    )
     moves = reference_results.status != CaseStatus.AT_REST
     return ResultDifference(
         count_outcome_differences(right, flags),

@@ -73,9 +73,9 @@ def draw_random_stack_cases(case_count: int = RANDOM_STACK_CASE_COUNT, seed: int
 def _draw_stack_case(generator: np.random.Generator, record_ids: list[str], stone_count: int) -> StackCase:
     """Draw a stack with record, orientation and factor on the record at random."""
 
-    def draw_rounded_uniform(low: float, high: float) -> float:
+    def draw_rounded_uniform(lower_bound: float, upper_bound: float) -> float:
         """Draw a uniform random number, rounded to three decimals."""
-        return round(float(generator.uniform(low, high)), 3)
+        return round(float(generator.uniform(lower_bound, upper_bound)), 3)
 
     width = draw_rounded_uniform(0.2, 0.3)
     sizes = [

@@ -252,11 +252,13 @@ def topmost_stone_outcome_in_engine(
     return TopmostStoneOutcome(math.nan, math.nan, -1, math.degrees(peak), slip, sinking)
 
 
-def _largest_slip_of_upright_stones_m(stack: BoxStack, poses: StonePoses, tilt_rad_by_stone: list[float]) -> float:
+def _largest_slip_of_upright_stones_m(
+    stack: BoxStack, pose_of_each_stone: StonePoses, tilt_rad_by_stone: list[float]
+) -> float:
     """Return the largest distance of the base of an upright stone from the centre of the face below, m."""
     below, largest = np.zeros(2), 0.0
     for (place, turn), (_, _, height), tilt in zip(
-        poses, stack.width_depth_height_by_stone, tilt_rad_by_stone, strict=True
+        pose_of_each_stone, stack.width_depth_height_by_stone, tilt_rad_by_stone, strict=True
     ):
         half = 0.5 * height * turn[:2, 2]
         if tilt < MAX_UPRIGHT_TILT_RAD:
@@ -265,13 +267,13 @@ def _largest_slip_of_upright_stones_m(stack: BoxStack, poses: StonePoses, tilt_r
     return largest
 
 
-def _largest_corner_penetration_m(stack: BoxStack, poses: StonePoses) -> float:
+def _largest_corner_penetration_m(stack: BoxStack, pose_of_each_stone: StonePoses) -> float:
     """Return the largest penetration of a corner of a stone's base into the face below, m."""
     largest = 0.0
     for (place, turn), size, (low_place, low_turn), low_size in zip(
-        poses[1:],
+        pose_of_each_stone[1:],
         stack.width_depth_height_by_stone[1:],
-        poses[:-1],
+        pose_of_each_stone[:-1],
         stack.width_depth_height_by_stone[:-1],
         strict=True,
     ):

@@ -142,10 +142,12 @@ class LogHandler(LogHandlerBase):
             self._print_message(failure_message)
 
     def _print_message(self, text: str, output_stream: Any = None) -> None:
+        """Clear the progress line and print a text, by default to the standard error stream."""
         self._clear_progress_line()
         print(text, file=output_stream or sys.stderr, flush=True)
 
     def _redraw_progress_line_until_end(self) -> None:
+        """Print the progress line at intervals until the run ends; replace it in place on a terminal."""
         on_terminal = sys.stderr.isatty()
         while not self._ended.wait(_TERMINAL_UPDATE_INTERVAL_S if on_terminal else _LOG_UPDATE_INTERVAL_S):
             line = self._expected.progress_line()
@@ -209,6 +211,7 @@ def _snakemake_error_without_code_positions(text: str) -> str:
 
 
 def _read_log_lines(path: Path) -> list[str]:
+    """Return the lines of a log file; [] if it cannot be read."""
     with suppress(OSError):
         return path.read_text(encoding="utf-8", errors="replace").splitlines()
     return []

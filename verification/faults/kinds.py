@@ -64,7 +64,9 @@ def kill_process_group_during_run(
 def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_after_job_start_s: float) -> FaultFunction:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
-    def kill_during_run(workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _seconds: float) -> None:
+    def kill_during_run(
+        workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
+    ) -> None:
         """Start a run and kill the process at a random moment."""
         run, chosen = workflow_copy.start(), random_generator.randrange(FAULT_TEST_STUDY_JOB_COUNT)
         for number, job in enumerate(iterate_jobs_of_running_study(run)):
@@ -86,7 +88,7 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
     """
 
     def damage_random_file(
-        workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _seconds: float
+        workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
     ) -> Path | None:
         """Damage a random file; return its path if the next run must report the damage."""
         kernel = file_name_pattern.startswith("*.nb")
@@ -112,7 +114,9 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
     return damage_random_file
 
 
-def fill_disk(workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _seconds: float) -> None:
+def fill_disk(
+    workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
+) -> None:
     """Fill the disk while the study runs, then free it."""
     results = workflow_copy.folder / "results"
     results.mkdir()
@@ -134,7 +138,9 @@ def fill_disk(workflow_copy: StudyWorkflowCopy, random_generator: random.Random,
     other.unlink()
 
 
-def make_results_read_only(workflow_copy: StudyWorkflowCopy, _dice: random.Random, _seconds: float) -> None:
+def make_results_read_only(
+    workflow_copy: StudyWorkflowCopy, _random_generator: random.Random, _undisturbed_run_time_s: float
+) -> None:
     """Make the folder of results read-only for one run."""
     workflow_copy.cube_path.unlink()
     results = str(workflow_copy.folder / "results")
@@ -146,7 +152,9 @@ def make_results_read_only(workflow_copy: StudyWorkflowCopy, _dice: random.Rando
     _run_mount("-o", "remount,rw,bind", results)
 
 
-def start_second_run_during_first(workflow_copy: StudyWorkflowCopy, _dice: random.Random, _seconds: float) -> None:
+def start_second_run_during_first(
+    workflow_copy: StudyWorkflowCopy, _random_generator: random.Random, _undisturbed_run_time_s: float
+) -> None:
     """Start a second run in the same folder while a job of the first is suspended."""
     first = workflow_copy.start()
     for step in iterate_jobs_of_running_study(first):
@@ -172,7 +180,9 @@ def simulate_clock_set_back_after_kill(
             os.utime(path, (moment, moment))
 
 
-def kill_dask_worker(_place: StudyWorkflowCopy, random_generator: random.Random, _seconds: float) -> None:
+def kill_dask_worker(
+    _workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
+) -> None:
     """Kill a worker of a dask cluster while it computes; the outcome must be bit-equal to that of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
@@ -188,7 +198,7 @@ def kill_dask_worker(_place: StudyWorkflowCopy, random_generator: random.Random,
         Client(cluster) as client,
     ):
 
-        def kill_one_worker(_done: int, _total: int) -> None:
+        def kill_one_worker(_finished_case_count: int, _total_case_count: int) -> None:
             """Kill one worker when the first cases are finished."""
             if not killed:
                 killed.append(random_generator.choice(sorted(client.run(os.getpid).values())))

@@ -83,9 +83,9 @@ _COLUMN_BY_PARAMETER: Final = {
 """Columns of the map with another name than the parameter of `StabilityCase`."""
 
 
-def _log_interpolate(share_of_log_range: FloatArray, low: float, high: float) -> FloatArray:
-    """Return values between `low` and `high`, at shares of the range of their logarithm (0: `low`, 1: `high`)."""
-    return np.asarray(low * (high / low) ** share_of_log_range)
+def _log_interpolate(share_of_log_range: FloatArray, value_at_0: float, value_at_1: float) -> FloatArray:
+    """Return the values between two values at shares (0 to 1) of the range of their logarithm."""
+    return np.asarray(value_at_0 * (value_at_1 / value_at_0) ** share_of_log_range)
 
 
 def space_filling_cases(case_count: int, seed: int) -> list[StabilityCase]:

@@ -133,9 +133,9 @@ def random_stack_settings(setting_count: int, seed: int) -> list[ParametersOfSta
 def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCases:
     """Draw a stack, contact law, motion and parameters of its cases at random."""
 
-    def draw_log_uniform(low: float, high: float, value_count: int | None = None) -> Any:
+    def draw_log_uniform(lower_bound: float, upper_bound: float, value_count: int | None = None) -> Any:
         """Draw values whose logarithm is uniformly distributed."""
-        return np.exp(generator.uniform(np.log(low), np.log(high), value_count))
+        return np.exp(generator.uniform(np.log(lower_bound), np.log(upper_bound), value_count))
 
     stones = int(generator.integers(2, 6))
     # Each stone is 0.5 to 1.2 times as wide as the one below.

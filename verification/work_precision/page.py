@@ -134,13 +134,16 @@ def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
 
 
 def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
-    """Return the lowest time at which each method reaches given agreements with the rigid block, and the highest."""
+    """Return a table of the least time per case at which each method reaches given shares of equal outcomes.
+
+    The outcomes are compared with those of the rigid rocking block; the last row has the highest share reached.
+    """
     of = rows[rows["cases_of"] == "records, no sliding"]
     agreement = 1.0 - of["disagree"] / of["shared"]
     most = {name: agreement[of["method"] == name].max() for name in COMPARED_METHODS if (of["method"] == name).any()}
 
     def shortest_time_text(method_name: str, min_agreement_share: float) -> str:
-        """Return the shortest time at which a method reaches an agreement, or "–"."""
+        """Return the least time per case, ms, at which a method agrees in a share of the cases, as text; or "–"."""
         seconds = of["seconds_per_case"][(of["method"] == method_name) & (agreement >= min_agreement_share)].min()
         return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else "–"
 

@@ -246,7 +246,7 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
 
 
 def measure_energy_balance() -> Iterator[ErrorTableRow]:
-    """Measure the mean residual of work and energy of cases that slide or rock, over time steps."""
+    """Measure the mean relative residual of work and energy of cases that slide or rock, by scheme and time step."""
     groups = [
         part for kind in ("sliding", "rocking") for part in every_nth_case(block_case_groups_under_records(kind), 6)
     ]

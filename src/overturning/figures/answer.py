@@ -279,7 +279,7 @@ def draw_estimate_with_interval(
 
 
 def _marker_style_of_record_group(position_in_drawing_order: int) -> dict[str, Any]:
-    """Return Matplotlib keywords for the markers of one group of records; only the first group's are filled."""
+    """Return Matplotlib keywords for the markers of one group of records or setting; only the first's are filled."""
     colour = RECORD_GROUP_COLOURS[position_in_drawing_order % len(RECORD_GROUP_COLOURS)]
     face = colour if position_in_drawing_order == 0 else "white"
     return {

@@ -106,7 +106,7 @@ def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
 
 
 def check_ground_moves(peak_acceleration: float, figure_description: str) -> None:
-    """Raise an ArgumentError if the peak acceleration, m/s², is at most a rounding error: the ground is at rest."""
+    """Raise an ArgumentError if the peak ground acceleration, m/s², is at most a rounding error."""
     if not peak_acceleration > MAX_PGA_FROM_ROUNDING_M_S2:
         raise ArgumentError(
             f"{figure_description}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal)"

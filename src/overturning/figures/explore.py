@@ -176,9 +176,9 @@ def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
     }
 
 
-def _list_with_nine_decimals(numbers: NDArray[Any]) -> list[float]:
+def _list_with_nine_decimals(values: NDArray[Any]) -> list[float]:
     """Return an array of numbers as a list, rounded to nine decimals, for JSON."""
-    return [round(float(value), 9) for value in numbers]
+    return [round(float(value), 9) for value in values]
 
 
 def _direction_cell_edges_rad_or_deg(azimuths_or_orientations_deg: FloatArray, is_planar: bool) -> FloatArray:

@@ -108,7 +108,7 @@ def _draw_fragility_curve(
     fallen_fraction_by_record_and_factor: FloatArray,
     fragility_curve: FittedFragilityCurve,
 ) -> None:
-    """Draw the fraction overturned against intensity, with the fragility curve and the 95 % band of its median."""
+    """Draw the share of stones that overturn against intensity, with fragility curve and 95 % band of its median."""
     panel.plot(
         intensity_by_record_and_factor.ravel(),
         100 * fallen_fraction_by_record_and_factor.ravel(),

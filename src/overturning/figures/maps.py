@@ -78,7 +78,7 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
 
 
 def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
-    """Draw the fall azimuths of a 3-D block by orientation and B/H in one panel, as colours and arrows."""
+    """Draw the fall azimuths of a 3-D body of one height and friction by orientation and B/H, as colours and arrows."""
     x, y = (block_cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
     azimuth = np.radians(block_cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
     missing = block_cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()

@@ -66,7 +66,7 @@ def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) ->
 def resample_acceleration(
     record_acceleration: np.ndarray, sampling_interval: float, time_step: float, time_after_record: float
 ) -> np.ndarray:
-    """Interpolate the acceleration of a record at the time steps of an engine; zero after the record."""
+    """Interpolate one acceleration component at the middle of each time step of an engine; 0 after the record."""
     times = (
         np.arange(int((record_acceleration.size * sampling_interval + time_after_record) / time_step)) + 0.5
     ) * time_step
@@ -221,7 +221,10 @@ class Prism(NamedTuple):
 def effective_gravity_in_base_frame_by_step(
     motion: Motion, prism_orientation_deg: float, time_step: float
 ) -> np.ndarray:
-    """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
+    """Return gravity minus ground acceleration by time step, m/s², shape (steps, 3), with x along an orientation.
+
+    The values are those of `resample_acceleration`: at the middle of each step.
+    """
     along = [motion.acceleration_along(prism_orientation_deg), motion.acceleration_along(prism_orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
     x, y, z = (
@@ -234,7 +237,7 @@ def effective_gravity_in_base_frame_by_step(
 def fall_direction_in_mujoco(
     prism: Prism, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
-    """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
+    """Return x and y of the unit vector along the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
 
     model = _mujoco_model_of_box(
@@ -256,7 +259,7 @@ def fall_direction_in_mujoco(
 def fall_direction_in_bullet(
     prism: Prism, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
-    """Return the horizontal direction of the axis of a prism that falls in Bullet; None if it stands."""
+    """Return x and y of the unit vector along the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
 
     client = engine.connect(engine.DIRECT)

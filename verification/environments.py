@@ -47,9 +47,9 @@ class EnvironmentCost(NamedTuple):
 def install_and_measure_environment(
     checkout_folder: Path, make_target: str, environment_folder: Path
 ) -> EnvironmentCost:
-    """Run a make target that installs packages.
+    """Run a make target that installs packages; return its cost.
 
-    Return its times, and the size and number of packages of the whole environment.
+    The cost has the elapsed and processor time, s, of the target, and size and package count of the environment.
     """
     # The environment of this process must not be found by pip or make.
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}

@@ -143,7 +143,7 @@ def rocking_case_groups_under_sine_pulses(
 ) -> list[CaseGroup]:
     """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
-    The pulses last 0.3 to 2 s and reach six times g·B/H.
+    The pulses last 0.3 to 2 s; their peaks are random, from one to six times g·B/H of the block.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     interval, groups = 0.005, []

@@ -211,7 +211,7 @@ def fall_sides_of_shaft(
 
 
 def reference_results_and_robust_cases(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
-    """Return results with a tenth of the default step, and where the outcome does not change with step or scheme."""
+    """Return results with a tenth of the stable step, and where the shaft's flag stays with other step and scheme."""
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):

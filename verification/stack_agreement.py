@@ -87,9 +87,9 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
 
 
 def amplitude_change_percent_to_reach_azimuth(case: StackCase, fall_azimuth_deg: float) -> float:
-    """Return the least amplitude change, %, that makes the topmost stone fall to an azimuth; NaN if none does.
+    """Return the least of some amplitude changes, %, with which the topmost stone falls to an azimuth here; else NaN.
 
-    An azimuth of NaN means that the stone stands; the falls are those in this program.
+    An azimuth of NaN means that the stone stands; the falls are those in this program, within 20° of the azimuth.
     """
     changes = [sign * change for change in RELATIVE_AMPLITUDE_CHANGES_TO_TRY for sign in (-1.0, 1.0)]
     for change, found in zip(

@@ -90,9 +90,9 @@ def find_failed_check(
 ) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
-    A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
-    numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide.
-    `flags_match_rotations` is True if flags and rotations are consistent.
+    A case without an outcome (marked by its status) must have no flag. A case with a flag must have balanced energy,
+    bounded penetration and finite numbers, and must agree with rigid elements: below both thresholds they neither
+    fall nor slide. `flags_match_rotations` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds_on_case_results.smallest_element_side
     if not CaseStatus(results.status[case_index]).has_outcome:

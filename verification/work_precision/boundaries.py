@@ -110,8 +110,8 @@ def bisect_boundaries(
 ) -> FloatArray:
     """Return the B/H at which the flag changes, by bisection of all boundaries together.
 
-    The result is NaN if they are NaN, or if the block does not fall at `falling_b_over_h_by_boundary` and stand at
-    `standing_b_over_h_by_boundary`.
+    The result is NaN if one of the given B/H is NaN, or if the block does not fall at
+    `falling_b_over_h_by_boundary` and stand at `standing_b_over_h_by_boundary`.
     """
     known = np.isfinite(falling_b_over_h_by_boundary) & np.isfinite(standing_b_over_h_by_boundary)
     falling_b_over_h_by_boundary, standing_b_over_h_by_boundary = (
@@ -185,7 +185,9 @@ def median_relative_boundary_shift(
     reference_boundary_b_over_h: FloatArray,
     relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> float:
-    """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
+    """Return the median absolute shift of boundaries over their B/H in a reference.
+
+    A boundary outside of its bracket counts as shifted by the half-width of the bracket.
 
     Method and reference have the same brackets around `bracket_centre_b_over_h`: if the flag changes more than once
     within one, both find the same change. `reference_boundary_b_over_h` are NaN for a bracket without a boundary.

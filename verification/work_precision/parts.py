@@ -262,7 +262,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
 def run_rigid_rocking_blocks(
     groups: Sequence[CaseGroup], series_order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
 ) -> tuple[Flags, FloatArray]:
-    """Return sides and peak rotations of Housner's rocking block, under motions times a factor."""
+    """Return fall sides and peak rotations over α of Housner's rocking block, under motions times a factor."""
     found = [
         simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, series_order) for motion, cases in groups
     ]

@@ -100,8 +100,8 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
     Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
-    table states it without a source. The axis is the mean axis of the falls over the informative blocks, if their
-    resultant is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
+    table states it without a source. The axis is the mean axis of `mean_fall_directions_by_record`, if the resultant
+    is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
@@ -358,12 +358,14 @@ def _name_placement_cost(
     station_positions_pt: Any,
     points_to_keep_visible_pt: Any,
     boxes_of_placed_names: Sequence[StationNameBox],
-    frame_pt: Any,
+    panel_limits_pt: Any,
 ) -> float:
     """Return a penalty for placing a station's name in a box, such as if the box hides lines or other names."""
     out = float(
         np.clip(
-            np.concatenate([frame_pt[:, 0] - box.lower_left_corner_pt, box.upper_right_corner_pt - frame_pt[:, 1]]),
+            np.concatenate(
+                [panel_limits_pt[:, 0] - box.lower_left_corner_pt, box.upper_right_corner_pt - panel_limits_pt[:, 1]]
+            ),
             0,
             None,
         ).sum()

@@ -52,9 +52,9 @@ class StudyWorkflowCopyWithPlanning(StudyWorkflowCopy):
         super().__init__(folder, study, "--cores", str(cores), "--set-scatter", f"sweep={chunks}")
         self._chunks = chunks
 
-    def run(self, *options: str, file: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
+    def run(self, *options: str, result_file_name: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
         """Run Snakemake and check that it uses the profile of the workflow."""
-        done = super().run(*options, result_file_name=file)
+        done = super().run(*options, result_file_name=result_file_name)
         head, _, done.stderr = done.stderr.partition("\n")
         assert head.startswith("Using workflow specific profile profiles/default"), head
         return done

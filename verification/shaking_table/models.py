@@ -134,7 +134,10 @@ def _fall_probabilities_by_logistic_regression(
     """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
     fell = tests.fell_by_specimen[specimen_number][learning_tests].astype(np.float64)
     fit = fit_logistic_model(
-        predictors_by_test[learning_tests], fell, tests.played_record_names[learning_tests], compute_jackknife_intervals=False
+        predictors_by_test[learning_tests],
+        fell,
+        tests.played_record_names[learning_tests],
+        compute_jackknife_intervals=False,
     )
     return fit.fall_probability(predictors_by_test[predicted_tests])
 

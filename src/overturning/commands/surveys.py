@@ -133,7 +133,7 @@ def _compare_survey_with_cube(
     survey_path: Path,
     survey_table: "SurveyTable",
     pair_of_cube_path_by_site_and_record_id: tuple[dict[str, Path], str | None],
-    share_falling_in_random_direction: float,
+    random_outcome_share: float,
     figure_path: Path | None,
     comparison_json_path: Path | None,
 ) -> None:
@@ -165,16 +165,13 @@ def _compare_survey_with_cube(
             survey_table,
             (default, cubes),
             (name, on_soil),
-            share_falling_in_random_direction,
+            random_outcome_share,
             figure_path,
             comparison_json_path,
         )
         return
     comparison = compare_survey_with_prediction(
-        survey_table.counted_stones,
-        default,
-        results_cube_by_site=cubes,
-        random_outcome_share=share_falling_in_random_direction,
+        survey_table.counted_stones, default, results_cube_by_site=cubes, random_outcome_share=random_outcome_share
     )
     parts = {
         one: survey_table.select_site(one).counted_stones
@@ -182,9 +179,7 @@ def _compare_survey_with_cube(
         if len(survey_table.site_names) > 1
     }
     by_site = {
-        one: compare_survey_with_prediction(
-            part, cubes.get(one, default), random_outcome_share=share_falling_in_random_direction
-        )
+        one: compare_survey_with_prediction(part, cubes.get(one, default), random_outcome_share=random_outcome_share)
         for one, part in parts.items()
         if part
     }
@@ -210,7 +205,7 @@ def _compare_falls_shifts_and_twists(
     survey_table: "SurveyTable",
     pair_of_default_cube_and_cube_by_site: "tuple[Dataset, dict[str, Dataset]]",
     pair_of_record_id_and_soil_by_site: "tuple[str, dict[str, SoilBelowSurveySite]]",
-    share_falling_in_random_direction: float,
+    random_outcome_share: float,
     figure_path: Path | None,
     comparison_json_path: Path | None,
 ) -> None:
@@ -238,7 +233,7 @@ def _compare_falls_shifts_and_twists(
         sha256=sha256,
         record=record,
         all_sites_comparison=compare_displacements(
-            survey_table, default, by_site, random_fall_direction_share=share_falling_in_random_direction
+            survey_table, default, by_site, random_fall_direction_share=random_outcome_share
         ),
         survey_warnings=survey_table.warnings,
         survey_file_comments=remarks,
@@ -246,7 +241,7 @@ def _compare_falls_shifts_and_twists(
             (
                 site,
                 compare_displacements(
-                    part, by_site.get(site, default), random_fall_direction_share=share_falling_in_random_direction
+                    part, by_site.get(site, default), random_fall_direction_share=random_outcome_share
                 ),
             )
             for site, part in parts.items()

@@ -19,7 +19,9 @@ MAX_RERUNS: Final = 2
 
 
 def run_cases_until_energy_balances(
-    run_case_rows: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], energy_error: NDArray[Any]
+    simulate_rows_with_step_divisor: Callable[[NDArray[np.int64], int], None],
+    status_by_case: NDArray[Any],
+    energy_error_to_input_ratio_by_case: NDArray[Any],
 ) -> None:
     """Simulate cases; repeat those whose energy balance has too large an error, with finer and finer steps.
 
@@ -27,18 +29,21 @@ def run_cases_until_energy_balances(
 
     Parameters
     ----------
-    run_case_rows : callable
-        ``run_case_rows(rows, step_divisor)`` fills rows of the results, with steps divided by ``step_divisor``. It adds
-        to the number of steps in these rows, so that the budget of a case covers all its runs.
-    status, energy_error : ndarray, shape (n,)
-        Columns of the results of the n cases, which ``run_case_rows`` fills: `CaseStatus` and energy error.
+    simulate_rows_with_step_divisor : callable
+        ``simulate_rows_with_step_divisor(rows, step_divisor)`` fills rows of the results, with steps divided by
+        ``step_divisor``. It adds to the number of steps in these rows, so that the budget of a case covers all its
+        runs.
+    status_by_case, energy_error_to_input_ratio_by_case : ndarray, shape (n,)
+        Columns of the results of the n cases, which ``simulate_rows_with_step_divisor`` fills: `CaseStatus`, and error
+        of the energy balance over the input energy.
     """
-    rows = np.arange(status.size)
+    rows = np.arange(status_by_case.size)
     for again in range(1 + MAX_RERUNS):
-        run_case_rows(rows, STEP_DIVISOR_PER_RERUN**again)
+        simulate_rows_with_step_divisor(rows, STEP_DIVISOR_PER_RERUN**again)
         rows = rows[
-            (status[rows] == CaseStatus.SIMULATED) & ~(energy_error[rows] <= MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO)
+            (status_by_case[rows] == CaseStatus.SIMULATED)
+            & ~(energy_error_to_input_ratio_by_case[rows] <= MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO)
         ]
         if not rows.size:
             return
-    status[rows] = CaseStatus.UNSTABLE
+    status_by_case[rows] = CaseStatus.UNSTABLE

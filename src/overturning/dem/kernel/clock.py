@@ -41,15 +41,19 @@ class KernelStepControl(NamedTuple):
         """Largest number of times that a full-length step may be halved."""
         return int(self.ticks_per_whole_step).bit_length() - 1
 
-    def steps_before_length_doubles(self, omega_squared: FloatArray, two_xi_omega: FloatArray) -> FloatArray:
+    def steps_before_length_doubles(
+        self, omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
+    ) -> FloatArray:
         """Return the number of steps after a contact change before the step length doubles, for each case.
 
-        `omega_squared` is ω² (1/s²), `two_xi_omega` 2 ξ ω (1/s) of the highest mode of each case, arrays of the same
-        shape. The number grows if the damping ratio ξ is below one half.
+        The arguments are ω² (1/s²) and 2ξω (1/s) of each case, arrays of the same shape. The number grows if the
+        damping ratio ξ is below one half.
         """
         return np.asarray(
             self.steps_before_doubling_after_contact_change
-            * np.clip(np.sqrt(omega_squared) / np.maximum(two_xi_omega, 1e-300), 1.0, 8.0)
+            * np.clip(
+                np.sqrt(omega_squared_of_highest_mode) / np.maximum(two_xi_omega_of_highest_mode, 1e-300), 1.0, 8.0
+            )
         )
 
 
@@ -142,19 +146,19 @@ class StepContactChanges(NamedTuple):
 def accept_or_reject_and_choose_next_step(
     kernel_step_control: KernelStepControl,
     case_step_control: CaseStepControl,
-    step_attempt: NextStepToAttempt,
+    attempted_step: NextStepToAttempt,
     contact_changes: StepContactChanges,
-    end_tick: float,
+    tick_at_end_of_attempt: float,
     ticks_per_sample: float,
 ) -> tuple[bool, bool, NextStepToAttempt]:
     """Accept or reject an attempted step, and choose the length of the next attempt.
 
-    Returns (True if rejected, True if the assumed sliding is kept, next attempt). `end_tick` is the end of the attempt.
-    A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP_IN_SAMPLES` of a sample, and friction may change
-    its sign in one of up to `MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES`. If a step in which a body begins to slide is
-    halved, the points that stuck are assumed to stick again.
+    Returns (True if rejected, True if the assumed sliding is kept, next attempt). `tick_at_end_of_attempt` counts from
+    the start of the sample. A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP_IN_SAMPLES` of a sample,
+    and friction may change its sign in one of up to `MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES`. If a step in which a body
+    begins to slide is halved, the points that stuck are assumed to stick again.
     """
-    length = step_attempt.length_in_ticks
+    length = attempted_step.length_in_ticks
     shorter = (
         (contact_changes.contact_changed | contact_changes.motion_requires_shorter_step)
         & (length > case_step_control.shortest_step_ticks)
@@ -167,7 +171,7 @@ def accept_or_reject_and_choose_next_step(
         wrong
         & (
             onset
-            | (step_attempt.repeats_with_corrected_sliding >= kernel_step_control.max_repeats_with_corrected_sliding)
+            | (attempted_step.repeats_with_corrected_sliding >= kernel_step_control.max_repeats_with_corrected_sliding)
         )
     )
     retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_slip_reversal)
@@ -182,10 +186,10 @@ def accept_or_reject_and_choose_next_step(
         if length < kernel_step_control.ticks_per_whole_step
         else case_step_control.longest_step_at_rest_ticks
     )
-    times = end_tick / above
+    times = tick_at_end_of_attempt / above
     fits = (times + FLOAT_TO_INTEGER_ROUNDING_OFFSET) - FLOAT_TO_INTEGER_ROUNDING_OFFSET == times
     longer = (
-        (step_attempt.remaining_steps_before_lengthening <= 1.0)
+        (attempted_step.remaining_steps_before_lengthening <= 1.0)
         & (length < longest)
         & fits
         & (not (contact_changes.slides_on_all_points & (above > MAX_SLIDING_STEP_IN_SAMPLES * ticks_per_sample)))
@@ -198,11 +202,11 @@ def accept_or_reject_and_choose_next_step(
             else case_step_control.steps_before_doubling_after_contact_change
         )
         if longer
-        else step_attempt.remaining_steps_before_lengthening - 1.0
+        else attempted_step.remaining_steps_before_lengthening - 1.0
     )
     left = case_step_control.steps_before_doubling_after_contact_change if contact_changes.contact_changed else left
     left = case_step_control.long_steps_before_doubling if shorter else left
-    left = step_attempt.remaining_steps_before_lengthening if retry else left
+    left = attempted_step.remaining_steps_before_lengthening if retry else left
     then = above if longer & (not (contact_changes.contact_changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = (
@@ -214,5 +218,5 @@ def accept_or_reject_and_choose_next_step(
     return (
         shorter | retry,
         sooner,
-        NextStepToAttempt(then, left, step_attempt.repeats_with_corrected_sliding + 1.0 if retry else 0.0),
+        NextStepToAttempt(then, left, attempted_step.repeats_with_corrected_sliding + 1.0 if retry else 0.0),
     )

@@ -74,96 +74,119 @@ class CaseRestState(NamedTuple):
 @njit(**INLINE_OPTIONS)
 def next_sample_tick_and_last_upright_time(
     case_progress: CaseProgress,
-    tick: float,
-    last_upright_tick: float,
+    ticks_since_start_of_ended_sample: float,
+    last_upright_tick_in_ended_sample: float,
     ticks_per_sample: float,
     sampling_interval: float,
 ) -> tuple[float, float, float]:
     """Return the sample and tick at which a case continues, and the last time (s) when the body was upright.
 
-    `tick` counts from the start of the sample that ended, the returned tick from the start of the returned sample.
-    `last_upright_tick` is the last tick in the sample that ended at which the body was upright; negative if none.
+    The returned tick counts from the start of the returned sample. `last_upright_tick_in_ended_sample` is the last tick
+    at which the body leant less than its critical angle; negative if none.
     """
-    then = (case_progress.current_sample + last_upright_tick * (1.0 / ticks_per_sample)) * sampling_interval
-    over = (1.0 if tick >= ticks_per_sample else 0.0) + (1.0 if tick >= 2.0 * ticks_per_sample else 0.0)
+    then = (
+        case_progress.current_sample + last_upright_tick_in_ended_sample * (1.0 / ticks_per_sample)
+    ) * sampling_interval
+    over = (1.0 if ticks_since_start_of_ended_sample >= ticks_per_sample else 0.0) + (
+        1.0 if ticks_since_start_of_ended_sample >= 2.0 * ticks_per_sample else 0.0
+    )
     return (
         case_progress.current_sample + over,
-        tick - over * ticks_per_sample,
-        then if last_upright_tick >= 0.0 else case_progress.last_time_below_critical_angle,
+        ticks_since_start_of_ended_sample - over * ticks_per_sample,
+        then if last_upright_tick_in_ended_sample >= 0.0 else case_progress.last_time_below_critical_angle,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def case_cannot_have_ended(
     case_progress: CaseProgress,
-    tick: float,
+    ticks_since_sample_start: float,
     ticks_per_sample: float,
     record_end_sample: float,
-    state_sum: float,
-    is_within_limits: bool,
+    sum_of_state_values_to_check_finite: float,
+    state_is_within_limits: bool,
 ) -> bool:
     """True if a case cannot have ended yet: its state is finite and within limits, and strong shaking is still ahead.
 
-    `state_sum` is the sum of all values of the state that must be finite. If the result is false, the case may have
-    ended or not.
+    `sum_of_state_values_to_check_finite` is finite only if all values of the state are. If the result is false, the
+    case may have ended or not.
     """
     sample, until = (
-        case_progress.current_sample + tick * (1.0 / ticks_per_sample),
+        case_progress.current_sample + ticks_since_sample_start * (1.0 / ticks_per_sample),
         case_progress.last_onset_sample if case_progress.last_onset_sample < record_end_sample else record_end_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
-    return (state_sum - state_sum == 0.0) & is_within_limits & (sample < until)
+    return (
+        (sum_of_state_values_to_check_finite - sum_of_state_values_to_check_finite == 0.0)
+        & state_is_within_limits
+        & (sample < until)
+    )
 
 
 @njit(**INLINE_OPTIONS)
-def body_is_still(speed: float, acceleration: float, step_length: float, rest_acceleration_limit_g: float) -> bool:
+def body_is_still(
+    speed_including_rotation_m_s: float,
+    acceleration_including_rotation_m_s2: float,
+    last_step_duration_s: float,
+    rest_acceleration_limit_g: float,
+) -> bool:
     """True if a body in contact is at rest: its speed and its acceleration are both below limits.
 
-    `speed` (m/s) and `acceleration` (m/s²) are the largest components after a step of `step_length` (s).
+    Speed and acceleration, relative to the base, include those due to rotation; they are taken after the last step.
     `rest_acceleration_limit_g` is the base acceleration over g up to which the body stays at rest.
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
     least = MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * rest_acceleration_limit_g * GRAVITY
-    return bool((2.0 * speed < least * step_length) & (acceleration < least))
+    return bool(
+        (2.0 * speed_including_rotation_m_s < least * last_step_duration_s)
+        & (acceleration_including_rotation_m_s2 < least)
+    )
 
 
 @njit(**INLINE_OPTIONS)
 def largest_tilt_near_case_end(
-    largest_tilt_ratio_so_far: float,
+    largest_tilt_over_critical_angle_so_far: float,
     case_progress: CaseProgress,
-    sample: float,
+    current_sample: float,
     record_end_sample: float,
-    tilt_ratio: float,
-    centre_height_gain: float,
+    tilt_over_critical_angle: float,
+    centre_height_above_rest_m: float,
 ) -> float:
     """Return the largest ratio of tilt to critical angle near a case's end so far, including this sample.
 
     See `LargestTiltNearCaseEnd`.
 
-    `largest_tilt_ratio_so_far` is the value at the end of the sample before, `tilt_ratio` the tilt over the critical
-    angle, `centre_height_gain` (m) the height of the centre above its height at rest.
+    `largest_tilt_over_critical_angle_so_far` is the value at the end of the sample before, `centre_height_above_rest_m`
+    the height of the centre above its height at rest.
     """
-    if sample < 0.5 * (record_end_sample + case_progress.end_sample_if_undecided):
-        return largest_tilt_ratio_so_far
+    if current_sample < 0.5 * (record_end_sample + case_progress.end_sample_if_undecided):
+        return largest_tilt_over_critical_angle_so_far
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(
-        largest_tilt_ratio_so_far,
-        1.0 if GRAVITY * centre_height_gain >= case_progress.overturning_energy else tilt_ratio,
+        largest_tilt_over_critical_angle_so_far,
+        1.0 if GRAVITY * centre_height_above_rest_m >= case_progress.overturning_energy else tilt_over_critical_angle,
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def update_slide_end_and_check_case_continues(
-    state: Any, slide_end_index: int, sample: float, sliding_time: float, sampling_interval: float
+    state_array: Any,
+    state_array_index_of_slide_end_sample: int,
+    current_sample: float,
+    longest_time_until_friction_stops_s: float,
+    sampling_interval: float,
 ) -> bool:
     """True if a case is simulated further at its end because a body still slides or spins.
 
-    At the first call, the sample at which friction has stopped the motion is stored in `state[slide_end_index]`, which
-    is 0 before. `sliding_time` (s) is the time in which friction would stop the fastest slide or spin on its own, or 0.
-    A slide and a spin of one body slow each other down less than each would slow down on its own, and end together.
+    At the first call, the sample by which friction has stopped the motion is stored in the state array, at
+    `state_array_index_of_slide_end_sample`, where 0 stood before. It is 3 times `longest_time_until_friction_stops_s`
+    ahead: the time in which friction would stop the fastest slide or spin on its own, or 0. A slide and a spin of one
+    body slow each other down less than each would slow down on its own, and end together.
     """
     # The sample is not computed again: a cylinder that rolls on its rim without loss would be simulated for ever.
-    if state[slide_end_index] == 0.0:
-        state[slide_end_index] = sample + 3.0 * sliding_time / sampling_interval
-    return bool(sample < state[slide_end_index])
+    if state_array[state_array_index_of_slide_end_sample] == 0.0:
+        state_array[state_array_index_of_slide_end_sample] = (
+            current_sample + 3.0 * longest_time_until_friction_stops_s / sampling_interval
+        )
+    return bool(current_sample < state_array[state_array_index_of_slide_end_sample])

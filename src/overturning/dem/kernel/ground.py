@@ -54,40 +54,42 @@ class LinearBaseAcceleration(NamedTuple):
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def linear_base_acceleration_of_sample(
-    acceleration: Any, sample: int, amplitude_factor: float, samples_per_tick: float
+    acceleration_by_sample_m_s2: Any, sample_index: int, amplitude_factor: float, samples_per_tick: float
 ) -> LinearBaseAcceleration:
-    """Return a component of the base acceleration from `sample` to the next one, multiplied by a factor.
+    """Return a component of the base acceleration from `sample_index` to the next one, multiplied by a factor.
 
-    `acceleration` holds the component at each sample, m/s².
+    `acceleration_by_sample_m_s2` holds the component at each sample, m/s².
     """
     a0, a1, a2 = (
-        acceleration[sample] * amplitude_factor,
-        acceleration[sample + 1] * amplitude_factor,
-        acceleration[sample + 2] * amplitude_factor,
+        acceleration_by_sample_m_s2[sample_index] * amplitude_factor,
+        acceleration_by_sample_m_s2[sample_index + 1] * amplitude_factor,
+        acceleration_by_sample_m_s2[sample_index + 2] * amplitude_factor,
     )
     return LinearBaseAcceleration(a0, (a1 - a0) * samples_per_tick, ((a2 - a1) - (a1 - a0)) * samples_per_tick)
 
 
 @njit(**INLINE_OPTIONS)
-def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, tick: float) -> float:
+def base_acceleration_at_tick(base_acceleration: LinearBaseAcceleration, ticks_since_sample_start: float) -> float:
     """Return a component of the base acceleration, m/s², at a tick (smallest unit of time) within its sample."""
-    return base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * tick
+    return base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * ticks_since_sample_start
 
 
 @njit(**INLINE_OPTIONS)
 def base_acceleration_in_this_or_next_sample(
-    base_acceleration: LinearBaseAcceleration, ticks_from_sample_start: float, ticks_past_sample_end: float
+    base_acceleration: LinearBaseAcceleration, ticks_since_sample_start: float, ticks_past_sample_end: float
 ) -> float:
     """Return a component of the base acceleration, m/s², at a tick (unit of time) of its sample or of the next one.
 
     `ticks_past_sample_end` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
     """
     return (
-        base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * ticks_from_sample_start
+        base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * ticks_since_sample_start
     ) + base_acceleration.slope_change_at_sample_end_per_tick * ticks_past_sample_end
 
 
-def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_interval: float) -> FloatArray:
+def largest_upcoming_acceleration(
+    acceleration_magnitude_by_sample_m_s2: FloatArray, sampling_interval: float
+) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample, to test if a body stays at rest.
 
     Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_STRONG_MOTION_S` count; the
@@ -96,7 +98,7 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
 
     Parameters
     ----------
-    acceleration_magnitude : ndarray, shape (…, samples + 3)
+    acceleration_magnitude_by_sample_m_s2 : ndarray, shape (…, samples + 3)
         Magnitude of the acceleration, m/s², with zeros after the record.
     sampling_interval : float
         Time between samples, s.
@@ -106,7 +108,7 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
     ndarray, shape (…, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECKS_PER_SAMPLE_BLOCK)
         Values for the first samples of each block, m/s².
     """
-    samples = acceleration_magnitude.shape[-1] - 3
+    samples = acceleration_magnitude_by_sample_m_s2.shape[-1] - 3
     window, count = (
         SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION_S / sampling_interval)) + 1,
         samples // SAMPLES_PER_REST_CHECK_BLOCK + 1,
@@ -116,7 +118,7 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
         SAMPLES_PER_REST_CHECK_BLOCK * np.arange(count) + look > samples - SAMPLES_PER_REST_CHECK_BLOCK
         for look in range(REST_CHECKS_PER_SAMPLE_BLOCK)
     ]
-    rows = acceleration_magnitude.reshape(-1, acceleration_magnitude.shape[-1])
+    rows = acceleration_magnitude_by_sample_m_s2.reshape(-1, acceleration_magnitude_by_sample_m_s2.shape[-1])
     ahead = np.empty((len(rows), count, REST_CHECKS_PER_SAMPLE_BLOCK))
     # One direction at a time: its samples fit into the processor's cache.
     for row, found in zip(rows, ahead, strict=True):
@@ -129,7 +131,7 @@ def largest_upcoming_acceleration(acceleration_magnitude: FloatArray, sampling_i
             parts = [*by_place[look:, :count], *(whole[block : block + count] for block in range(1, 1 + further))]
             parts += [*by_place[:left, 1 + further : 1 + further + count]]
             found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
-    return ahead.reshape(*acceleration_magnitude.shape[:-1], count, REST_CHECKS_PER_SAMPLE_BLOCK)
+    return ahead.reshape(*acceleration_magnitude_by_sample_m_s2.shape[:-1], count, REST_CHECKS_PER_SAMPLE_BLOCK)
 
 
 @njit(**INLINE_OPTIONS)
@@ -144,21 +146,28 @@ def is_rest_check_sample(sample: float) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def upcoming_motion_is_below_rest_limit(
-    ground: GroundMotion, motion_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
+    ground_motion: GroundMotion,
+    motion_row: int,
+    current_sample: float,
+    amplitude_factor: float,
+    rest_acceleration_limit_g: float,
 ) -> bool:
-    """True if the base motion in a time window after `sample` cannot move a body at rest.
+    """True if the base motion in a time window after `current_sample` cannot move a body at rest.
 
     The window is that of `largest_upcoming_acceleration`. `amplitude_factor` multiplies the motion; the body resists a
     horizontal acceleration of `rest_acceleration_limit_g` · g. An acceleration is linear between samples, so it is
     largest at one of them.
     """
     block, look = (
-        min(int(sample) // SAMPLES_PER_REST_CHECK_BLOCK, ground.largest_upcoming_vertical_acceleration.shape[0] - 1),
-        int(sample) % SAMPLES_PER_REST_CHECK_BLOCK,
+        min(
+            int(current_sample) // SAMPLES_PER_REST_CHECK_BLOCK,
+            ground_motion.largest_upcoming_vertical_acceleration.shape[0] - 1,
+        ),
+        int(current_sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
-        ground.largest_upcoming_horizontal_acceleration[motion_row, block, look],
-        ground.largest_upcoming_vertical_acceleration[block, look],
+        ground_motion.largest_upcoming_horizontal_acceleration[motion_row, block, look],
+        ground_motion.largest_upcoming_vertical_acceleration[block, look],
     )
     return bool(
         abs(amplitude_factor) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_acceleration_limit_g * up)
@@ -168,15 +177,19 @@ def upcoming_motion_is_below_rest_limit(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_skippable_samples(
-    ground: GroundMotion, motion_row: int, sample: float, amplitude_factor: float, rest_acceleration_limit_g: float
+    ground_motion: GroundMotion,
+    motion_row: int,
+    current_sample: float,
+    amplitude_factor: float,
+    rest_acceleration_limit_g: float,
 ) -> int:
-    """Return for how many samples from `sample` on, a multiple of the block size, a body at rest stays at rest.
+    """Return for how many samples from `current_sample` on, a multiple of the block size, a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """
     count = 0
     while upcoming_motion_is_below_rest_limit(
-        ground, motion_row, sample + count, amplitude_factor, rest_acceleration_limit_g
+        ground_motion, motion_row, current_sample + count, amplitude_factor, rest_acceleration_limit_g
     ):
         count += SAMPLES_PER_REST_CHECK_BLOCK
     return count

@@ -93,29 +93,29 @@ def cache_line_aligned_zeros(length: int) -> Any:
     return numbers[skip : skip + length]
 
 
-def _view_arrays_without_reference_counts(_typing_context: Any, array_type: Any) -> Any:
+def _view_arrays_without_reference_counts(_typing_context: Any, type_of_array_or_tuple_of_arrays: Any) -> Any:
     """Generate code that returns a view of an array, or of a tuple of arrays, without counting references to it.
 
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
 
-    def remove_array_owners(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
+    def remove_array_owners(context: Any, builder: Any, numba_type: Any, llvm_value: Any) -> Any:
         """Return the value with the owner of each array removed, so that references are not counted."""
-        if isinstance(value_type, types.Array):
-            view = context.make_array(value_type)(context, builder, value=value)
+        if isinstance(numba_type, types.Array):
+            view = context.make_array(numba_type)(context, builder, value=llvm_value)
             view.meminfo, view.parent = view.meminfo.type(None), view.parent.type(None)
             return view._getvalue()
-        inners: Any = value_type if isinstance(value_type, types.BaseTuple) else ()
+        inners: Any = numba_type if isinstance(numba_type, types.BaseTuple) else ()
         for number, inner in enumerate(inners):
-            one = remove_array_owners(context, builder, inner, builder.extract_value(value, number))
-            value = builder.insert_value(value, one, number)
-        return value
+            one = remove_array_owners(context, builder, inner, builder.extract_value(llvm_value, number))
+            llvm_value = builder.insert_value(llvm_value, one, number)
+        return llvm_value
 
-    def generate_view_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate_view_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that returns the view of the argument."""
-        return remove_array_owners(context, builder, signature.args[0], arguments[0])
+        return remove_array_owners(context, builder, signature.args[0], llvm_arguments[0])
 
-    return array_type(array_type), generate_view_code
+    return type_of_array_or_tuple_of_arrays(type_of_array_or_tuple_of_arrays), generate_view_code
 
 
 view_without_reference_counts: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
@@ -129,47 +129,51 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
     long to compile.
     """
 
-    def slice_window(_typing_context: Any, array: Any, window_index: Any) -> Any:  # noqa: ARG001
+    def slice_window(_typing_context: Any, array_type: Any, window_index_type: Any) -> Any:  # noqa: ARG001
         """Return the type of the slice and the function that generates its LLVM code."""
 
-        def generate_slice_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_slice_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that returns the slice as an array."""
             length, begin, apart = (
                 context.get_constant(types.intp, n) for n in (window_length, first_index, stride or window_length)
             )
-            view = context.make_array(signature.args[0])(context, builder, value=arguments[0])
-            view.data = builder.gep(view.data, [builder.add(builder.mul(arguments[1], apart), begin)])
+            view = context.make_array(signature.args[0])(context, builder, value=llvm_arguments[0])
+            view.data = builder.gep(view.data, [builder.add(builder.mul(llvm_arguments[1], apart), begin)])
             view.nitems, view.shape = length, cgutils.pack_array(builder, [length])
             return view._getvalue()
 
-        return array(array, types.intp), generate_slice_code
+        return array_type(array_type, types.intp), generate_slice_code
 
     return intrinsic(slice_window)
 
 
-def _select_value_without_branch(_typing_context: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+def _select_value_without_branch(
+    _typing_context: Any, condition_type: Any, type_of_value_if_true: Any, type_of_value_if_false: Any
+) -> Any:
     """Generate code that returns one of two values, by a condition, without a branch."""
 
-    def generate_selection_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_selection_code(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that selects one of the two values."""
-        return select_llvm_value_without_branch(builder, *arguments)
+        return select_llvm_value_without_branch(builder, *llvm_arguments)
 
-    return second_value(condition, first_value, second_value), generate_selection_code
+    return type_of_value_if_false(
+        condition_type, type_of_value_if_true, type_of_value_if_false
+    ), generate_selection_code
 
 
 select: Final[Any] = intrinsic(_select_value_without_branch)
 
 
-def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count: Any) -> Any:
+def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count_type: Any) -> Any:
     """Generate code that returns a number of lanes (cases in parallel), for LLVM a multiple of a cache line's."""
 
-    def generate_rounding_code(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_rounding_code(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that rounds the number down to whole cache lines, at least to one."""
-        multiple = builder.and_(arguments[0], ir.Constant(arguments[0].type, -_FLOATS_PER_CACHE_LINE))
-        least = ir.Constant(arguments[0].type, _FLOATS_PER_CACHE_LINE)
+        multiple = builder.and_(llvm_arguments[0], ir.Constant(llvm_arguments[0].type, -_FLOATS_PER_CACHE_LINE))
+        least = ir.Constant(llvm_arguments[0].type, _FLOATS_PER_CACHE_LINE)
         return builder.select(builder.icmp_signed(">", multiple, least), multiple, least)
 
-    return types.intp(lane_count), generate_rounding_code
+    return types.intp(lane_count_type), generate_rounding_code
 
 
 round_to_vector_multiple: Final[Any] = intrinsic(_round_lane_count_to_vector_multiple)
@@ -178,15 +182,15 @@ round_to_vector_multiple: Final[Any] = intrinsic(_round_lane_count_to_vector_mul
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
 
 
-def _hide_number_from_llvm(_typing_context: Any, number: Any) -> Any:
+def _hide_number_from_llvm(_typing_context: Any, number_type: Any) -> Any:
     """Generate code that returns a number unchanged but hidden from LLVM, which then unrolls no loop over it."""
 
-    def generate_code_hiding_number(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+    def generate_code_hiding_number(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate empty assembler code that returns the number."""
-        kind = ir.FunctionType(arguments[0].type, [arguments[0].type])
-        return builder.asm(kind, "", "=r,0", [arguments[0]], side_effect=False)
+        kind = ir.FunctionType(llvm_arguments[0].type, [llvm_arguments[0].type])
+        return builder.asm(kind, "", "=r,0", [llvm_arguments[0]], side_effect=False)
 
-    return number(number), generate_code_hiding_number
+    return number_type(number_type), generate_code_hiding_number
 
 
 hide_number_from_llvm: Final[Any] = intrinsic(_hide_number_from_llvm)
@@ -222,10 +226,13 @@ def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunc
     """Return compiled functions that add, subtract or compare two named tuples of a type element by element."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
-    def llvm_code_for_larger_number(builder: Any, first_number: Any, second_number: Any) -> Any:
+    def llvm_code_for_larger_number(builder: Any, first_llvm_number: Any, second_llvm_number: Any) -> Any:
         """Return LLVM code for the larger of two numbers; the second one if either is NaN."""
         return select_llvm_value_without_branch(
-            builder, builder.fcmp_ordered(">", first_number, second_number), first_number, second_number
+            builder,
+            builder.fcmp_ordered(">", first_llvm_number, second_llvm_number),
+            first_llvm_number,
+            second_llvm_number,
         )
 
     return ElementwiseTupleFunctions(
@@ -291,19 +298,24 @@ class TupleRowLayout:
         return self._made[key]
 
     def _create_tuple_access(
-        self, tuple_type: type, inner_type: type, field_prefix: str, stored_field_paths: list[str]
+        self,
+        layout_tuple_type: type,
+        accessed_tuple_type: type,
+        path_prefix_of_accessed_tuple: str,
+        stored_paths_within_accessed_tuple: list[str],
     ) -> TupleReaderAndWriter:
         """Return the compiled functions that read and write a named tuple, which may be a field of a larger tuple."""
         rows = [
-            self._rows[tuple_type, field_prefix + path] if path in stored_field_paths else None
-            for path in field_paths_of_numbers(inner_type)
+            self._rows[layout_tuple_type, path_prefix_of_accessed_tuple + path]
+            if path in stored_paths_within_accessed_tuple
+            else None
+            for path in field_paths_of_numbers(accessed_tuple_type)
         ]
         # The rows are part of the name: functions of one name in the machine code must be identical.
-        name = (
-            f"{inner_type.__module__}.{inner_type.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
-        )
+        digest = hashlib.sha256(str(rows).encode()).hexdigest()[:16]
+        name = f"{accessed_tuple_type.__module__}.{accessed_tuple_type.__qualname__}.{digest}"
         return TupleReaderAndWriter(
-            create_tuple_loader(inner_type, rows, name),
-            create_tuple_storer(inner_type, rows, name),
-            create_store_tuple_unless_function(inner_type, rows, name),
+            create_tuple_loader(accessed_tuple_type, rows, name),
+            create_tuple_storer(accessed_tuple_type, rows, name),
+            create_store_tuple_unless_function(accessed_tuple_type, rows, name),
         )

@@ -18,10 +18,10 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_cosine_and_sine(cosine: float, sine: float, angle: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle after a further rotation by the small angle `angle`, rad."""
-    square = angle * angle
-    angle_sine = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+def rotate_cosine_and_sine(cosine: float, sine: float, further_rotation_rad: float) -> tuple[float, float]:
+    """Return cosine and sine of an angle after a further rotation by the small angle `further_rotation_rad`, rad."""
+    square = further_rotation_rad * further_rotation_rad
+    angle_sine = further_rotation_rad * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
     return cosine - (cosine * versine + sine * angle_sine), sine - (sine * versine - cosine * angle_sine)
 
@@ -40,67 +40,74 @@ def clamp_magnitude(force_or_stretch: float, limit: float) -> float:
 
 
 @njit(**INLINE_OPTIONS)
-def base_slides_in_flat_landing(friction: float, slip_velocity: float, opening_velocity: float) -> bool:
+def base_slides_in_flat_landing(
+    friction_coefficient: float, tangential_velocity: float, normal_velocity: float
+) -> bool:
     """True if a base that lands flat slides: its tangential velocity is at least μ × its vertical velocity (m/s).
 
     The dashpots stop the vertical motion first, and the contribution of the rotation to the slip only later. Friction
     in a plastic landing depends on the slip that remains afterwards, so rotation is left out: all contact points slide
     the same way.
     """
-    return abs(slip_velocity) >= friction * abs(opening_velocity)
+    return abs(tangential_velocity) >= friction_coefficient * abs(normal_velocity)
 
 
 @njit(**INLINE_OPTIONS)
-def max_time_between_touches_in_one_impact(stiffness_per_mass: float, dashpot_constant_per_mass: float) -> float:
+def max_time_between_touches_in_one_impact(
+    normal_stiffness_of_one_end_per_mass: float, dashpot_constant_of_one_end_per_mass: float
+) -> float:
     """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
 
     Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h (mass over dashpot), in which the
     dashpot of one end alone stops the mass: the other end touches before the first one has stopped the body. For a
     weaker dashpot (h² < K m, K: stiffness) it is the shorter time h/K.
     """
-    dashpot = dashpot_constant_per_mass
-    return min(1.0 / dashpot, dashpot / stiffness_per_mass) if dashpot > 0.0 else 0.0
+    dashpot = dashpot_constant_of_one_end_per_mass
+    return min(1.0 / dashpot, dashpot / normal_stiffness_of_one_end_per_mass) if dashpot > 0.0 else 0.0
 
 
 @njit(**INLINE_OPTIONS)
-def base_end_touches_within_time(time: float, depth: float, opening_velocity: float) -> bool:
-    """True if an end of a base is in contact, or comes into contact within `time` (s) at its present velocity.
+def base_end_touches_within_time(allowed_time_s: float, penetration_m: float, upward_velocity_m_s: float) -> bool:
+    """True if an end of a base is in contact, or comes into contact within `allowed_time_s` at its present velocity.
 
-    `depth` is the penetration, m, `opening_velocity` the velocity at which the end rises, m/s.
+    The penetration is negative above the ground.
     """
-    return depth > time * (opening_velocity if opening_velocity < 0.0 else 0.0)
+    return penetration_m > allowed_time_s * (upward_velocity_m_s if upward_velocity_m_s < 0.0 else 0.0)
 
 
 @njit(**INLINE_OPTIONS)
-def updated_maximum(peak: float, new_value: float) -> float:
+def updated_maximum(peak_so_far: float, new_value: float) -> float:
     """Return the larger of the peak value so far and a new value; a NaN leaves the peak unchanged."""
-    return select(new_value > peak, new_value, peak)
+    return select(new_value > peak_so_far, new_value, peak_so_far)
 
 
 @njit(**INLINE_OPTIONS)
 def clamp_friction_and_stretch(
-    force_x: float,
-    force_y: float,
+    force_per_mass_x: float,
+    force_per_mass_y: float,
     stretch_x: float,
     stretch_y: float,
-    friction_limit: float,
-    compliance: float,
-    flat_landing: tuple[bool, bool],
+    friction_limit_per_mass: float,
+    tangential_compliance_times_mass: float,
+    is_in_flat_landing_and_slides_meanwhile: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
     """Limit friction force and spring stretch of a contact point; return both, and True if the point slips.
 
-    Force and stretch keep their directions. `flat_landing` holds whether the point is in a flat landing, and whether it
-    slides meanwhile (see `base_slides_in_flat_landing`).
+    Force and stretch keep their directions. A point in a flat landing slips if, and only if, it slides meanwhile (see
+    `base_slides_in_flat_landing`).
     """
     (held, drifts), square, stretch = (
-        flat_landing,
-        force_x * force_x + force_y * force_y,
+        is_in_flat_landing_and_slides_meanwhile,
+        force_per_mass_x * force_per_mass_x + force_per_mass_y * force_per_mass_y,
         stretch_x * stretch_x + stretch_y * stretch_y,
     )
-    slips, holds = (drifts if held else square > friction_limit * friction_limit), friction_limit * compliance
+    slips, holds = (
+        (drifts if held else square > friction_limit_per_mass * friction_limit_per_mass),
+        friction_limit_per_mass * tangential_compliance_times_mass,
+    )
     holds = holds if holds > 0.0 else 0.0
     cut = slips & (stretch > holds * holds)
     some = slips & (square > 0.0)
-    share = friction_limit / math.sqrt(square if some else 1.0) if slips else 1.0
+    share = friction_limit_per_mass / math.sqrt(square if some else 1.0) if slips else 1.0
     kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
-    return force_x * share, force_y * share, stretch_x * kept, stretch_y * kept, slips
+    return force_per_mass_x * share, force_per_mass_y * share, stretch_x * kept, stretch_y * kept, slips

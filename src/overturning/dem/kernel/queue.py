@@ -151,10 +151,10 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
     for function in functions:
 
         def implementation_for_type(
-            argument_type: Any, *_: Any, function: Callable[..., Any] = function
+            numba_type_of_kernel_input: Any, *_: Any, model_function: Callable[..., Any] = function
         ) -> Callable[..., Any] | None:
             """Return the model's function if the argument has the type of the model's kernel input, else None."""
-            return function if argument_type.instance_class is kernel_input_type else None
+            return model_function if numba_type_of_kernel_input.instance_class is kernel_input_type else None
 
         options = (
             ALLOCATING_INLINE_OPTIONS
@@ -165,45 +165,51 @@ def register_model_functions(kernel_input_type: type, *functions: Callable[..., 
         register(implementation_for_type)
 
 
-def create_lookup_by_type(value_by_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
-    """Return a compiled function that looks up, in `value_by_type`, the value for the type of its argument."""
+def create_lookup_by_type(value_by_argument_type: Mapping[Any, Any]) -> Callable[[Any], Any]:
+    """Return a compiled function that looks up, in `value_by_argument_type`, the value for the type of its argument."""
 
-    def look_up_value_by_argument_type(marker: Any) -> Any:
-        """Return the value for the type of `marker`."""
-        return value_by_type[type(marker)]
+    def look_up_value_by_argument_type(argument_whose_type_selects_value: Any) -> Any:
+        """Return the value for the type of `argument_whose_type_selects_value`."""
+        return value_by_argument_type[type(argument_whose_type_selects_value)]
 
     @overload(look_up_value_by_argument_type, strict=False)
-    def overload_value_lookup(marker: Any) -> Any:
+    def overload_value_lookup(argument_whose_type_selects_value: Any) -> Any:
         """Tell Numba which value `look_up_value_by_argument_type` returns for an argument of this type."""
-        entry = value_by_type[marker.instance_class]
-        return lambda marker: entry  # noqa: ARG005, Numba requires the same arguments
+        entry = value_by_argument_type[argument_whose_type_selects_value.instance_class]
+        return lambda argument_whose_type_selects_value: entry  # noqa: ARG005, Numba requires the same arguments
 
     return look_up_value_by_argument_type
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def copy_case_state(state: Any, lane_count: int, source_lane: int, target_lane: int) -> None:
+def copy_case_state(state_array: Any, lanes_per_state_array_row: int, source_lane: int, target_lane: int) -> None:
     """Copy the state of a case from column `source_lane` of the state array to column `target_lane`."""
-    for row in range(state.size // lane_count):
-        state[row * lane_count + target_lane] = state[row * lane_count + source_lane]
+    for row in range(state_array.size // lanes_per_state_array_row):
+        state_array[row * lanes_per_state_array_row + target_lane] = state_array[
+            row * lanes_per_state_array_row + source_lane
+        ]
 
 
 @njit(**COMPILE_OPTIONS)
-def grow_trajectory_array(trajectory: Any, min_rows: int, max_rows: int) -> Any:
+def grow_trajectory_array(trajectory_rows: Any, min_rows: int, max_rows: int) -> Any:
     """Return a trajectory array with space for `min_rows` rows: the given one, or a copy at least twice as long.
 
     The copy has at most `max_rows` rows. If `min_rows` exceeds `max_rows`, the trajectory is returned unchanged.
     """
-    if min_rows <= trajectory.shape[0] or min_rows > max_rows:
-        return trajectory
-    longer = np.zeros((min(max(min_rows, 2 * trajectory.shape[0]), max_rows), *trajectory.shape[1:]), trajectory.dtype)
-    for row in range(trajectory.shape[0]):
-        longer[row] = trajectory[row]
+    if min_rows <= trajectory_rows.shape[0] or min_rows > max_rows:
+        return trajectory_rows
+    longer = np.zeros(
+        (min(max(min_rows, 2 * trajectory_rows.shape[0]), max_rows), *trajectory_rows.shape[1:]), trajectory_rows.dtype
+    )
+    for row in range(trajectory_rows.shape[0]):
+        longer[row] = trajectory_rows[row]
     return longer
 
 
 @njit(**PYTHON_CALLABLE_COMPILE_OPTIONS)
-def run_case_queue(kernel_input: Any, ordered_cases: Any, block_steps_done: Any, trajectory: Any) -> tuple[Any, int]:
+def run_case_queue(
+    kernel_input: Any, case_numbers_in_queue_order: Any, counter_of_block_steps_done: Any, trajectory_of_first_case: Any
+) -> tuple[Any, int]:
     """Simulate a group of cases, several in parallel, until all have ended; the next case starts when one has ended.
 
     All cases have equal numbers of steps per sample.
@@ -212,11 +218,11 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, block_steps_done: Any,
     ----------
     kernel_input : NamedTuple
         Input of the model's kernel, with the cases and the table of results; see `KernelInput`.
-    ordered_cases : ndarray of int64, shape (m,)
+    case_numbers_in_queue_order : ndarray of int64, shape (m,)
         Indices of the cases to run, in this order.
-    block_steps_done : ndarray of int64, shape (1,)
+    counter_of_block_steps_done : ndarray of int64, shape (1,)
         Incremented by the block steps done, to show progress.
-    trajectory : ndarray, shape (rows, …)
+    trajectory_of_first_case : ndarray, shape (rows, …)
         Filled with the trajectory of the first case; without rows, no trajectory is recorded.
 
     Returns
@@ -239,22 +245,24 @@ def run_case_queue(kernel_input: Any, ordered_cases: Any, block_steps_done: Any,
     none = int(np.int64(0))
     active, head, recorded, filled = none, none, none, none
     while True:
-        while active < lanes and (head < ordered_cases.size or filled < lanes):
+        while active < lanes and (head < case_numbers_in_queue_order.size or filled < lanes):
             # Unused lanes compute the first case too, so that no lane computes with undefined numbers.
-            lane = active if head < ordered_cases.size else filled
-            case[lane] = ordered_cases[head if head < ordered_cases.size else 0]
+            lane = active if head < case_numbers_in_queue_order.size else filled
+            case[lane] = case_numbers_in_queue_order[head if head < case_numbers_in_queue_order.size else 0]
             done[lane], left_out[lane] = int(results[case[lane]].block_steps), none
             start_case(kernel_input, workspace, lane, case[lane])
             filled = max(filled, lane + 1)
-            if head < ordered_cases.size:
+            if head < case_numbers_in_queue_order.size:
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
-            return trajectory, recorded
+            return trajectory_of_first_case, recorded
         skip_quiet_samples_of_resting_cases(kernel_input, workspace, case, active, left_out)
         columns = (active + 7) // 8 * 8
         update_sample_and_load_motion(kernel_input, workspace, case, columns)
-        trajectory, recorded = attempt_steps_until_next_check(kernel_input, workspace, columns, trajectory, recorded)
-        block_steps_done[0] += active * steps
+        trajectory_of_first_case, recorded = attempt_steps_until_next_check(
+            kernel_input, workspace, columns, trajectory_of_first_case, recorded
+        )
+        counter_of_block_steps_done[0] += active * steps
         spent = none
         for lane in range(active):
             done[lane] += steps

@@ -36,34 +36,39 @@ def numba_tuple_type(tuple_type: type) -> Any:
     )
 
 
-def llvm_numbers_of_tuple(builder: Any, tuple_type: type, tuple_value: Any) -> list[Any]:
+def llvm_numbers_of_tuple(builder: Any, tuple_type: type, llvm_tuple_or_number: Any) -> list[Any]:
     """Return the numbers of a named tuple, as LLVM values, in the order of `field_paths_of_numbers`."""
     inners = get_type_hints(tuple_type).values() if hasattr(tuple_type, "_fields") else ()
     parts = (
-        llvm_numbers_of_tuple(builder, inner, builder.extract_value(tuple_value, at)) for at, inner in enumerate(inners)
+        llvm_numbers_of_tuple(builder, inner, builder.extract_value(llvm_tuple_or_number, at))
+        for at, inner in enumerate(inners)
     )
-    return [number for part in parts for number in part] if inners else [tuple_value]
+    return [number for part in parts for number in part] if inners else [llvm_tuple_or_number]
 
 
-def build_llvm_tuple(context: Any, builder: Any, tuple_type: type, numbers: Iterator[Any]) -> Any:
+def build_llvm_tuple(context: Any, builder: Any, tuple_type: type, llvm_numbers: Iterator[Any]) -> Any:
     """Return a tuple, as a value of LLVM, built from numbers in the order of `field_paths_of_numbers`."""
     if not hasattr(tuple_type, "_fields"):
-        return next(numbers)
-    parts = [build_llvm_tuple(context, builder, inner, numbers) for inner in get_type_hints(tuple_type).values()]
+        return next(llvm_numbers)
+    parts = [build_llvm_tuple(context, builder, inner, llvm_numbers) for inner in get_type_hints(tuple_type).values()]
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
 
 
-def select_llvm_value_without_branch(builder: Any, condition: Any, first_value: Any, second_value: Any) -> Any:
+def select_llvm_value_without_branch(
+    builder: Any, llvm_condition: Any, llvm_value_if_true: Any, llvm_value_if_false: Any
+) -> Any:
     """Select one of two values by a condition, in LLVM code that needs no branch.
 
     LLVM would turn the store of a value just loaded from the same place into a conditional store, which is slower.
     LLVM's instruction ``freeze`` hides that both values are equal.
     """
     # The builder has no method for this instruction.
-    frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in (first_value, second_value)]
+    frozen = [
+        Instruction(builder.block, value.type, "freeze", [value]) for value in (llvm_value_if_true, llvm_value_if_false)
+    ]
     for one in frozen:
         builder._insert(one)
-    return builder.select(condition, *frozen)
+    return builder.select(llvm_condition, *frozen)
 
 
 class GeneratedLlvmFunction:
@@ -71,34 +76,42 @@ class GeneratedLlvmFunction:
 
     Parameters
     ----------
-    function_name : str
+    machine_code_name : str
         Name in the machine code; functions of one name must be identical.
     generate_llvm_instructions : callable
         ``generate_llvm_instructions(context, builder, *values)`` emits them and returns the result, or None.
     """
 
-    def __init__(self, function_name: str, generate_llvm_instructions: Callable[..., Any]) -> None:
-        self._name, self._generate_llvm_instructions, self._library = function_name, generate_llvm_instructions, None
+    def __init__(self, machine_code_name: str, generate_llvm_instructions: Callable[..., Any]) -> None:
+        self._name, self._generate_llvm_instructions, self._library = (
+            machine_code_name,
+            generate_llvm_instructions,
+            None,
+        )
 
-    def __call__(self, context: Any, builder: Any, return_type: Any, *arguments: Any) -> Any:
+    def __call__(self, context: Any, builder: Any, numba_return_type: Any, *llvm_arguments: Any) -> Any:
         """Emit an LLVM call of the function with numbers and addresses as arguments; return its result."""
-        into = None if return_type == types.void else cgutils.alloca_once(builder, context.get_value_type(return_type))
-        arguments = arguments if into is None else (into, *arguments)
-        kind = ir.FunctionType(ir.VoidType(), [value.type for value in arguments])
+        into = (
+            None
+            if numba_return_type == types.void
+            else cgutils.alloca_once(builder, context.get_value_type(numba_return_type))
+        )
+        llvm_arguments = llvm_arguments if into is None else (into, *llvm_arguments)
+        kind = ir.FunctionType(ir.VoidType(), [value.type for value in llvm_arguments])
         self._library = self._library or self._generate_llvm_library(context, kind, into is not None)
         context.add_linking_libs([self._library])
-        builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), arguments)
+        builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), llvm_arguments)
         return context.get_dummy_value() if into is None else builder.load(into)
 
-    def _generate_llvm_library(self, context: Any, function_type: Any, has_result: bool) -> Any:
+    def _generate_llvm_library(self, context: Any, llvm_function_type: Any, result_is_first_argument: bool) -> Any:
         """Generate the function in its own LLVM library, which is linked to each caller."""
         library = context.codegen().create_library(self._name)
         module = library.create_ir_module(self._name)
-        function = ir.Function(module, function_type, self._name)
+        function = ir.Function(module, llvm_function_type, self._name)
         function.attributes.add("alwaysinline")
         builder = ir.IRBuilder(function.append_basic_block())
-        result = self._generate_llvm_instructions(context, builder, *function.args[has_result:])
-        if has_result:
+        result = self._generate_llvm_instructions(context, builder, *function.args[result_is_first_argument:])
+        if result_is_first_argument:
             function.args[0].add_attribute("noalias")
             builder.store(result, function.args[0])
         builder.ret_void()
@@ -106,15 +119,17 @@ class GeneratedLlvmFunction:
         return library
 
 
-def _convert_tuple_to_float64(context: Any, builder: Any, tuple_type: type, actual_type: Any, value: Any) -> Any:
+def _convert_tuple_to_float64(
+    context: Any, builder: Any, tuple_type: type, numba_type_of_value: Any, llvm_tuple_or_number: Any
+) -> Any:
     """Return a tuple, or a number, with all its numbers converted from their actual types to float64."""
-    if actual_type == numba_tuple_type(tuple_type):
-        return value
+    if numba_type_of_value == numba_tuple_type(tuple_type):
+        return llvm_tuple_or_number
     if not hasattr(tuple_type, "_fields"):
-        return context.cast(builder, value, actual_type, types.float64)
-    inners = zip(get_type_hints(tuple_type).values(), actual_type, strict=True)
+        return context.cast(builder, llvm_tuple_or_number, numba_type_of_value, types.float64)
+    inners = zip(get_type_hints(tuple_type).values(), numba_type_of_value, strict=True)
     parts = [
-        _convert_tuple_to_float64(context, builder, inner, of, builder.extract_value(value, at))
+        _convert_tuple_to_float64(context, builder, inner, of, builder.extract_value(llvm_tuple_or_number, at))
         for at, (inner, of) in enumerate(inners)
     ]
     return context.make_tuple(builder, numba_tuple_type(tuple_type), parts)
@@ -127,128 +142,150 @@ def _check_argument_types(tuple_type: type, *argument_types: Any) -> None:
             raise TypingError(f"expected a {tuple_type.__name__}, got {one}")
 
 
-def _first_number_address(context: Any, builder: Any, array_type: Any, value: Any) -> Any:
+def _first_number_address(context: Any, builder: Any, numba_array_type: Any, llvm_array: Any) -> Any:
     """Return the address of the first number of a contiguous 1-D float64 array; raise a `TypingError` for others."""
     if not (
-        isinstance(array_type, types.Array)
-        and array_type.ndim == 1
-        and array_type.layout == "C"
-        and array_type.dtype == types.float64
+        isinstance(numba_array_type, types.Array)
+        and numba_array_type.ndim == 1
+        and numba_array_type.layout == "C"
+        and numba_array_type.dtype == types.float64
     ):
-        raise TypingError(f"expected a contiguous row of numbers, got {array_type}")
-    return context.make_array(array_type)(context, builder, value=value).data
+        raise TypingError(f"expected a contiguous row of numbers, got {numba_array_type}")
+    return context.make_array(numba_array_type)(context, builder, value=llvm_array).data
 
 
-def create_tuple_loader(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+def create_tuple_loader(
+    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], machine_code_name_without_verb: str
+) -> Any:
     """Return a compiled function ``load(array, j)`` that reads a named tuple from column j of a state array.
 
-    `row_offsets` holds the index at which the row of each number starts; None: the number has no row and is 0.
+    `row_offset_of_each_number_or_none` holds the array index at which the row of each number starts; None: the number
+    has no row and is 0.
     """
 
-    def generate_load_instructions(context: Any, builder: Any, data_address: Any, lane: Any) -> Any:
-        """Generate the LLVM instructions that load the tuple's numbers from column `lane`."""
+    def generate_load_instructions(context: Any, builder: Any, llvm_array_address: Any, llvm_lane_index: Any) -> Any:
+        """Generate the LLVM instructions that load the tuple's numbers from column `llvm_lane_index`."""
         zero = ir.Constant(ir.DoubleType(), 0.0)
         numbers = [
-            zero if row is None else builder.load(_address_of_number(builder, data_address, row, lane))
-            for row in row_offsets
+            zero if row is None else builder.load(_address_of_number(builder, llvm_array_address, row, llvm_lane_index))
+            for row in row_offset_of_each_number_or_none
         ]
         return build_llvm_tuple(context, builder, tuple_type, iter(numbers))
 
-    generated = GeneratedLlvmFunction(f"load.{function_name}", generate_load_instructions)
+    generated = GeneratedLlvmFunction(f"load.{machine_code_name_without_verb}", generate_load_instructions)
 
-    def load_tuple(_typing_context: Any, array: Any, lane: Any) -> Any:  # noqa: ARG001
+    def load_tuple(_typing_context: Any, array_type: Any, lane_index_type: Any) -> Any:  # noqa: ARG001
         """Return the type of the tuple and the function that generates the LLVM code to load it."""
 
-        def generate_load_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_load_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the loading function."""
-            data = _first_number_address(context, builder, signature.args[0], arguments[0])
-            return generated(context, builder, signature.return_type, data, arguments[1])
+            data = _first_number_address(context, builder, signature.args[0], llvm_arguments[0])
+            return generated(context, builder, signature.return_type, data, llvm_arguments[1])
 
-        return numba_tuple_type(tuple_type)(array, types.uintp), generate_load_code
+        return numba_tuple_type(tuple_type)(array_type, types.uintp), generate_load_code
 
     return intrinsic(load_tuple)
 
 
-def create_tuple_storer(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+def create_tuple_storer(
+    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], machine_code_name_without_verb: str
+) -> Any:
     """Return a compiled function ``store(array, j, value)`` that writes a named tuple to column j of a state array.
 
-    Numbers whose entry of `row_offsets` is None are not written.
+    Numbers whose entry of `row_offset_of_each_number_or_none` is None are not written.
     """
 
-    def generate_store_instructions(_: Any, builder: Any, data_address: Any, lane: Any, *numbers: Any) -> None:
-        """Generate the LLVM instructions that store the tuple's numbers in column `lane`."""
-        for row, number in zip(row_offsets, numbers, strict=True):
+    def generate_store_instructions(
+        _: Any, builder: Any, llvm_array_address: Any, llvm_lane_index: Any, *llvm_numbers: Any
+    ) -> None:
+        """Generate the LLVM instructions that store the tuple's numbers in column `llvm_lane_index`."""
+        for row, number in zip(row_offset_of_each_number_or_none, llvm_numbers, strict=True):
             if row is not None:
-                builder.store(number, _address_of_number(builder, data_address, row, lane))
+                builder.store(number, _address_of_number(builder, llvm_array_address, row, llvm_lane_index))
 
-    generated = GeneratedLlvmFunction(f"store.{function_name}", generate_store_instructions)
+    generated = GeneratedLlvmFunction(f"store.{machine_code_name_without_verb}", generate_store_instructions)
 
-    def store_tuple(_typing_context: Any, array: Any, lane: Any, value_type: Any) -> Any:  # noqa: ARG001
+    def store_tuple(
+        _typing_context: Any,
+        array_type: Any,
+        lane_index_type: Any,  # noqa: ARG001
+        stored_tuple_type: Any,
+    ) -> Any:
         """Check the types; return the function that generates the LLVM code to store the tuple."""
-        _check_argument_types(tuple_type, value_type)
+        _check_argument_types(tuple_type, stored_tuple_type)
 
-        def generate_store_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_store_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the storing function."""
-            data = _first_number_address(context, builder, signature.args[0], arguments[0])
-            numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[2], arguments[2])
+            data = _first_number_address(context, builder, signature.args[0], llvm_arguments[0])
+            numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[2], llvm_arguments[2])
             return generated(
                 context,
                 builder,
                 types.void,
                 data,
-                arguments[1],
+                llvm_arguments[1],
                 *llvm_numbers_of_tuple(builder, tuple_type, numbers),
             )
 
-        return types.void(array, types.uintp, value_type), generate_store_code
+        return types.void(array_type, types.uintp, stored_tuple_type), generate_store_code
 
     return intrinsic(store_tuple)
 
 
-def create_store_tuple_unless_function(tuple_type: type, row_offsets: list[int | None], function_name: str) -> Any:
+def create_store_tuple_unless_function(
+    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], machine_code_name_without_verb: str
+) -> Any:
     """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true.
 
-    Numbers whose entry of `row_offsets` is None are not written.
+    Numbers whose entry of `row_offset_of_each_number_or_none` is None are not written.
     """
 
     def generate_store_instructions(
-        _: Any, builder: Any, data_address: Any, lane: Any, keep: Any, *numbers: Any
+        _: Any, builder: Any, llvm_array_address: Any, llvm_lane_index: Any, llvm_keep_flag: Any, *llvm_numbers: Any
     ) -> None:
-        """Generate the LLVM instructions that store the tuple's numbers in column `lane` unless `keep` is true."""
-        for row, number in zip(row_offsets, numbers, strict=True):
+        """Generate the LLVM instructions that store the tuple's numbers in a lane's column unless the flag is true."""
+        for row, number in zip(row_offset_of_each_number_or_none, llvm_numbers, strict=True):
             if row is not None:
-                at = _address_of_number(builder, data_address, row, lane)
-                builder.store(select_llvm_value_without_branch(builder, keep, builder.load(at), number), at)
+                at = _address_of_number(builder, llvm_array_address, row, llvm_lane_index)
+                builder.store(select_llvm_value_without_branch(builder, llvm_keep_flag, builder.load(at), number), at)
 
-    generated = GeneratedLlvmFunction(f"store_unless.{function_name}", generate_store_instructions)
+    generated = GeneratedLlvmFunction(f"store_unless.{machine_code_name_without_verb}", generate_store_instructions)
 
-    def store_tuple_unless(_context: Any, array: Any, lane: Any, keep: Any, value_type: Any) -> Any:  # noqa: ARG001
-        """Check the types; return the function that generates LLVM code to store the tuple unless `keep` is true."""
-        _check_argument_types(tuple_type, value_type)
+    def store_tuple_unless(
+        _context: Any,
+        array_type: Any,
+        lane_index_type: Any,  # noqa: ARG001
+        keep_flag_type: Any,  # noqa: ARG001
+        stored_tuple_type: Any,
+    ) -> Any:
+        """Check the types; return the function that generates LLVM code to store the tuple unless a flag is true."""
+        _check_argument_types(tuple_type, stored_tuple_type)
 
-        def generate_store_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_store_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the storing function."""
-            data = _first_number_address(context, builder, signature.args[0], arguments[0])
-            numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[3], arguments[3])
+            data = _first_number_address(context, builder, signature.args[0], llvm_arguments[0])
+            numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[3], llvm_arguments[3])
             return generated(
                 context,
                 builder,
                 types.void,
                 data,
-                arguments[1],
-                arguments[2],
+                llvm_arguments[1],
+                llvm_arguments[2],
                 *llvm_numbers_of_tuple(builder, tuple_type, numbers),
             )
 
-        return types.void(array, types.uintp, types.boolean, value_type), generate_store_code
+        return types.void(array_type, types.uintp, types.boolean, stored_tuple_type), generate_store_code
 
     return intrinsic(store_tuple_unless)
 
 
-def _address_of_number(builder: Any, data_address: Any, row_offset: int, lane: Any) -> Any:
-    """Return the address of the number in column `lane` of the array row that starts at `row_offset`."""
+def _address_of_number(builder: Any, llvm_array_address: Any, row_offset: int, llvm_lane_index: Any) -> Any:
+    """Return the address of the number in column `llvm_lane_index` of the array row that starts at `row_offset`."""
     # Unsigned: LLVM cannot always prove that a signed index is not negative.
-    return builder.gep(data_address, [builder.add(lane, ir.Constant(lane.type, row_offset))])
+    return builder.gep(
+        llvm_array_address, [builder.add(llvm_lane_index, ir.Constant(llvm_lane_index.type, row_offset))]
+    )
 
 
 def create_zero_tuple_function(tuple_type: type) -> Any:
@@ -267,33 +304,39 @@ def create_zero_tuple_function(tuple_type: type) -> Any:
 
 
 def create_elementwise_function(
-    tuple_type: type, function_name: str, combine_numbers: Callable[[Any, Any, Any], Any]
+    tuple_type: type, machine_code_name: str, generate_code_combining_two_numbers: Callable[[Any, Any, Any], Any]
 ) -> Any:
-    """Return a compiled function ``f(a, b)`` of tuples; ``combine_numbers(builder, x, y)`` combines two numbers."""
+    """Return a compiled function ``f(a, b)`` that combines two named tuples of one type number by number.
 
-    def generate_combination_instructions(context: Any, builder: Any, *numbers: Any) -> Any:
+    ``generate_code_combining_two_numbers(builder, x, y)`` emits the LLVM code that combines two numbers.
+    """
+
+    def generate_combination_instructions(context: Any, builder: Any, *llvm_numbers: Any) -> Any:
         """Generate the LLVM instructions that combine the numbers of two tuples one by one."""
-        first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
+        first, second = llvm_numbers[: len(llvm_numbers) // 2], llvm_numbers[len(llvm_numbers) // 2 :]
         return build_llvm_tuple(
-            context, builder, tuple_type, (combine_numbers(builder, *two) for two in zip(first, second, strict=True))
+            context,
+            builder,
+            tuple_type,
+            (generate_code_combining_two_numbers(builder, *two) for two in zip(first, second, strict=True)),
         )
 
-    generated = GeneratedLlvmFunction(function_name, generate_combination_instructions)
+    generated = GeneratedLlvmFunction(machine_code_name, generate_combination_instructions)
 
-    def combine_tuples_elementwise(_typing_context: Any, first_tuple: Any, second_tuple: Any) -> Any:
+    def combine_tuples_elementwise(_typing_context: Any, first_tuple_type: Any, second_tuple_type: Any) -> Any:
         """Return the type of the tuple and the function that generates the LLVM code to combine two tuples."""
-        _check_argument_types(tuple_type, first_tuple, second_tuple)
+        _check_argument_types(tuple_type, first_tuple_type, second_tuple_type)
 
-        def generate_combination_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate_combination_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the combining function."""
             two = [
                 _convert_tuple_to_float64(context, builder, tuple_type, *one)
-                for one in zip(signature.args, arguments, strict=True)
+                for one in zip(signature.args, llvm_arguments, strict=True)
             ]
             numbers = [number for one in two for number in llvm_numbers_of_tuple(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
-        return numba_tuple_type(tuple_type)(first_tuple, second_tuple), generate_combination_code
+        return numba_tuple_type(tuple_type)(first_tuple_type, second_tuple_type), generate_combination_code
 
     return intrinsic(combine_tuples_elementwise)
 

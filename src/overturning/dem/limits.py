@@ -15,15 +15,15 @@ MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD: Final = 20.0
 
 
 def static_penetration_exceeds_limit(
-    static_penetration: FloatArray, smaller_side: FloatArray | float
+    static_penetration_m: FloatArray, smaller_side_of_element_m: FloatArray | float
 ) -> NDArray[np.bool_]:
     """True for each static penetration that exceeds the range of the contact law, so that the case has no outcome.
 
     Parameters
     ----------
-    static_penetration : ndarray
+    static_penetration_m : ndarray
         Static penetration, m.
-    smaller_side : ndarray or float
+    smaller_side_of_element_m : ndarray or float
         Smaller side of the resting element, m.
     """
-    return ~(static_penetration <= MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * np.asarray(smaller_side))
+    return ~(static_penetration_m <= MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * np.asarray(smaller_side_of_element_m))

@@ -21,12 +21,14 @@ POSE_AND_RATE_VARIABLES: Final = {
 }
 
 
-def dataset_variable_tuple(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
+def dataset_variable_tuple(
+    dimensions_separated_by_spaces: str, values: Any, units: str, long_name: str
+) -> tuple[Any, ...]:
     """Return a variable of a dataset as the tuple of its dimensions, its values and its attributes.
 
-    `dimensions` are names separated by spaces; the attributes are `units` and `long_name`.
+    `dimensions_separated_by_spaces` are names separated by spaces; the attributes are `units` and `long_name`.
     """
-    return dimensions.split(), values, {"units": units, "long_name": long_name}
+    return dimensions_separated_by_spaces.split(), values, {"units": units, "long_name": long_name}
 
 
 @dataclass(frozen=True)

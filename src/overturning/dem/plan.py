@@ -127,8 +127,8 @@ class SimulationPlan(ABC):
     def simulate_cases_of_group(
         self,
         case_numbers: NDArray[np.int64],
-        block_steps_done: NDArray[np.int64],
-        trajectory: NDArray[Any] | None = None,
+        counter_of_block_steps_done: NDArray[np.int64],
+        trajectory_buffer_of_first_case: NDArray[Any] | None = None,
     ) -> tuple[dict[str, Any], NDArray[Any]]:
         """Simulate cases of one group; repeat, with finer steps, those whose energy balance has too large an error.
 
@@ -136,9 +136,9 @@ class SimulationPlan(ABC):
         ----------
         case_numbers : ndarray of int64, shape (m,)
             Indices of the cases.
-        block_steps_done : ndarray of int64, shape (1,)
+        counter_of_block_steps_done : ndarray of int64, shape (1,)
             Incremented by the block steps done, to show progress.
-        trajectory : ndarray, shape (rows, …), optional
+        trajectory_buffer_of_first_case : ndarray, shape (rows, …), optional
             Buffer for the trajectory of the first case; extended if it is too short. Default: none is recorded.
 
         Returns
@@ -146,21 +146,23 @@ class SimulationPlan(ABC):
         outcomes : dict of ndarray, shape (m, …)
             Variables by name; see `case_outcome_variables`.
         trajectory : ndarray, shape (rows, …)
-            Trajectory of the first case; no rows if `trajectory` was not given.
+            Trajectory of the first case; no rows if `trajectory_buffer_of_first_case` was not given.
         """
         tables = self.create_result_tables(case_numbers.size)
         results, buffer = (
             tables["results"],
-            self.create_trajectory_buffer(is_recorded=False) if trajectory is None else trajectory,
+            self.create_trajectory_buffer(is_recorded=False)
+            if trajectory_buffer_of_first_case is None
+            else trajectory_buffer_of_first_case,
         )
         recorded = buffer
 
-        def simulate_cases_in_rows(rows: NDArray[np.int64], step_divisor: int) -> None:
+        def simulate_cases_in_rows(result_rows: NDArray[np.int64], step_divisor: int) -> None:
             """Simulate the cases in these rows of the result table, with each time step divided by `step_divisor`."""
             nonlocal recorded
             buffer[:] = 0.0
             recorded, count = self.queue_function(
-                self.kernel_input(case_numbers, tables, step_divisor), rows, block_steps_done, buffer
+                self.kernel_input(case_numbers, tables, step_divisor), result_rows, counter_of_block_steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
                 check_trajectory_size(2 * recorded.size * self.dataset_values_per_trajectory_row)
@@ -169,10 +171,10 @@ class SimulationPlan(ABC):
         run_cases_until_energy_balances(simulate_cases_in_rows, results["status"], results["energy_error"])
         return self.case_outcome_variables(case_numbers, tables), recorded
 
-    def simulate_single_case(self, aftermath: float = 0.0) -> tuple[CaseResults, Trajectory]:
+    def simulate_single_case(self, simulated_time_after_outcome_s: float = 0.0) -> tuple[CaseResults, Trajectory]:
         """Simulate the single case of the plan; return its results and its trajectory.
 
-        The trajectory continues for `aftermath` seconds after the outcome is known.
+        The trajectory continues for `simulated_time_after_outcome_s` seconds after the outcome is known.
         """
         results, path, only = (
             self.results_before_simulation(),
@@ -186,8 +188,10 @@ class SimulationPlan(ABC):
             before = int(self.first_simulated_sample[0])
             outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
-            if aftermath > 0.0:
-                path = self.continue_trajectory(path, aftermath, np.atleast_1d(results.overturned[0]) == 1)
+            if simulated_time_after_outcome_s > 0.0:
+                path = self.continue_trajectory(
+                    path, simulated_time_after_outcome_s, np.atleast_1d(results.overturned[0]) == 1
+                )
         rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         return results, self.convert_trajectory_rows(
             self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
@@ -195,21 +199,23 @@ class SimulationPlan(ABC):
 
     def continue_trajectory(
         self,
-        trajectory: NDArray[Any],
-        aftermath: float,  # noqa: ARG002
-        has_fallen: NDArray[np.bool_],  # noqa: ARG002
+        trajectory_rows: NDArray[Any],
+        added_time_s: float,  # noqa: ARG002
+        has_fallen_by_element: NDArray[np.bool_],  # noqa: ARG002
     ) -> NDArray[Any]:
-        """Return a trajectory continued for `aftermath` seconds after its end; unchanged for a single block or body.
+        """Return a trajectory continued for `added_time_s` seconds after its end; unchanged for a single block or body.
 
-        `has_fallen`, shape (elements,), is True for the elements that fell by the end of the case.
+        `has_fallen_by_element`, shape (elements,), is True for the elements that fell by the end of the case.
         """
-        return trajectory
+        return trajectory_rows
 
-    def insert_skipped_sample_rows(self, trajectory_rows: NDArray[Any], rows_at_rest: NDArray[Any]) -> NDArray[Any]:
+    def insert_skipped_sample_rows(
+        self, trajectory_rows: NDArray[Any], row_at_rest_by_sample: NDArray[Any]
+    ) -> NDArray[Any]:
         """Return trajectory rows with rows inserted for the samples that were skipped because the model was at rest.
 
-        In a skipped sample, the body has the pose of the row that follows, and the base its own motion. `rows_at_rest`
-        has a row for each sample of the record, with the base motion.
+        In a skipped sample, the body has the pose of the row that follows, and the base its own motion, taken from
+        `row_at_rest_by_sample`, which has a row for each sample of the record.
         """
         interval, time = self.motion.sampling_interval, trajectory_rows[self.time_column]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
@@ -219,7 +225,9 @@ class SimulationPlan(ABC):
         filled, new = trajectory_rows[after], ahead > 0
         filled[self.time_column] = time[after] - ahead * interval
         for column in self.base_acceleration_columns:
-            ground = np.interp(filled[self.time_column], rows_at_rest[self.time_column], rows_at_rest[column])
+            ground = np.interp(
+                filled[self.time_column], row_at_rest_by_sample[self.time_column], row_at_rest_by_sample[column]
+            )
             filled[column] = np.where(new, ground, filled[column])
         return filled
 
@@ -228,8 +236,8 @@ class SimulationPlan(ABC):
         case_numbers: NDArray[np.int64],
         result_tables: dict[str, NDArray[np.void]],
         step_divisor: int,
-        ticks_per_step: float,
-        lane_count: int,
+        ticks_per_whole_step: float,
+        parallel_case_count: int,
     ) -> dict[str, Any]:
         """Return, by name, the input fields that the kernels of all models share (see `KernelInput`)."""
         cases, steps = self.case_table[case_numbers], int(self.steps_per_sample[case_numbers[0]]) * step_divisor
@@ -238,12 +246,12 @@ class SimulationPlan(ABC):
         settings = SettingsOfParallelCases(
             sample_count=self.motion.sample_count,
             sampling_interval=self.motion.sampling_interval,
-            ticks_per_sample=ticks_per_step * steps,
+            ticks_per_sample=ticks_per_whole_step * steps,
             attempted_steps_between_end_checks=steps,
             free_element_count=len(self.model.free_element_names),
             max_steps_times_elements_per_case=self.numerics.budget // self.block_step_cost_per_step,
             max_trajectory_rows=MAX_TRAJECTORY_DATASET_VALUES // self.dataset_values_per_trajectory_row,
-            parallel_case_count=lane_count,
+            parallel_case_count=parallel_case_count,
         )
         ground, row = (
             GroundMotion(

@@ -31,9 +31,9 @@ MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO: Final = 0.9
 def find_strong_motion_ranges(
     motion: Motion,
     motion_row_by_case: NDArray[np.int64],
-    amplitude_factor: FloatArray,
-    base_accelerations: FloatArray,
-    motion_threshold_g: FloatArray,
+    amplitude_factor_by_case: FloatArray,
+    unscaled_acceleration_by_azimuth_m_s2: FloatArray,
+    rocking_or_sliding_threshold_g_by_case: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
     """Return, for each case, the range of samples outside which the base motion is too weak to move a block at rest.
 
@@ -45,12 +45,12 @@ def find_strong_motion_ranges(
     motion : Motion
         Input motion.
     motion_row_by_case : ndarray, shape (n,)
-        Row of `base_accelerations` for each case.
-    amplitude_factor : ndarray, shape (n,)
+        Row of `unscaled_acceleration_by_azimuth_m_s2` for each case.
+    amplitude_factor_by_case : ndarray, shape (n,)
         Factor on the motion.
-    base_accelerations : ndarray, shape (azimuths, samples)
+    unscaled_acceleration_by_azimuth_m_s2 : ndarray, shape (azimuths, samples)
         Acceleration along each azimuth, m/s².
-    motion_threshold_g : ndarray, shape (n,)
+    rocking_or_sliding_threshold_g_by_case : ndarray, shape (n,)
         min(B/H, μ).
 
     Returns
@@ -64,23 +64,27 @@ def find_strong_motion_ranges(
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     stays_at_rest = np.zeros(count, np.bool_)
     lead = int(np.ceil(SIMULATED_LEAD_TIME_S / motion.sampling_interval))
-    samples = base_accelerations.shape[1]
+    samples = unscaled_acceleration_by_azimuth_m_s2.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: all amplitudes share one pass over the record.
-    keys = [motion_row_by_case] if motion.up is None else [motion_row_by_case, amplitude_factor]
+    keys = [motion_row_by_case] if motion.up is None else [motion_row_by_case, amplitude_factor_by_case]
     order = np.lexsort(keys[::-1])
     changes = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
     for group in np.split(order, np.flatnonzero(changes) + 1):
         if motion.up is None:
-            ratio = np.abs(base_accelerations[motion_row_by_case[group[0]]]) / STANDARD_GRAVITY
-            level = motion_threshold_g[group] / np.maximum(np.abs(amplitude_factor[group]), 1e-300)
+            ratio = np.abs(unscaled_acceleration_by_azimuth_m_s2[motion_row_by_case[group[0]]]) / STANDARD_GRAVITY
+            level = rocking_or_sliding_threshold_g_by_case[group] / np.maximum(
+                np.abs(amplitude_factor_by_case[group]), 1e-300
+            )
         else:
-            factor = amplitude_factor[group[0]]
+            factor = amplitude_factor_by_case[group[0]]
             weight = STANDARD_GRAVITY + factor * motion.up
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.where(
-                    weight > 0, np.abs(factor * base_accelerations[motion_row_by_case[group[0]]]) / weight, np.inf
+                    weight > 0,
+                    np.abs(factor * unscaled_acceleration_by_azimuth_m_s2[motion_row_by_case[group[0]]]) / weight,
+                    np.inf,
                 )
-            level = motion_threshold_g[group]
+            level = rocking_or_sliding_threshold_g_by_case[group]
         # Only samples above the lowest level: a running maximum over all samples would take half of the time here.
         safe = SIMULATION_START_TO_ONSET_THRESHOLD_RATIO * level
         loud = np.concatenate([[-1], np.flatnonzero(ratio > safe.min()), [samples]])
@@ -94,9 +98,9 @@ def find_strong_motion_ranges(
 
 
 def largest_acceleration_without_motion_g(
-    lift_threshold_g: FloatArray,
-    slip_threshold_g: FloatArray,
-    unload_threshold_g: FloatArray,
+    rocking_threshold_g: FloatArray,
+    sliding_threshold_g: FloatArray,
+    first_corner_unloading_acceleration_g: FloatArray,
     max_dynamic_to_static_force_ratio: FloatArray,
     max_rest_to_onset_threshold_ratio: float,
 ) -> FloatArray:
@@ -104,27 +108,29 @@ def largest_acceleration_without_motion_g(
 
     Parameters
     ----------
-    lift_threshold_g, slip_threshold_g : ndarray
+    rocking_threshold_g, sliding_threshold_g : ndarray
         Accelerations, over g, at which the rigid body starts to rock and to slide.
-    unload_threshold_g : ndarray
+    first_corner_unloading_acceleration_g : ndarray
         Acceleration, over g, at which its first corner is unloaded on springs.
     max_dynamic_to_static_force_ratio : ndarray
         Largest ratio of dynamic to static contact force; see `dynamic_to_static_force_ratio_upper_bound`.
     max_rest_to_onset_threshold_ratio : float
-        Upper limit of the result, as a share of the lower of `lift_threshold_g` and `slip_threshold_g`.
+        Upper limit of the result, as a share of the lower of `rocking_threshold_g` and `sliding_threshold_g`.
     """
     with np.errstate(divide="ignore"):
-        creeps = 1.0 / (1.0 / np.maximum(unload_threshold_g, 0.0) + 1.0 / np.maximum(slip_threshold_g, 0.0))
+        creeps = 1.0 / (
+            1.0 / np.maximum(first_corner_unloading_acceleration_g, 0.0) + 1.0 / np.maximum(sliding_threshold_g, 0.0)
+        )
     return np.asarray(
         np.minimum(
-            max_rest_to_onset_threshold_ratio * np.minimum(lift_threshold_g, slip_threshold_g),
+            max_rest_to_onset_threshold_ratio * np.minimum(rocking_threshold_g, sliding_threshold_g),
             MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO * creeps / max_dynamic_to_static_force_ratio,
         )
     )
 
 
 def dynamic_to_static_force_ratio_upper_bound(
-    omega_squared: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
+    omega_squared_of_lowest_mode: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
     """Return an upper bound of the ratio of dynamic to static contact force for base motions with a single peak.
 
@@ -134,14 +140,14 @@ def dynamic_to_static_force_ratio_upper_bound(
 
     Parameters
     ----------
-    omega_squared : ndarray
+    omega_squared_of_lowest_mode : ndarray
         ω² of the slowest mode, 1/s².
     dashpot_to_spring_ratio_s : ndarray or float
         Dashpots over springs, s, so that ξ = ω · delay / 2.
     sampling_interval : float
         Time between samples, s.
     """
-    frequency = np.sqrt(omega_squared)
+    frequency = np.sqrt(omega_squared_of_lowest_mode)
     damping, phase = np.clip(0.5 * frequency * dashpot_to_spring_ratio_s, 1e-6, 0.999), frequency * sampling_interval
     fast = np.sqrt(1.0 - damping**2)
     first = (np.pi - 2.0 * np.arcsin(damping)) / fast

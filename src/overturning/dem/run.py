@@ -140,17 +140,23 @@ def run_cases(
 
 
 def split_into_case_groups(
-    ordered_cases: NDArray[np.int64], parallel_group_by_case: NDArray[np.int64], split_long_groups: bool
+    case_numbers_ordered_by_parallel_group: NDArray[np.int64],
+    parallel_group_by_case: NDArray[np.int64],
+    split_long_groups: bool,
 ) -> list[NDArray[np.int64]]:
     """Split cases into groups of at most `MAX_CASES_PER_KERNEL_CALL` cases with equal `parallel_group_by_case`.
 
     All cases of a group have the same number in `parallel_group_by_case`.
 
-    `ordered_cases` are indices of cases, ordered by their number in `parallel_group_by_case`. If `split_long_groups`,
-    128 or more cases of one number make at least two groups, so that two threads share them.
+    `case_numbers_ordered_by_parallel_group` are indices of cases, in the order of their numbers in
+    `parallel_group_by_case`. If `split_long_groups`, 128 or more cases of one number make at least two groups, so that
+    two threads share them.
     """
     case_groups = []
-    for chosen in np.split(ordered_cases, np.flatnonzero(np.diff(parallel_group_by_case[ordered_cases])) + 1):
+    for chosen in np.split(
+        case_numbers_ordered_by_parallel_group,
+        np.flatnonzero(np.diff(parallel_group_by_case[case_numbers_ordered_by_parallel_group])) + 1,
+    ):
         if chosen.size:
             count = max(
                 -(-chosen.size // MAX_CASES_PER_KERNEL_CALL), min(2, chosen.size // 64) if split_long_groups else 1
@@ -164,12 +170,12 @@ def simulate_groups_in_threads(
     simulate_case_group: Callable[[NDArray[np.int64]], None],
     case_groups: list[NDArray[np.int64]],
     numerics: NumericalOptions,
-    block_steps_done: NDArray[np.int64],
-    total_block_steps: int,
+    counter_of_block_steps_done: NDArray[np.int64],
+    expected_total_block_steps: int,
 ) -> None:
     """Simulate groups of cases on `numerics.threads` threads, and report the number of steps done and expected.
 
-    Block steps are time steps times stones; `simulate_case_group` adds those done to `block_steps_done`, shape (1,).
+    Block steps are time steps times stones; `simulate_case_group` adds those done to the counter, shape (1,).
     """
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
@@ -179,6 +185,8 @@ def simulate_groups_in_threads(
             for future in finished:
                 future.result()
             if progress:
-                progress(min(int(block_steps_done[0]), total_block_steps), total_block_steps)
+                progress(
+                    min(int(counter_of_block_steps_done[0]), expected_total_block_steps), expected_total_block_steps
+                )
     if progress:
-        progress(total_block_steps, total_block_steps)
+        progress(expected_total_block_steps, expected_total_block_steps)

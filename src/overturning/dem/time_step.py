@@ -62,8 +62,8 @@ def parse_scheme(scheme_name: str) -> IntegrationScheme:
 
 
 def block_highest_eigenvalue_bound(
-    normal_stiffness_per_mass: FloatArray,
-    tangential_stiffness_per_mass: FloatArray,
+    normal_stiffness_or_dashpot_per_mass: FloatArray,
+    tangential_stiffness_or_dashpot_per_mass: FloatArray,
     half_width: FloatArray,
     half_height: FloatArray,
 ) -> FloatArray:
@@ -74,7 +74,7 @@ def block_highest_eigenvalue_bound(
 
     Parameters
     ----------
-    normal_stiffness_per_mass, tangential_stiffness_per_mass : ndarray
+    normal_stiffness_or_dashpot_per_mass, tangential_stiffness_or_dashpot_per_mass : ndarray
         K_n/m and K_s/m, 1/s², or dashpots per mass, 1/s.
     half_width, half_height : ndarray
         Half width b and half height h, m.
@@ -85,16 +85,21 @@ def block_highest_eigenvalue_bound(
         ω² in 1/s² (or twice the damping rate for dashpots, 1/s).
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
-    sway = 2.0 * tangential_stiffness_per_mass
+    sway = 2.0 * tangential_stiffness_or_dashpot_per_mass
     rock = (
-        2.0 * per_inertia * (tangential_stiffness_per_mass * half_height**2 + normal_stiffness_per_mass * half_width**2)
+        2.0
+        * per_inertia
+        * (
+            tangential_stiffness_or_dashpot_per_mass * half_height**2
+            + normal_stiffness_or_dashpot_per_mass * half_width**2
+        )
     )
-    coupling = 4.0 * per_inertia * (tangential_stiffness_per_mass * half_height) ** 2
+    coupling = 4.0 * per_inertia * (tangential_stiffness_or_dashpot_per_mass * half_height) ** 2
     # √((a−b)²/4 + c²) avoids the cancellation in √(trace² − 4 det).
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
     return np.maximum(
-        np.maximum(upright, 2.0 * normal_stiffness_per_mass),
-        4.0 * np.maximum(normal_stiffness_per_mass, tangential_stiffness_per_mass),
+        np.maximum(upright, 2.0 * normal_stiffness_or_dashpot_per_mass),
+        4.0 * np.maximum(normal_stiffness_or_dashpot_per_mass, tangential_stiffness_or_dashpot_per_mass),
     )
 
 
@@ -129,9 +134,9 @@ def rocking_time_constant(width: FloatArray, height: FloatArray) -> FloatArray:
 
 def longest_stable_step(
     scheme: IntegrationScheme,
-    omega_squared: FloatArray,
-    two_xi_omega: FloatArray,
-    block_rocking_time_constant: FloatArray | None = None,
+    omega_squared_of_highest_mode: FloatArray,
+    two_xi_omega_of_highest_mode: FloatArray,
+    block_rocking_time_constant_by_case_s: FloatArray | None = None,
 ) -> FloatArray:
     """Return the largest stable time step of each case, s.
 
@@ -144,39 +149,44 @@ def longest_stable_step(
     ----------
     scheme : IntegrationScheme
         The integration scheme.
-    omega_squared : ndarray
+    omega_squared_of_highest_mode : ndarray
         ω² of the highest mode, 1/s².
-    two_xi_omega : ndarray
+    two_xi_omega_of_highest_mode : ndarray
         2 ξ_max ω of the highest mode, 1/s.
-    block_rocking_time_constant : ndarray, optional
+    block_rocking_time_constant_by_case_s : ndarray, optional
         1/p of the block, s (`rocking_time_constant`); None for a scene.
     """
     if scheme == IntegrationScheme.CUNDALL:
-        return 4.0 / (np.sqrt(two_xi_omega**2 + 4.0 * omega_squared) + two_xi_omega)
+        return 4.0 / (
+            np.sqrt(two_xi_omega_of_highest_mode**2 + 4.0 * omega_squared_of_highest_mode)
+            + two_xi_omega_of_highest_mode
+        )
     return (
-        2.0 * shortest_contact_time_constant(omega_squared, two_xi_omega)
-        if block_rocking_time_constant is None
-        else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time_constant
+        2.0 * shortest_contact_time_constant(omega_squared_of_highest_mode, two_xi_omega_of_highest_mode)
+        if block_rocking_time_constant_by_case_s is None
+        else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time_constant_by_case_s
     )
 
 
-def shortest_contact_time_constant(omega_squared: FloatArray, two_xi_omega: FloatArray) -> FloatArray:
+def shortest_contact_time_constant(
+    omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
+) -> FloatArray:
     """Return 1/ω of the highest contact mode, s; less above `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`."""
-    frequency = np.sqrt(omega_squared)
+    frequency = np.sqrt(omega_squared_of_highest_mode)
     return np.asarray(
         DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED
-        / np.maximum(0.5 * two_xi_omega / frequency, DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED)
+        / np.maximum(0.5 * two_xi_omega_of_highest_mode / frequency, DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED)
         / frequency
     )
 
 
 def steps_per_sample(
     scheme: IntegrationScheme,
-    time_step: float | str,
-    omega_squared: FloatArray,
-    two_xi_omega: FloatArray,
+    requested_time_step: float | str,
+    omega_squared_of_highest_mode: FloatArray,
+    two_xi_omega_of_highest_mode: FloatArray,
     sampling_interval: float,
-    block_rocking_time_constant: FloatArray | None = None,
+    block_rocking_time_constant_by_case_s: FloatArray | None = None,
 ) -> NDArray[np.int64]:
     """Return the number of time steps per sample of the record for each case, from the requested time step.
 
@@ -186,13 +196,13 @@ def steps_per_sample(
     ----------
     scheme : IntegrationScheme
         The integration scheme.
-    time_step : float or str
+    requested_time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    omega_squared, two_xi_omega : ndarray
+    omega_squared_of_highest_mode, two_xi_omega_of_highest_mode : ndarray
         ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `longest_stable_step`.
     sampling_interval : float
         Time between samples, s.
-    block_rocking_time_constant : ndarray, optional
+    block_rocking_time_constant_by_case_s : ndarray, optional
         1/p of the block, s; None for a scene.
 
     Returns
@@ -205,37 +215,45 @@ def steps_per_sample(
     ArgumentError
         If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
-    stable = longest_stable_step(scheme, omega_squared, two_xi_omega, block_rocking_time_constant)
+    stable = longest_stable_step(
+        scheme, omega_squared_of_highest_mode, two_xi_omega_of_highest_mode, block_rocking_time_constant_by_case_s
+    )
     return steps_per_sample_from_stable_step(
         stable,
-        stable * _automatic_to_stable_step_ratio(scheme, omega_squared, two_xi_omega, block_rocking_time_constant),
-        time_step,
+        stable
+        * _automatic_to_stable_step_ratio(
+            scheme, omega_squared_of_highest_mode, two_xi_omega_of_highest_mode, block_rocking_time_constant_by_case_s
+        ),
+        requested_time_step,
         sampling_interval,
     )
 
 
 def steps_per_sample_from_stable_step(
-    stable_step_s: FloatArray, automatic_step_s: FloatArray, time_step: float | str, sampling_interval: float
+    stable_step_by_case_s: FloatArray,
+    automatic_step_by_case_s: FloatArray,
+    requested_time_step: float | str,
+    sampling_interval: float,
 ) -> NDArray[np.int64]:
     """Return each case's number of time steps per sample of the record, from its stable and automatic step.
 
     Other parameters and exceptions are those of `steps_per_sample`.
     """
-    least = float(np.min(stable_step_s))
-    if time_step == "auto":
-        step = automatic_step_s
-    elif isinstance(time_step, str):
-        step = stable_step_s * _parse_fraction_of_stable_step(time_step)
+    least = float(np.min(stable_step_by_case_s))
+    if requested_time_step == "auto":
+        step = automatic_step_by_case_s
+    elif isinstance(requested_time_step, str):
+        step = stable_step_by_case_s * _parse_fraction_of_stable_step(requested_time_step)
     else:
-        if not (np.isfinite(time_step) and time_step > 0):
-            raise ArgumentError(f"time_step: {time_step}; it must be a positive number of seconds, or 'auto'")
-        if time_step > least:
-            raise ArgumentError(f"time_step: {time_step:g} s is not stable; at most {least:.4g} s, or 'auto'")
-        step = np.full_like(stable_step_s, time_step)
+        if not (np.isfinite(requested_time_step) and requested_time_step > 0):
+            raise ArgumentError(f"time_step: {requested_time_step}; it must be a positive number of seconds, or 'auto'")
+        if requested_time_step > least:
+            raise ArgumentError(f"time_step: {requested_time_step:g} s is not stable; at most {least:.4g} s, or 'auto'")
+        step = np.full_like(stable_step_by_case_s, requested_time_step)
     shortest = sampling_interval / MAX_STEPS_PER_SAMPLE
-    if np.min(step) < shortest <= np.min(automatic_step_s):
+    if np.min(step) < shortest <= np.min(automatic_step_by_case_s):
         raise ArgumentError(
-            f"time_step: {time_step!r}, a time step of {np.min(step):.3g} s, would take more than "
+            f"time_step: {requested_time_step!r}, a time step of {np.min(step):.3g} s, would take more than "
             f"{MAX_STEPS_PER_SAMPLE} steps per sample of {sampling_interval:g} s; at least {shortest:.3g} s, or 'auto'"
         )
     if np.min(step) < shortest:
@@ -251,34 +269,37 @@ def steps_per_sample_from_stable_step(
 
 
 def requested_to_automatic_step_ratio(
-    scheme: IntegrationScheme, time_step: float | str, stable_step_s: FloatArray
+    scheme: IntegrationScheme, requested_time_step: float | str, stable_step_by_case_s: FloatArray
 ) -> FloatArray | float:
     """Return the ratio of the requested to the automatic time step, for each block; 1 if the request is "auto"."""
-    if time_step == "auto":
+    if requested_time_step == "auto":
         return 1.0
     wanted = (
-        _parse_fraction_of_stable_step(time_step)
-        if isinstance(time_step, str)
-        else np.minimum(time_step / stable_step_s, 1.0)
+        _parse_fraction_of_stable_step(requested_time_step)
+        if isinstance(requested_time_step, str)
+        else np.minimum(requested_time_step / stable_step_by_case_s, 1.0)
     )
     return wanted / AUTO_TO_STABLE_STEP_RATIO[scheme]
 
 
 def _automatic_to_stable_step_ratio(
     scheme: IntegrationScheme,
-    omega_squared: FloatArray,
-    two_xi_omega: FloatArray,
-    block_rocking_time_constant: FloatArray | None,
+    omega_squared_of_highest_mode: FloatArray,
+    two_xi_omega_of_highest_mode: FloatArray,
+    block_rocking_time_constant_by_case_s: FloatArray | None,
 ) -> FloatArray | float:
     """Return the automatic time step of each case as a fraction of its longest stable step."""
     # Chosen from the tables in docs/measurements.md, "The default step".
-    if block_rocking_time_constant is not None and scheme == IntegrationScheme.CENTRED:
+    if block_rocking_time_constant_by_case_s is not None and scheme == IntegrationScheme.CENTRED:
         return AUTO_TO_STABLE_STEP_RATIO[scheme]
     fraction = (
-        SCENE_AUTO_TO_STABLE_STEP_RATIO if block_rocking_time_constant is None else AUTO_TO_STABLE_STEP_RATIO[scheme]
+        SCENE_AUTO_TO_STABLE_STEP_RATIO
+        if block_rocking_time_constant_by_case_s is None
+        else AUTO_TO_STABLE_STEP_RATIO[scheme]
     )
     return np.where(
-        0.5 * two_xi_omega / np.sqrt(omega_squared) < DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED,
+        0.5 * two_xi_omega_of_highest_mode / np.sqrt(omega_squared_of_highest_mode)
+        < DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED,
         0.5 * fraction,
         fraction,
     )

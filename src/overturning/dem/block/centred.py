@@ -176,7 +176,7 @@ def predict_trial_friction_of_corner(
 
 @njit(**INLINE_OPTIONS)
 def signed_friction_coefficient_and_sliding(
-    corner_friction: TrialCornerFriction, other_corner_friction: TrialCornerFriction, other_in_contact: bool
+    corner_friction: TrialCornerFriction, other_corner_friction: TrialCornerFriction, other_corner_in_contact: bool
 ) -> tuple[float, bool]:
     """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
 
@@ -184,7 +184,7 @@ def signed_friction_coefficient_and_sliding(
     sticks: then the block can only rotate about the other corner, which lifts this one.
     """
     free = corner_friction.normal_force_pushes_out_sliding_corner | (
-        other_in_contact & (not other_corner_friction.slides)
+        other_corner_in_contact & (not other_corner_friction.slides)
     )
     return (corner_friction.signed_mu_if_sliding if free else 0.0), corner_friction.slides & free
 

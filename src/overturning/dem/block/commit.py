@@ -35,7 +35,7 @@ def compute_corner_forces(
     predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
     assumed_contact: AssumedCornerContact,
-    velocity_change: BlockStepEndVelocityCorrection,
+    velocity_correction: BlockStepEndVelocityCorrection,
     with_friction: bool,
 ) -> SolvedCornerContact:
     """Return a corner's contact force at the end of a step, limited by friction, and the corner's new state.
@@ -45,8 +45,8 @@ def compute_corner_forces(
     in the air is marked as sliding, which has no effect.
     """
     du, dw = (
-        velocity_change.centre_vx - predicted_corner.depth_below_centre * velocity_change.angular_velocity,
-        velocity_change.centre_vz - predicted_corner.x_from_centre * velocity_change.angular_velocity,
+        velocity_correction.centre_vx - predicted_corner.depth_below_centre * velocity_correction.angular_velocity,
+        velocity_correction.centre_vz - predicted_corner.x_from_centre * velocity_correction.angular_velocity,
     )
     ux, uz = predicted_corner.velocity_x + du, predicted_corner.velocity_z + dw
     half = predicted_block.half_step_duration
@@ -84,7 +84,7 @@ def compute_corner_forces(
     )
     lever = assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre
     turning = (predicted_corner.depth_below_centre - lever) * (
-        predicted_block.step_end_angular_velocity + velocity_change.angular_velocity
+        predicted_block.step_end_angular_velocity + velocity_correction.angular_velocity
     )
     # Friction acts at the shortened lever arm; the spring is stretched at the corner itself.
     damping, sliding = (spring - n) * uz, (f - block.tangential_stiffness_per_mass * remaining) * ux + f * turning
@@ -166,24 +166,24 @@ def contact_changes_in_block_step(
 
 @njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
-    assumed_slip: AssumedFrictionCoefficientIfSliding,
+    slip_assumed_in_solved_step: AssumedFrictionCoefficientIfSliding,
     forces_decide_contact_and_slip: bool,
     solved_corners: SolvedCornerContactPair,
-    is_retry: bool,
-    keeps_assumed_slip: bool,
+    next_attempt_repeats_step: bool,
+    keeps_assumption_at_both_corners: bool,
 ) -> AssumedFrictionCoefficientIfSliding:
     """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
     """
     of_left, of_right = (
-        (0.0 if forces_decide_contact_and_slip else assumed_slip.left_signed_mu_or_zero_if_sticking),
-        (0.0 if forces_decide_contact_and_slip else assumed_slip.right_signed_mu_or_zero_if_sticking),
+        (0.0 if forces_decide_contact_and_slip else slip_assumed_in_solved_step.left_signed_mu_or_zero_if_sticking),
+        (0.0 if forces_decide_contact_and_slip else slip_assumed_in_solved_step.right_signed_mu_or_zero_if_sticking),
     )
     left, right = solved_corners.left, solved_corners.right
     keeps_left, keeps_right = (
-        keeps_assumed_slip | (is_retry & (not left.has_wrong_slip_assumption)),
-        keeps_assumed_slip | (is_retry & (not right.has_wrong_slip_assumption)),
+        keeps_assumption_at_both_corners | (next_attempt_repeats_step & (not left.has_wrong_slip_assumption)),
+        keeps_assumption_at_both_corners | (next_attempt_repeats_step & (not right.has_wrong_slip_assumption)),
     )
     return AssumedFrictionCoefficientIfSliding(
         of_left if keeps_left else left.signed_mu_or_zero_if_sticking,
@@ -213,22 +213,22 @@ def complete_block_step(
     block: BlockConstants,
     previous_step: BlockAfterStep,
     predicted_block: BlockPredictedAtStepEnd,
-    velocity_change: BlockStepEndVelocityCorrection,
+    velocity_correction: BlockStepEndVelocityCorrection,
     solved_corners: SolvedCornerContactPair,
     step_ticks: float,
-    with_vertical: bool,
+    with_vertical_base_motion: bool,
     with_friction: bool,
 ) -> BlockAfterStep:
     """Compute a block's state, peak values and energy account at the end of a step, valid if the step is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = (
         predicted_block.half_step_duration,
-        predicted_block.half_step_duration * velocity_change.angular_velocity,
+        predicted_block.half_step_duration * velocity_correction.angular_velocity,
         s.ticks_since_sample_start + step_ticks,
     )
     x, z, angle = (
-        predicted_block.centre_x + half * velocity_change.centre_vx,
-        predicted_block.centre_z + half * velocity_change.centre_vz,
+        predicted_block.centre_x + half * velocity_correction.centre_vx,
+        predicted_block.centre_z + half * velocity_correction.centre_vz,
         predicted_block.angle + turn,
     )
     c, sn = predicted_block.cos - predicted_block.sin * turn, predicted_block.sin + predicted_block.cos * turn
@@ -252,7 +252,7 @@ def complete_block_step(
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
     power, loss = (
         predicted_block.inertial_acceleration_x * vx - predicted_block.upward_base_acceleration * vz
-        if with_vertical
+        if with_vertical_base_motion
         else predicted_block.inertial_acceleration_x * vx,
         left.dissipated_power_per_mass + right.dissipated_power_per_mass,
     )

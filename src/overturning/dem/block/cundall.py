@@ -60,27 +60,27 @@ def corner_contact_force(
     block: BlockConstants,
     state: BlockState,
     previous_corner: CornerState,
-    dashpot_over_time_step: float,
-    flat_landing: tuple[bool, bool, float, float],
+    dashpot_constant_per_mass_over_time_step: float,
+    is_flat_landing_slides_mu_and_moment_factor: tuple[bool, bool, float, float],
 ) -> CornerContactForce:
     """Compute the contact force of a corner of a block in a step of Cundall's scheme.
 
-    `dashpot_over_time_step` is the dashpot constant divided by the time step, which multiplies displacements.
-    `flat_landing` holds whether both corners land in one impact, and the results of
+    `dashpot_constant_per_mass_over_time_step` (1/s²) multiplies the displacements of the last step.
+    `is_flat_landing_slides_mu_and_moment_factor` holds whether both corners land in one impact, and the results of
     `flat_landing_slides_mu_and_moment_factor`.
     """
-    held, drifts, drift, tilting = flat_landing
+    held, drifts, drift, tilting = is_flat_landing_slides_mu_and_moment_factor
     arm, drop = corner_x_and_depth_from_centre(corner_sign, block, state.cos, state.sin)
     place, depth = state.centre_x + arm, drop - state.centre_z
     slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration
     inside, was = depth > 0.0, previous_corner.penetration > 0.0
     # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
-    n = block.normal_stiffness_per_mass * depth + dashpot_over_time_step * sinking
+    n = block.normal_stiffness_per_mass * depth + dashpot_constant_per_mass_over_time_step * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
     stretch = previous_corner.tangential_stretch + slip if was else 0.0
     most = block.friction * n
-    whole = -(block.tangential_stiffness_per_mass * stretch) - dashpot_over_time_step * slip
+    whole = -(block.tangential_stiffness_per_mass * stretch) - dashpot_constant_per_mass_over_time_step * slip
     # A corner that lands flat may stick beyond the friction limit, but without contact it has no friction.
     slips = drifts if held & inside else abs(whole) > most
     f = -drift * n if drifts else (clamp_magnitude(whole, most) if slips else whole)
@@ -127,7 +127,7 @@ def advance_block_one_step(
     peaks: BlockPeakValues,
     energy_account: BlockEnergyAccount,
     inertial_accelerations: BlockInertialAccelerations,
-    with_vertical: bool,
+    with_vertical_base_motion: bool,
 ) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
     dt = block.seconds_per_tick * TICKS_PER_STEP
@@ -154,7 +154,7 @@ def advance_block_one_step(
     (nl, nr), fl = (left.normal_force_per_mass, right.normal_force_per_mass), left.tangential_force_per_mass
     fr = right.tangential_force_per_mass
     # Accelerations in the frame of the base; left and right corner as one pair.
-    ax, az = (fl + fr) + push, (nl + nr) - (GRAVITY + lift if with_vertical else GRAVITY)
+    ax, az = (fl + fr) + push, (nl + nr) - (GRAVITY + lift if with_vertical_base_motion else GRAVITY)
     aw = block.mass_over_moment_of_inertia * (
         (-left.friction_lever_arm * fl - left.x_from_centre * nl)
         + (-right.friction_lever_arm * fr - right.x_from_centre * nr)
@@ -162,7 +162,7 @@ def advance_block_one_step(
     # The energy account uses the velocities at the whole step.
     half = 0.5 * dt
     cx, cz, cw = state.centre_vx + half * ax, state.centre_vz + half * az, state.angular_velocity + half * aw
-    power = push * cx - lift * cz if with_vertical else push * cx
+    power = push * cx - lift * cz if with_vertical_base_motion else push * cx
     let_go = 0.5 * (
         block.normal_stiffness_per_mass
         * (left.released_normal_energy_over_half_stiffness + right.released_normal_energy_over_half_stiffness)

@@ -72,9 +72,9 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
 
 
 @njit(**INLINE_OPTIONS)
-def energy_to_tilt_per_mass(block: BlockConstants, max_abs_angle: float) -> float:
-    """Return the energy per mass (m²/s²) that tilts a resting block to `max_abs_angle` (at most to α)."""
-    angle = min(max_abs_angle, block.critical_angle)
+def energy_to_tilt_per_mass(block: BlockConstants, tilt_angle_rad: float) -> float:
+    """Return the energy per mass (m²/s²) that tilts a resting block to `tilt_angle_rad` (at most to α)."""
+    angle = min(tilt_angle_rad, block.critical_angle)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
     versine = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)))
@@ -85,7 +85,7 @@ def energy_to_tilt_per_mass(block: BlockConstants, max_abs_angle: float) -> floa
 def standing_outcome_is_final(
     block: BlockConstants,
     state: BlockState,
-    max_abs_angle: float,
+    max_abs_angle_so_far_rad: float,
     overturning_energy_per_mass: float,
     velocity_lag_steps: float,
 ) -> bool:
@@ -95,7 +95,9 @@ def standing_outcome_is_final(
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_to_tilt_per_mass(block, max_abs_angle):
+    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_to_tilt_per_mass(
+        block, max_abs_angle_so_far_rad
+    ):
         return False
     # Let it slide to its end; without friction it never stops.
     return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0
@@ -160,16 +162,18 @@ def case_status(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results(
-    state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row: Any
+    state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row_out: Any
 ) -> None:
     """Write the results of the case in column `lane` of the state array into a row of the table of results."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course = load_account(state, lane), load_course(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
-    result_row.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
-    result_row.overturning_time = course.last_time_below_critical_angle if fallen else np.nan
+    result_row_out.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
+    result_row_out.overturning_time = course.last_time_below_critical_angle if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
-    result_row.peak_rotation = (0.5 * np.pi if fallen else min(peaks.max_abs_angle, 0.5 * np.pi)) / block.critical_angle
+    result_row_out.peak_rotation = (
+        0.5 * np.pi if fallen else min(peaks.max_abs_angle, 0.5 * np.pi)
+    ) / block.critical_angle
     peak_slip, residual_slip = peaks.max_abs_base_slip, displacement_of_block_base(block, s.centre_x, s.sin)
     if (
         status == CaseStatus.SIMULATED
@@ -178,14 +182,14 @@ def write_case_results(
     ):
         residual_slip += remaining_slide_distance(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
-    result_row.peak_slip, result_row.residual_slip = peak_slip, residual_slip
-    result_row.peak_penetration = peaks.max_corner_penetration
+    result_row_out.peak_slip, result_row_out.residual_slip = peak_slip, residual_slip
+    result_row_out.peak_penetration = peaks.max_corner_penetration
     balance = (
         (block_energy_per_mass(block, s, velocity_lag_steps) - course.initial_energy)
         - account.base_motion_work_per_mass
         + account.lost_energy_per_mass
     )
-    result_row.energy_error = abs(balance) / max(account.base_motion_work_per_mass, course.overturning_energy)
+    result_row_out.energy_error = abs(balance) / max(account.base_motion_work_per_mass, course.overturning_energy)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -195,7 +199,7 @@ def write_block_trajectory_row(
     velocity_lag_steps: float,
     sampling_interval: float,
     ticks_per_sample: float,
-    trajectory_row: Any,
+    trajectory_row_out: Any,
 ) -> None:
     """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""
     block, s, push = (
@@ -203,13 +207,13 @@ def write_block_trajectory_row(
         load_state(state, lane),
         load_inertial_accelerations(state, lane).inertial_acceleration_x,
     )
-    trajectory_row.time = (
+    trajectory_row_out.time = (
         load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
-    trajectory_row.centre_x, trajectory_row.centre_z, trajectory_row.angle = s.centre_x, s.centre_z, s.angle
-    trajectory_row.centre_vx, trajectory_row.centre_vz, trajectory_row.angular_velocity = (
+    trajectory_row_out.centre_x, trajectory_row_out.centre_z, trajectory_row_out.angle = s.centre_x, s.centre_z, s.angle
+    trajectory_row_out.centre_vx, trajectory_row_out.centre_vz, trajectory_row_out.angular_velocity = (
         velocities_at_time_of_position(block, s, velocity_lag_steps)
     )
-    trajectory_row.ground_acceleration = -(
+    trajectory_row_out.ground_acceleration = -(
         push.value_at_sample_start + push.slope_per_tick * s.ticks_since_sample_start
     )

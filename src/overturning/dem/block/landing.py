@@ -16,9 +16,11 @@ def block_is_airborne(state: BlockState) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_time_left_after_step(block: BlockConstants, state: BlockState, time_step: float) -> float:
+def flat_landing_time_left_after_step(block: BlockConstants, state: BlockState, step_duration_s: float) -> float:
     """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
-    return block.flat_landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - time_step
+    return (
+        block.flat_landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - step_duration_s
+    )
 
 
 @njit(**INLINE_OPTIONS)

@@ -57,22 +57,22 @@ class BlockCentredSchemeConstants(NamedTuple):
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
 
 
-def unused_block_state_fields(with_vertical: bool, with_friction: bool) -> list[str]:
+def unused_block_state_fields(with_vertical_base_motion: bool, with_friction: bool) -> list[str]:
     """Return the names of block state variables that are not needed without vertical motion or friction."""
     springs = [] if with_friction else [
         "tangential_stretch", "x_position", "velocity_x", "left_signed_mu_or_zero_if_sticking",
         "right_signed_mu_or_zero_if_sticking",
     ]  # fmt: skip
-    return springs if with_vertical else [*springs, "upward_base_acceleration"]
+    return springs if with_vertical_base_motion else [*springs, "upward_base_acceleration"]
 
 
 @cache
-def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:
+def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
     """Return the compiled time-stepping loop of the centred scheme for blocks.
 
     It is compiled with or without vertical base motion, and with or without friction.
     """
-    unused = unused_block_state_fields(with_vertical, with_friction)
+    unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
     solution = (
         centred.solve_velocity_corrections if with_friction else centred.solve_velocity_corrections_without_friction
     )
@@ -93,7 +93,7 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
         BlockPredictedAtStepEnd, unused_fields=unused
     )
     store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockStepEndVelocityCorrection, unused_fields=unused).store
-    complete_block_steps = create_step_completion_loop(with_vertical, with_friction)
+    complete_block_steps = create_step_completion_loop(with_vertical_base_motion, with_friction)
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def predict_block_states_at_step_end(
@@ -137,9 +137,9 @@ def create_centred_time_stepping_loop(with_vertical: bool, with_friction: bool) 
     return attempt_block_steps
 
 
-def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any:
+def create_step_completion_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
     """Return the compiled loop that computes contact forces of blocks and accepts or rejects each block's step."""
-    unused = unused_block_state_fields(with_vertical, with_friction)
+    unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
     load_block, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
@@ -209,7 +209,9 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
                 sooner,
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
-            accepted = commit.complete_block_step(block, accepted, w, d, both, length, with_vertical, with_friction)
+            accepted = commit.complete_block_step(
+                block, accepted, w, d, both, length, with_vertical_base_motion, with_friction
+            )
             store_attempt(state, j, attempt)
             store_assumed_slip(state, j, assumed)
             store_state(state, j, again, accepted.state)
@@ -220,7 +222,7 @@ def create_step_completion_loop(with_vertical: bool, with_friction: bool) -> Any
 
 
 @cache
-def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
+def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:  # noqa: ARG001
     """Return the compiled time-stepping loop of Cundall's scheme for blocks.
 
     It is compiled with or without vertical base motion, and with or without friction.
@@ -250,7 +252,7 @@ def create_cundall_time_stepping_loop(with_vertical: bool, with_friction: bool) 
             for j in range(round_to_vector_multiple(lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
-                    load_inertial_accelerations(state, j), with_vertical,
+                    load_inertial_accelerations(state, j), with_vertical_base_motion,
                 )  # fmt: skip
                 store_state(state, j, s)
                 store_peaks(state, j, peaks)
@@ -266,24 +268,39 @@ CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, A
 """Constants of each scheme and the function that makes its step function; the type of the constants selects it."""
 
 
-def select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+def select_time_stepping_loop(
+    scheme_constants: Any, upward_acceleration_or_none: Any, friction_marker_none_if_frictionless: Any
+) -> Any:
     """Return a scheme's compiled time-stepping loop for blocks, with or without vertical base motion and friction.
 
-    `vertical_acceleration` is None for the loop without vertical motion, `with_friction` is None for that without
-    friction.
+    `upward_acceleration_or_none` is None for the loop without vertical motion, and
+    `friction_marker_none_if_frictionless` for that without friction. Arguments are the types that Numba has inferred.
     """
     make = next(
-        make for one, make in CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME.values() if type(one) is scheme.instance_class
+        make
+        for one, make in CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME.values()
+        if type(one) is scheme_constants.instance_class
     )
-    return make(not isinstance(vertical_acceleration, types.NoneType), not isinstance(with_friction, types.NoneType))
+    return make(
+        not isinstance(upward_acceleration_or_none, types.NoneType),
+        not isinstance(friction_marker_none_if_frictionless, types.NoneType),
+    )
 
 
 @overload(select_time_stepping_loop)
-def _overload_select_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:
+def _overload_select_time_stepping_loop(
+    scheme_constants: Any, upward_acceleration_or_none: Any, friction_marker_none_if_frictionless: Any
+) -> Any:
     """Tell Numba which time-stepping loop `select_time_stepping_loop` returns for arguments of these types."""
-    step_function = select_time_stepping_loop(scheme, vertical_acceleration, with_friction)
+    step_function = select_time_stepping_loop(
+        scheme_constants, upward_acceleration_or_none, friction_marker_none_if_frictionless
+    )
 
-    def return_time_stepping_loop(scheme: Any, vertical_acceleration: Any, with_friction: Any) -> Any:  # noqa: ARG001
+    def return_time_stepping_loop(
+        scheme_constants: Any,  # noqa: ARG001
+        upward_acceleration_or_none: Any,  # noqa: ARG001
+        friction_marker_none_if_frictionless: Any,  # noqa: ARG001
+    ) -> Any:
         """Return the time-stepping loop that was selected by the types of the arguments."""
         return step_function
 

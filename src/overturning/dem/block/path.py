@@ -13,14 +13,14 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def planar_trajectory_of_block(
-    scene: Scene, motion: Motion, cases: Cases, trajectory_rows: NDArray[np.void], critical_angle: float
+    scene: Scene, motion: Motion, single_case: Cases, trajectory_rows: NDArray[np.void], critical_angle_rad: float
 ) -> PlanarTrajectory:
     """Convert the trajectory rows of a single block to a `PlanarTrajectory` of block and ground.
 
-    `cases` has one case; `critical_angle` is α, rad.
+    `single_case` has one case; `critical_angle_rad` is α, rad.
     """
     azimuth, height, ratio, amplitude = (
-        float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
+        float(getattr(single_case, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
     placed = place_elements(scene, height, ratio)
     ground, block = placed
@@ -48,7 +48,7 @@ def planar_trajectory_of_block(
     return PlanarTrajectory(
         scene=scene,
         placed_elements=placed,
-        critical_angles=np.array([np.nan, critical_angle]),
+        critical_angles=np.array([np.nan, critical_angle_rad]),
         time=time,
         base_acceleration_towards_azimuth=trajectory_rows["ground_acceleration"],
         poses_and_rates=poses,
@@ -59,11 +59,11 @@ def planar_trajectory_of_block(
 
 
 def corner_positions_and_mean_forces_per_mass(
-    time: FloatArray,
-    poses: FloatArray,
-    ground_acceleration: FloatArray,
-    vertical_acceleration: FloatArray,
-    half_sizes: FloatArray,
+    row_times_s: FloatArray,
+    pose_and_rates_by_row: FloatArray,
+    mean_base_acceleration_x_between_rows_m_s2: FloatArray,
+    mean_base_acceleration_z_between_rows_m_s2: FloatArray,
+    half_width_and_half_height_m: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Compute positions of a block's lower corners, and their mean contact forces between successive output times.
 
@@ -74,13 +74,13 @@ def corner_positions_and_mean_forces_per_mass(
 
     Parameters
     ----------
-    time : ndarray
+    row_times_s : ndarray
         Time of each row, s, shape (rows,).
-    poses : ndarray
+    pose_and_rates_by_row : ndarray
         x, z above the ground (m), rotation (rad) and their rates, shape (rows, 6).
-    ground_acceleration, vertical_acceleration : ndarray
+    mean_base_acceleration_x_between_rows_m_s2, mean_base_acceleration_z_between_rows_m_s2 : ndarray
         Mean horizontal and vertical acceleration of the base between two rows, m/s², shape (rows − 1,).
-    half_sizes : ndarray
+    half_width_and_half_height_m : ndarray
         B/2 and H/2, m, shape (2,).
 
     Returns
@@ -89,22 +89,27 @@ def corner_positions_and_mean_forces_per_mass(
         Positions (m) and forces (m/s²) by time, corner (left, right) and component (x, z), shape (rows, 2, 2). The
         position of a corner in the air is NaN. The last row repeats the one before it.
     """
-    x, z, angle, vx, vz, vw = poses.T
+    x, z, angle, vx, vz, vw = pose_and_rates_by_row.T
     cosine, sine = np.cos(angle), np.sin(angle)
     arm = np.stack(
-        [np.stack([side * half_sizes[0] * cosine - half_sizes[1] * sine,
-                   -half_sizes[1] * cosine - side * half_sizes[0] * sine], axis=1)
+        [np.stack([side * half_width_and_half_height_m[0] * cosine - half_width_and_half_height_m[1] * sine,
+                   -half_width_and_half_height_m[1] * cosine - side * half_width_and_half_height_m[0] * sine], axis=1)
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
-    along = _mean_rate_between_successive_times(vx, time) + ground_acceleration
+    along = _mean_rate_between_successive_times(vx, row_times_s) + mean_base_acceleration_x_between_rows_m_s2
     # In flight the difference is zero except for rounding, which may be negative.
-    upward = np.maximum(_mean_rate_between_successive_times(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
+    upward = np.maximum(
+        _mean_rate_between_successive_times(vz, row_times_s)
+        + STANDARD_GRAVITY
+        + mean_base_acceleration_z_between_rows_m_s2,
+        0.0,
+    )
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
     down, arm = down[1:] | down[:-1], _mean_of_successive_rows(arm)
     # Clockwise moment about the centre per unit normal force at each corner, including the horizontal force.
     lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
-    moment = _mean_rate_between_successive_times(vw, time) * (half_sizes**2).sum() / 3.0
+    moment = _mean_rate_between_successive_times(vw, row_times_s) * (half_width_and_half_height_m**2).sum() / 3.0
     apart = lever[:, 0] - lever[:, 1]
     left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
     left = np.where(down[:, 0] & down[:, 1], np.clip(left, 0.0, upward), np.where(down[:, 0], upward, 0.0))
@@ -115,27 +120,29 @@ def corner_positions_and_mean_forces_per_mass(
     return tuple(np.concatenate([values, values[-1:]]) for values in (point, force))  # type: ignore[return-value]
 
 
-def _mean_rate_between_successive_times(quantity: FloatArray, time: FloatArray) -> FloatArray:
+def _mean_rate_between_successive_times(quantity_by_row: FloatArray, row_times_s: FloatArray) -> FloatArray:
     """Return the mean rate of change of a quantity between successive output times; 0 between equal times."""
-    span = np.diff(time)
-    return np.divide(np.diff(quantity), span, out=np.zeros_like(span), where=span > 0)
+    span = np.diff(row_times_s)
+    return np.divide(np.diff(quantity_by_row), span, out=np.zeros_like(span), where=span > 0)
 
 
-def _mean_of_successive_rows(quantity: FloatArray) -> FloatArray:
+def _mean_of_successive_rows(quantity_by_row: FloatArray) -> FloatArray:
     """Return the mean of a quantity between successive output times; the quantity varies linearly in between."""
-    return np.asarray(0.5 * (quantity[1:] + quantity[:-1]))
+    return np.asarray(0.5 * (quantity_by_row[1:] + quantity_by_row[:-1]))
 
 
 def _mean_acceleration_between_times(
-    time: FloatArray, acceleration: FloatArray, sampling_interval: float
+    row_times_s: FloatArray, acceleration_by_sample_m_s2: FloatArray, sampling_interval: float
 ) -> FloatArray:
-    """Return the mean of an acceleration, m/s², over the time between successive `time` values.
+    """Return the mean of an acceleration, m/s², over the time between successive `row_times_s` values.
 
-    `acceleration` holds a value for each sample; it is linear between samples and 0 after the record.
+    `acceleration_by_sample_m_s2` holds a value for each sample; it is linear between samples and 0 after the record.
     """
-    padded = np.concatenate([acceleration, np.zeros(2)])
+    padded = np.concatenate([acceleration_by_sample_m_s2, np.zeros(2)])
     velocity = np.concatenate([[0.0], np.cumsum(_mean_of_successive_rows(padded))]) * sampling_interval
-    index = np.minimum((time / sampling_interval + 1e-9).astype(np.int64), acceleration.size)
-    past = np.minimum(time - index * sampling_interval, sampling_interval)
+    index = np.minimum((row_times_s / sampling_interval + 1e-9).astype(np.int64), acceleration_by_sample_m_s2.size)
+    past = np.minimum(row_times_s - index * sampling_interval, sampling_interval)
     slope = (padded[index + 1] - padded[index]) / sampling_interval
-    return _mean_rate_between_successive_times(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)
+    return _mean_rate_between_successive_times(
+        velocity[index] + (padded[index] + 0.5 * slope * past) * past, row_times_s
+    )

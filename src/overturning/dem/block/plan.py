@@ -149,16 +149,21 @@ class BlockStepLengths(NamedTuple):
 def block_step_lengths(
     scheme: IntegrationScheme,
     numerics: NumericalOptions,
-    omega_squared: FloatArray,
-    two_xi_omega: FloatArray,
+    omega_squared_of_highest_mode: FloatArray,
+    two_xi_omega_of_highest_mode: FloatArray,
     sampling_interval: float,
-    rocking_time_constant: FloatArray,
+    rocking_time_constant_by_case_s: FloatArray,
 ) -> BlockStepLengths:
     """Return the lengths of the time steps of blocks, from the bounds of their highest frequency and damping rate.
 
-    `omega_squared` is in 1/s², `two_xi_omega` in 1/s, `sampling_interval` and `rocking_time_constant` (1/p) in s.
+    Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and 1/p (s). `sampling_interval` is in s.
     """
-    square, rate, interval, period = omega_squared, two_xi_omega, sampling_interval, rocking_time_constant
+    square, rate, interval, period = (
+        omega_squared_of_highest_mode,
+        two_xi_omega_of_highest_mode,
+        sampling_interval,
+        rocking_time_constant_by_case_s,
+    )
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
     if scheme == IntegrationScheme.CENTRED:

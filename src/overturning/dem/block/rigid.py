@@ -63,11 +63,11 @@ class RigidRockingOutcomes(NamedTuple):
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: float) -> BaseAccelerationRampInG:
-    """Return a linear base motion as a function of time, with a time origin that is `delay` later.
-
-    Times are in sampling intervals.
-    """
+def _base_motion_with_later_origin(
+    base_motion: BaseAccelerationRampInG, origin_delay_in_samples: float
+) -> BaseAccelerationRampInG:
+    """Return a linear base motion as a function of time, in samples, from a time origin that lies later."""
+    delay = origin_delay_in_samples
     ground = base_motion.horizontal_at_origin + base_motion.horizontal_slope_per_sample * delay
     weight = base_motion.apparent_gravity_at_origin + base_motion.apparent_gravity_slope_per_sample * delay
     return BaseAccelerationRampInG(
@@ -77,13 +77,14 @@ def _base_motion_with_later_origin(base_motion: BaseAccelerationRampInG, delay: 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _rocking_side_and_start_time(
-    base_motion: BaseAccelerationRampInG, remaining_time: float, b_over_h: float
+    base_motion: BaseAccelerationRampInG, remaining_time_in_samples: float, b_over_h: float
 ) -> tuple[float, float]:
     """Return the side to which a resting block starts to rock within the rest of a sample, and the time until then.
 
-    The side is 0, and the time `remaining_time`, if it does not start. Times are in samples.
+    The side is ±1, or 0 if it does not start; the time is then `remaining_time_in_samples`. Times are in samples.
     """
-    end = _base_motion_with_later_origin(base_motion, remaining_time)
+    remaining = remaining_time_in_samples
+    end = _base_motion_with_later_origin(base_motion, remaining)
     side = -1.0 if base_motion.horizontal_at_origin > 0.0 else 1.0
     if -side * base_motion.horizontal_at_origin > base_motion.apparent_gravity_at_origin * b_over_h:
         return side, 0.0
@@ -92,21 +93,23 @@ def _rocking_side_and_start_time(
         -side * base_motion.horizontal_at_origin - base_motion.apparent_gravity_at_origin * b_over_h,
         -side * end.horizontal_at_origin - end.apparent_gravity_at_origin * b_over_h,
     )
-    return (side, remaining_time * (before / (before - after))) if after > 0.0 else (0.0, remaining_time)
+    return (side, remaining * (before / (before - after))) if after > 0.0 else (0.0, remaining)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _fill_taylor_series(
-    taylor_series: Any, side: float, base_motion: BaseAccelerationRampInG, square_of_p_times_sampling_interval: float
+    taylor_coefficients_by_quantity: Any,
+    rocking_side: float,
+    base_motion: BaseAccelerationRampInG,
+    squared_product_of_p_and_sampling_interval: float,
 ) -> None:
     """Compute the higher Taylor coefficients of a rocking block's motion in a step; the first ones are given.
 
-    The rows of `taylor_series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration,
-    jerk. Angles are positive towards the side to which the block leans.
+    The rows of `taylor_coefficients_by_quantity`, shape (6, order + 1), are angle, velocity, sin and cos of (α −
+    angle), acceleration, jerk; time is in samples. Angles are positive towards the side (±1) to which the block leans.
     """
-    angle, velocity, sine, cosine, acceleration, jerk = (
-        taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3], taylor_series[4], taylor_series[5]
-    )  # fmt: skip
+    series, side = taylor_coefficients_by_quantity, rocking_side
+    angle, velocity, sine, cosine, acceleration, jerk = series[0], series[1], series[2], series[3], series[4], series[5]
     slope = base_motion.horizontal_slope_per_sample
     for k in range(angle.size - 1):
         drive = -side * base_motion.horizontal_at_origin * cosine[k] - base_motion.apparent_gravity_at_origin * sine[k]
@@ -116,7 +119,7 @@ def _fill_taylor_series(
         for j in range(k + 1):
             of_sine -= velocity[j] * cosine[k - j]
             of_cosine += velocity[j] * sine[k - j]
-        acceleration[k] = square_of_p_times_sampling_interval * drive
+        acceleration[k] = squared_product_of_p_and_sampling_interval * drive
         angle[k + 1], velocity[k + 1] = velocity[k] / (k + 1), acceleration[k] / (k + 1)
         if k > 0:
             jerk[k - 1] = k * acceleration[k]
@@ -124,150 +127,162 @@ def _fill_taylor_series(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _series_value_and_slope(taylor_series: Any, time: float) -> tuple[float, float]:
-    """Return the value and the slope of a Taylor series at a time."""
-    value, slope = 0.0, 0.0
-    for k in range(taylor_series.size - 1, -1, -1):
-        slope, value = slope * time + value, value * time + taylor_series[k]
+def _series_value_and_slope(taylor_coefficients: Any, time_from_step_start_in_samples: float) -> tuple[float, float]:
+    """Return the value and the slope (per sample) of a Taylor series about the start of a step, at a time in it."""
+    value, slope, time = 0.0, 0.0, time_from_step_start_in_samples
+    for k in range(taylor_coefficients.size - 1, -1, -1):
+        slope, value = slope * time + value, value * time + taylor_coefficients[k]
     return value, slope
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _find_series_root(taylor_series: Any, earliest_time: float, latest_time: float) -> float:
-    """Return the root of a Taylor series between two times, by Newton's method and bisection."""
-    rises = _series_value_and_slope(taylor_series, latest_time)[0] > 0.0
-    t = 0.5 * (earliest_time + latest_time)
+def _find_series_root(
+    taylor_coefficients: Any, earliest_time_in_samples: float, latest_time_in_samples: float
+) -> float:
+    """Return the root of a Taylor series between two times in a step, in samples, by Newton's method and bisection."""
+    low, high = earliest_time_in_samples, latest_time_in_samples
+    rises = _series_value_and_slope(taylor_coefficients, high)[0] > 0.0
+    t = 0.5 * (low + high)
     for _ in range(100):
-        value, slope = _series_value_and_slope(taylor_series, t)
-        earliest_time, latest_time = (earliest_time, t) if (value > 0.0) == rises else (t, latest_time)
-        before, t = t, t - value / slope if slope != 0.0 else earliest_time
-        t = t if earliest_time <= t <= latest_time else 0.5 * (earliest_time + latest_time)
+        value, slope = _series_value_and_slope(taylor_coefficients, t)
+        low, high = (low, t) if (value > 0.0) == rises else (t, high)
+        before, t = t, t - value / slope if slope != 0.0 else low
+        t = t if low <= t <= high else 0.5 * (low + high)
         if abs(t - before) <= ROOT_TIME_TOLERANCE_IN_SAMPLES:
             break
     return t
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _series_keeps_sign(taylor_series: Any, step_length: float) -> bool:
+def _series_keeps_sign(taylor_coefficients: Any, step_length_in_samples: float) -> bool:
     """True if a Taylor series has no zero in a step, because its first term exceeds the sum of all others."""
     others = 0.0
-    for k in range(taylor_series.size - 1, 0, -1):
-        others = (others + abs(taylor_series[k])) * step_length
-    return bool(abs(taylor_series[0]) > others)
+    for k in range(taylor_coefficients.size - 1, 0, -1):
+        others = (others + abs(taylor_coefficients[k])) * step_length_in_samples
+    return bool(abs(taylor_coefficients[0]) > others)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _limit_step_to_two_turning_points(taylor_series: Any, step_length: float) -> float:
+def _limit_step_to_two_turning_points(taylor_coefficients_by_quantity: Any, step_length_in_samples: float) -> float:
     """Return a step's length, halved until the rotation of the block has at most two turning points in the step.
 
     There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
-    while step_length > SHORTEST_STEP_IN_SAMPLES and not (
-        _series_keeps_sign(taylor_series[1], step_length)
-        or _series_keeps_sign(taylor_series[4], step_length)
-        or _series_keeps_sign(taylor_series[5], step_length)
+    series, length = taylor_coefficients_by_quantity, step_length_in_samples
+    while length > SHORTEST_STEP_IN_SAMPLES and not (
+        _series_keeps_sign(series[1], length)
+        or _series_keeps_sign(series[4], length)
+        or _series_keeps_sign(series[5], length)
     ):
-        step_length *= 0.5
-    return step_length
+        length *= 0.5
+    return length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _first_two_turning_point_times(taylor_series: Any, step_length: float, starts_to_rock: bool) -> tuple[float, float]:
+def _first_two_turning_point_times(
+    taylor_coefficients_by_quantity: Any, step_length_in_samples: float, starts_to_rock_at_step_start: bool
+) -> tuple[float, float]:
     """Return the times of the first two turning points of a block's rotation in a step, else the step's length.
 
-    A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
+    Times are from the start of the step, in samples. A block that starts to rock moves away from the base, even if
+    rounding gives the first term the opposite sign.
     """
-    velocity, acceleration = taylor_series[1], taylor_series[4]
-    speeds_up = starts_to_rock or acceleration[0] > 0.0
-    between = step_length
-    if speeds_up != (_series_value_and_slope(acceleration, step_length)[0] > 0.0):
-        between = _find_series_root(acceleration, 0.0, step_length)
+    velocity, acceleration = taylor_coefficients_by_quantity[1], taylor_coefficients_by_quantity[4]
+    speeds_up, end = starts_to_rock_at_step_start or acceleration[0] > 0.0, step_length_in_samples
+    between = end
+    if speeds_up != (_series_value_and_slope(acceleration, end)[0] > 0.0):
+        between = _find_series_root(acceleration, 0.0, end)
     rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
     then, last = (
-        _series_value_and_slope(velocity, between)[0] > 0.0, _series_value_and_slope(velocity, step_length)[0] > 0.0,
+        _series_value_and_slope(velocity, between)[0] > 0.0, _series_value_and_slope(velocity, end)[0] > 0.0,
     )  # fmt: skip
-    first = _find_series_root(velocity, 0.0, between) if rises != then else step_length
-    second = _find_series_root(velocity, between, step_length) if then != last else step_length
+    first = _find_series_root(velocity, 0.0, between) if rises != then else end
+    second = _find_series_root(velocity, between, end) if then != last else end
     return min(first, second), max(first, second)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _landing_time(
-    angle_series: Any, first_turning_point: float, second_turning_point: float, step_length: float
+    angle_taylor_coefficients: Any,
+    first_turning_time_in_samples: float,
+    second_turning_time_in_samples: float,
+    step_length_in_samples: float,
 ) -> float:
-    """Return the time at which a rocking block lands on its base in a step; infinity if it does not."""
+    """Return the time from a step's start at which a rocking block lands on its base, in samples; infinity if none."""
     low = 0.0
-    for high in (first_turning_point, second_turning_point, step_length):
-        if _series_value_and_slope(angle_series, high)[0] < 0.0:
-            return _find_series_root(angle_series, low, high)
+    for high in (first_turning_time_in_samples, second_turning_time_in_samples, step_length_in_samples):
+        if _series_value_and_slope(angle_taylor_coefficients, high)[0] < 0.0:
+            return _find_series_root(angle_taylor_coefficients, low, high)
         low = high
     return np.inf
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _base_motion_of_sample(
-    horizontal_acceleration: Any, vertical_acceleration: Any, amplitude_factor_over_g: float, sample: int
+    horizontal_acceleration_by_sample_m_s2: Any,
+    upward_acceleration_by_sample_m_s2: Any,
+    amplitude_factor_divided_by_g: float,
+    sample_index: int,
 ) -> BaseAccelerationRampInG:
-    """Return the base motion from a sample to the next, in units of g; `scale` multiplies the accelerations (m/s²)."""
-    a, u = (
-        amplitude_factor_over_g * horizontal_acceleration[sample],
-        1.0 + amplitude_factor_over_g * vertical_acceleration[sample],
-    )
-    return BaseAccelerationRampInG(
-        a, amplitude_factor_over_g * horizontal_acceleration[sample + 1] - a, u,
-        1.0 + amplitude_factor_over_g * vertical_acceleration[sample + 1] - u,
+    """Return the base motion from a sample to the next, scaled by the amplitude factor, in units of g."""
+    scale, across, up = (
+        amplitude_factor_divided_by_g, horizontal_acceleration_by_sample_m_s2, upward_acceleration_by_sample_m_s2,
     )  # fmt: skip
+    a, u = scale * across[sample_index], 1.0 + scale * up[sample_index]
+    return BaseAccelerationRampInG(a, scale * across[sample_index + 1] - a, u, 1.0 + scale * up[sample_index + 1] - u)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _peak_angle_and_whether_case_ends(
-    angle_series: Any,
-    velocity_series: Any,
-    turning_points: tuple[float, float],
-    end_time: float,
-    peak_angle: float,
+    angle_taylor_coefficients: Any,
+    angular_velocity_taylor_coefficients: Any,
+    turning_times_in_samples: tuple[float, float],
+    landing_or_step_end_in_samples: float,
+    peak_angle_so_far_rad: float,
     record_has_ended: bool,
 ) -> tuple[float, bool]:
-    """Return a block's largest angle up to the end of a step, and True if the case ends at a turning point.
+    """Return a block's largest angle up to the end of a step, rad, and True if the case ends at a turning point.
 
     A case ends if the block has fallen (π/2). After the record each peak is smaller than the one before, so that it
-    also ends at its next peak. Turning points from `end_time` on do not count.
+    also ends at its next peak. Turning points from `landing_or_step_end_in_samples` on do not count.
     """
-    for time in turning_points:
-        if time < end_time:
-            peak_angle = max(peak_angle, _series_value_and_slope(angle_series, time)[0])
-            if peak_angle >= 0.5 * np.pi or (
-                record_has_ended and _series_value_and_slope(velocity_series, time)[1] < 0.0
+    peak = peak_angle_so_far_rad
+    for time in turning_times_in_samples:
+        if time < landing_or_step_end_in_samples:
+            peak = max(peak, _series_value_and_slope(angle_taylor_coefficients, time)[0])
+            if peak >= 0.5 * np.pi or (
+                record_has_ended and _series_value_and_slope(angular_velocity_taylor_coefficients, time)[1] < 0.0
             ):
-                return peak_angle, True
-    return peak_angle, False
+                return peak, True
+    return peak, False
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _simulate_rigid_block(
-    horizontal_acceleration: Any, vertical_acceleration: Any, case_parameters: Any, taylor_series: Any
+    horizontal_acceleration_by_sample_m_s2: Any,
+    upward_acceleration_by_sample_m_s2: Any,
+    case_table_row: Any,
+    taylor_coefficients_by_quantity: Any,
 ) -> tuple[float, float]:
     """Simulate one rigid block; return the side to which it falls and its largest angle, rad.
 
-    The side is 0 if the block stands, NaN if it is undecided.
+    The side is 1 towards the azimuth, −1 away from it, 0 if the block stands, NaN if it is undecided.
     """
-    angle, velocity, sine, cosine = taylor_series[0], taylor_series[1], taylor_series[2], taylor_series[3]
-    side = 1.0 if case_parameters.initial_tilt > 0.0 else -1.0 if case_parameters.initial_tilt < 0.0 else 0.0
-    angle[0], velocity[0] = abs(case_parameters.initial_tilt), 0.0
-    sine[0], cosine[0] = (
-        case_parameters.sine_of_tilt_left_to_critical_angle,
-        case_parameters.cosine_of_tilt_left_to_critical_angle,
-    )
-    sin_alpha, cos_alpha = case_parameters.sine_of_critical_angle, case_parameters.cosine_of_critical_angle
-    peak, tangent, samples = angle[0], sin_alpha / cos_alpha, horizontal_acceleration.size - 3
-    scale, i = case_parameters.amplitude_factor / STANDARD_GRAVITY, 0
-    step_count, square_of_p_times_sampling_interval = (
-        case_parameters.steps_per_sample,
-        case_parameters.square_of_p_times_sampling_interval,
-    )
-    while i < case_parameters.end_sample_if_undecided and not (i >= samples and side == 0.0):
+    series, across, up, case = (
+        taylor_coefficients_by_quantity, horizontal_acceleration_by_sample_m_s2, upward_acceleration_by_sample_m_s2,
+        case_table_row,
+    )  # fmt: skip
+    angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
+    side = 1.0 if case.initial_tilt > 0.0 else -1.0 if case.initial_tilt < 0.0 else 0.0
+    angle[0], velocity[0] = abs(case.initial_tilt), 0.0
+    sine[0], cosine[0] = case.sine_of_tilt_left_to_critical_angle, case.cosine_of_tilt_left_to_critical_angle
+    sin_alpha, cos_alpha = case.sine_of_critical_angle, case.cosine_of_critical_angle
+    peak, tangent, samples = angle[0], sin_alpha / cos_alpha, across.size - 3
+    scale, i = case.amplitude_factor / STANDARD_GRAVITY, 0
+    step_count, square = case.steps_per_sample, case.squared_product_of_p_and_sampling_interval
+    while i < case.end_sample_if_undecided and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
-        sample = _base_motion_of_sample(horizontal_acceleration, vertical_acceleration, scale, n)
+        sample = _base_motion_of_sample(across, up, scale, n)
         while t < 1.0:
             starts = side == 0.0
             if starts:
@@ -277,12 +292,10 @@ def _simulate_rigid_block(
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, sin_alpha, cos_alpha
             end = min((np.floor(t * step_count + 1e-9) + 1.0) / step_count, 1.0)
-            _fill_taylor_series(
-                taylor_series, side, _base_motion_with_later_origin(sample, t), square_of_p_times_sampling_interval
-            )
-            length = _limit_step_to_two_turning_points(taylor_series, end - t)
+            _fill_taylor_series(series, side, _base_motion_with_later_origin(sample, t), square)
+            length = _limit_step_to_two_turning_points(series, end - t)
             end = end if length == end - t else t + length
-            first, second = _first_two_turning_point_times(taylor_series, length, starts)
+            first, second = _first_two_turning_point_times(series, length, starts)
             then, rate = _series_value_and_slope(angle, length)[0], _series_value_and_slope(velocity, length)[0]
             if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end
@@ -294,15 +307,9 @@ def _simulate_rigid_block(
             if ends:
                 return (side, 0.5 * np.pi) if peak >= 0.5 * np.pi else (0.0, peak)
             if hit <= length:
-                angle[0], velocity[0] = (
-                    0.0,
-                    -case_parameters.restitution_coefficient * _series_value_and_slope(angle, hit)[1],
-                )
+                angle[0], velocity[0] = 0.0, -case.restitution_coefficient * _series_value_and_slope(angle, hit)[1]
                 sine[0], cosine[0] = sin_alpha, cos_alpha
-                t, side = (
-                    t + hit,
-                    -side if velocity[0] >= case_parameters.max_rest_angular_velocity_rad_per_sample else 0.0,
-                )
+                t, side = t + hit, -side if velocity[0] >= case.max_rest_angular_velocity_rad_per_sample else 0.0
                 continue
             cosine[0], sine[0] = normalise_cosine_and_sine(
                 _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
@@ -316,26 +323,30 @@ def _simulate_rigid_block(
 
 @njit(nogil=True, **COMPILE_OPTIONS)
 def _simulate_rigid_blocks(
-    horizontal_acceleration: Any,
+    horizontal_acceleration_by_azimuth_m_s2: Any,
     motion_row_by_case: Any,
-    vertical_acceleration: Any,
-    cases: Any,
-    series_order: int,
-    outcomes_out: Any,
+    upward_acceleration_by_sample_m_s2: Any,
+    case_table: Any,
+    taylor_series_order: int,
+    fall_side_and_peak_angle_by_case_out: Any,
 ) -> None:
-    """Simulate n rigid blocks; fill `outcomes_out`, shape (n, 2), with side of the fall and largest angle (rad)."""
-    series = np.zeros((6, series_order + 1))
-    for k in range(cases.size):
-        outcomes_out[k, 0], outcomes_out[k, 1] = _simulate_rigid_block(
-            horizontal_acceleration[motion_row_by_case[k]], vertical_acceleration, cases[k], series
-        )
+    """Simulate n rigid blocks; fill an array of shape (n, 2) with side of the fall and largest angle (rad).
+
+    The side is that of `_simulate_rigid_block`.
+    """
+    series, out = np.zeros((6, taylor_series_order + 1)), fall_side_and_peak_angle_by_case_out
+    for k in range(case_table.size):
+        out[k, 0], out[k, 1] = _simulate_rigid_block(
+            horizontal_acceleration_by_azimuth_m_s2[motion_row_by_case[k]], upward_acceleration_by_sample_m_s2,
+            case_table[k], series,
+        )  # fmt: skip
 
 
 cache_compiled_kernel(_simulate_rigid_blocks)
 
 
 def simulate_rigid_rocking(
-    motion: Motion, cases: Cases, series_order: int = TAYLOR_SERIES_ORDER
+    motion: Motion, cases: Cases, taylor_series_order: int = TAYLOR_SERIES_ORDER
 ) -> RigidRockingOutcomes:
     """Simulate rigid blocks that rock without sliding or bouncing, whatever their friction.
 
@@ -346,7 +357,7 @@ def simulate_rigid_rocking(
         vertical component.
     cases : Cases
         n blocks; `friction` and `damping_factor` are ignored.
-    series_order : int
+    taylor_series_order : int
         Order of the Taylor series, at least 2.
 
     Returns
@@ -370,7 +381,7 @@ def simulate_rigid_rocking(
     columns = {
         "sine_of_critical_angle": ratio / diagonal,
         "cosine_of_critical_angle": 1.0 / diagonal,
-        "square_of_p_times_sampling_interval": per_sample**2,
+        "squared_product_of_p_and_sampling_interval": per_sample**2,
         "restitution_coefficient": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps_per_sample": np.ceil(per_sample / LONGEST_STEP_IN_ROCKING_TIME_CONSTANTS),
         "max_rest_angular_velocity_rad_per_sample": MAX_REST_ANGULAR_VELOCITY_TO_P_RATIO * per_sample,
@@ -383,6 +394,6 @@ def simulate_rigid_rocking(
     for name, values in columns.items():
         table[name] = values
     found = np.zeros((cases.case_count, 2))
-    _simulate_rigid_blocks(ground, row, up, table, series_order, found)
+    _simulate_rigid_blocks(ground, row, up, table, taylor_series_order, found)
     side = np.nan_to_num(found[:, 0], nan=INT8_MISSING).astype(np.int8)
     return RigidRockingOutcomes(side, found[:, 1] / alpha)

@@ -133,30 +133,26 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_block_state(
-    state: Any, lane: int, case_parameters: Any, sampling_interval: float, ticks_per_sample: float
+    state: Any, lane: int, case_table_row: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
     """Write constants and initial state of a case's block into column `lane` of the state array."""
     for row in range(STATE_ROW_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
-    b, h, c, s = (
-        0.5 * case_parameters.width,
-        0.5 * case_parameters.height,
-        case_parameters.initial_tilt_cosine,
-        case_parameters.initial_tilt_sine,
-    )
-    k, ks = case_parameters.normal_stiffness_per_mass, case_parameters.tangential_stiffness_per_mass
-    dashpot = case_parameters.dashpot_constant_per_mass
+    b, h = 0.5 * case_table_row.width, 0.5 * case_table_row.height
+    c, s = case_table_row.initial_tilt_cosine, case_table_row.initial_tilt_sine
+    k, ks = case_table_row.normal_stiffness_per_mass, case_table_row.tangential_stiffness_per_mass
+    dashpot = case_table_row.dashpot_constant_per_mass
     inertia = 3.0 / (b * b + h * h)
     block = BlockConstants(
         half_width=b, half_height=h, mass_over_moment_of_inertia=inertia,
         normal_stiffness_per_mass=k, tangential_stiffness_per_mass=ks,
         mass_over_tangential_stiffness=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant_per_mass=dashpot,
-        friction=case_parameters.friction,
-        critical_angle=case_parameters.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
-        max_corner_travel_without_halving_step=case_parameters.max_corner_travel_without_halving_step,
+        friction=case_table_row.friction,
+        critical_angle=case_table_row.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
+        max_corner_travel_without_halving_step=case_table_row.max_corner_travel_without_halving_step,
         flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
         max_time_between_touches_of_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
-        flat_landing_friction_moment_factor=0.0 if case_parameters.friction * h <= b else 1.0,
+        flat_landing_friction_moment_factor=0.0 if case_table_row.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -169,25 +165,25 @@ def write_initial_block_state(
     ul, ur = max(left.penetration, 0.0), max(right.penetration, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = BlockState(
-        centre_x=x, centre_z=z, angle=case_parameters.initial_tilt, cos=c, sin=s, centre_vx=0.0, centre_vz=0.0,
+        centre_x=x, centre_z=z, angle=case_table_row.initial_tilt, cos=c, sin=s, centre_vx=0.0, centre_vz=0.0,
         angular_velocity=0.0, centre_ax=0.0, centre_az=az, angular_acceleration=aw, left=left, right=right,
         ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
     )  # fmt: skip
     store_block(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
-        case_parameters.shortest_step_ticks, case_parameters.longest_step_at_rest_ticks,
-        case_parameters.steps_before_doubling_after_contact_change, case_parameters.long_steps_before_doubling,
+        case_table_row.shortest_step_ticks, case_table_row.longest_step_at_rest_ticks,
+        case_table_row.steps_before_doubling_after_contact_change, case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    length, steps = case_parameters.shortest_step_ticks, case_parameters.steps_before_doubling_after_contact_change
+    length, steps = case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change
     store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, AssumedFrictionCoefficientIfSliding(0.0, 0.0))
-    store_peaks(state, lane, BlockPeakValues(abs(case_parameters.initial_tilt), 0.0, 0.0, -1.0))
+    store_peaks(state, lane, BlockPeakValues(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
-    state[REST_LIMIT + lane] = case_parameters.rest_acceleration_limit_g
+    state[REST_LIMIT + lane] = case_table_row.rest_acceleration_limit_g
     store_course(state, lane, CaseProgress(
-        case_parameters.amplitude_factor, case_parameters.first_simulated_sample, case_parameters.last_onset_sample,
-        case_parameters.end_sample_if_undecided, case_parameters.first_simulated_sample * sampling_interval,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.last_onset_sample,
+        case_table_row.end_sample_if_undecided, case_table_row.first_simulated_sample * sampling_interval,
         first, barrier,
     ))  # fmt: skip
 
@@ -207,14 +203,16 @@ def start_sample_and_load_base_motion(
     lane_count: int,
     motion_row_by_case: Any,
     lane_cases: Any,
-    horizontal_acceleration: Any,
-    vertical_acceleration: Any,
+    horizontal_acceleration_by_azimuth_m_s2: Any,
+    upward_acceleration_or_none: Any,
     settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1.
 
-    `motion_row_by_case` has the row of `horizontal_acceleration` for each case, `lane_cases` the case of each lane.
+    `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case, `lane_cases` the case
+    of each lane; the upward acceleration, m/s², has a value for each sample.
     """
+    across, up = horizontal_acceleration_by_azimuth_m_s2, upward_acceleration_or_none
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
     for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(state, j)
@@ -224,7 +222,7 @@ def start_sample_and_load_base_motion(
         )
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
-    last = horizontal_acceleration.shape[1] - 3
+    last = across.shape[1] - 3
     for j in range(round_to_vector_multiple(lane_count)):
         course = load_course(state, j)
         i = min(int(course.current_sample), last)
@@ -233,13 +231,11 @@ def start_sample_and_load_base_motion(
             state,
             j,
             linear_base_acceleration_of_sample(
-                horizontal_acceleration[motion_row_by_case[lane_cases[j]]], i, -course.amplitude_factor, scale
+                across[motion_row_by_case[lane_cases[j]]], i, -course.amplitude_factor, scale
             ),
         )
-        if vertical_acceleration is not None:
-            store_lift(
-                state, j, linear_base_acceleration_of_sample(vertical_acceleration, i, course.amplitude_factor, scale)
-            )
+        if up is not None:
+            store_lift(state, j, linear_base_acceleration_of_sample(up, i, course.amplitude_factor, scale))
 
 
 def attempt_steps_until_next_check(
@@ -325,7 +321,7 @@ def skip_samples_of_resting_blocks(
     lane_cases: Any,
     active_lane_count: int,
     motion_row_by_case: Any,
-    ground: Any,
+    ground_motion: Any,
     ticks_per_sample: float,
     skipped_sample_counts_out: Any,
 ) -> None:
@@ -354,7 +350,7 @@ def skip_samples_of_resting_blocks(
             course = load_course(state, j)
             now = course.current_sample + state[TICK + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
-                ground, motion_row_by_case[lane_cases[j]], now, course.amplitude_factor, state[REST_LIMIT + j]
+                ground_motion, motion_row_by_case[lane_cases[j]], now, course.amplitude_factor, state[REST_LIMIT + j]
             )
             state[SAMPLE + j] += samples
             skipped_sample_counts_out[j] += samples
@@ -362,13 +358,14 @@ def skip_samples_of_resting_blocks(
 
 @njit(**INLINE_OPTIONS)
 def largest_velocity_or_acceleration_component(
-    horizontal: float, vertical: float, rotational: float, block: BlockConstants
+    velocity_or_acceleration_x: float,
+    velocity_or_acceleration_z: float,
+    angular_velocity_or_acceleration: float,
+    block: BlockConstants,
 ) -> float:
-    """Return the largest of |horizontal|, |vertical| and half height × |rotational| component of a block's motion."""
-    turn, most = (
-        abs(rotational) * block.half_height,
-        abs(horizontal) if abs(horizontal) > abs(vertical) else abs(vertical),
-    )
+    """Return the largest of |x|, |z| and half height × |rotation| of a block's velocity (m/s) or acceleration."""
+    x, z = abs(velocity_or_acceleration_x), abs(velocity_or_acceleration_z)
+    turn, most = abs(angular_velocity_or_acceleration) * block.half_height, x if x > z else z
     return most if most > turn else turn
 
 

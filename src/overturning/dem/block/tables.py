@@ -101,7 +101,7 @@ class RigidCaseTableColumns(NamedTuple):
     """Sine of the critical angle α."""
     cosine_of_critical_angle: float
     """Cosine of the critical angle α."""
-    square_of_p_times_sampling_interval: float
+    squared_product_of_p_and_sampling_interval: float
     """Square of p times the sampling interval."""
     restitution_coefficient: float
     """Coefficient of restitution."""

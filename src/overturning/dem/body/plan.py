@@ -341,9 +341,9 @@ def steps_per_sample_and_step_control(
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
     whole = kernel_step_control.longest_whole_step_in_rocking_time_constants * rocking_time_constant_s_by_case
     per_sample = partial(
-        steps_per_sample, IntegrationScheme.CUNDALL, omega_squared=(2.0 / whole) ** 2,
-        two_xi_omega=np.zeros(whole.size), sampling_interval=sampling_interval_s,
-        block_rocking_time_constant=rocking_time_constant_s_by_case,
+        steps_per_sample, IntegrationScheme.CUNDALL, omega_squared_of_highest_mode=(2.0 / whole) ** 2,
+        two_xi_omega_of_highest_mode=np.zeros(whole.size), sampling_interval=sampling_interval_s,
+        block_rocking_time_constant_by_case_s=rocking_time_constant_s_by_case,
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)

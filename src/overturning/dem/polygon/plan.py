@@ -123,23 +123,25 @@ class PolygonSimulationPlan(SimulationPlan):
 
     def continue_trajectory(
         self,
-        trajectory: FloatArray,
-        aftermath: float,
-        has_fallen: NDArray[np.bool_],  # noqa: ARG002
+        trajectory_rows: FloatArray,
+        added_time_s: float,
+        has_fallen_by_element: NDArray[np.bool_],  # noqa: ARG002
     ) -> FloatArray:
-        """Return a trajectory extended by `aftermath` s after the end of the given one; the case is computed again.
+        """Return a trajectory extended by `added_time_s` s after the end of the given one; the case is computed again.
 
         The trajectory is returned unchanged if the longer computation takes other steps.
         """
         interval, table = self.motion.sampling_interval, self.case_table.copy()
-        table["earliest_end_sample"] = np.ceil((trajectory[-1, TIME] + aftermath) / interval)
+        table["earliest_end_sample"] = np.ceil((trajectory_rows[-1, TIME] + added_time_s) / interval)
         plan = replace(self, case_table=table)
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
         poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.scene_variants[0].elements))
-        same = len(longer) > len(trajectory) and np.array_equal(longer[: len(trajectory), poses], trajectory[:, poses])
-        return longer if same else trajectory
+        same = len(longer) > len(trajectory_rows) and np.array_equal(
+            longer[: len(trajectory_rows), poses], trajectory_rows[:, poses]
+        )
+        return longer if same else trajectory_rows
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the scene at rest, one for each of the first `sample_count` samples."""

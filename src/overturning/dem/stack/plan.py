@@ -155,13 +155,15 @@ class StackSimulationPlan(SimulationPlan3D):
         return rows
 
     def continue_trajectory(
-        self, trajectory: FloatArray, aftermath: float, has_fallen: NDArray[np.bool_]
+        self, trajectory_rows: FloatArray, added_time_s: float, has_fallen_by_element: NDArray[np.bool_]
     ) -> FloatArray:
-        """Return a trajectory extended by `aftermath` seconds, in which fallen stones continue in free flight."""
+        """Return a trajectory extended by `added_time_s`, in which fallen stones continue in free flight."""
         at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         # A flight needs a row for each sample, also while the stones below rest and samples are skipped.
-        trajectory = self.insert_skipped_sample_rows(trajectory, at_rest)
-        longer = extend_trajectory_by_its_last_row(trajectory, has_fallen, self.motion.sampling_interval, aftermath)
+        trajectory = self.insert_skipped_sample_rows(trajectory_rows, at_rest)
+        longer = extend_trajectory_by_its_last_row(
+            trajectory, has_fallen_by_element, self.motion.sampling_interval, added_time_s
+        )
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
         for column in (1, 2, 3):
             longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)

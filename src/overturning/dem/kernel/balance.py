@@ -23,7 +23,7 @@ def run_cases_until_energy_balances(
     status_by_case: NDArray[Any],
     energy_error_to_input_ratio_by_case: NDArray[Any],
 ) -> None:
-    """Simulate cases; repeat those whose energy balance has too large an error, with finer and finer steps.
+    """Simulate cases; repeat those whose energy error exceeds 1 % of the input energy, with finer and finer steps.
 
     Cases whose energy still does not balance after `MAX_RERUNS` reruns get the status `unstable`.
 

@@ -38,13 +38,13 @@ class KernelStepControl(NamedTuple):
 
     @property
     def max_step_halvings(self) -> int:
-        """Largest number of times that a full-length step may be halved."""
+        """Largest number of times that a whole step may be halved."""
         return int(self.ticks_per_whole_step).bit_length() - 1
 
     def steps_before_length_doubles(
         self, omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
     ) -> FloatArray:
-        """Return the number of steps after a contact change before the step length doubles, for each case.
+        """Return, for each case, the number of steps of one length after a contact change before the length doubles.
 
         The arguments are ω² (1/s²) and 2ξω (1/s) of each case, arrays of the same shape. The number grows if the
         damping ratio ξ is below one half.

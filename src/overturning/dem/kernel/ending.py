@@ -79,7 +79,7 @@ def next_sample_tick_and_last_upright_time(
     ticks_per_sample: float,
     sampling_interval: float,
 ) -> tuple[float, float, float]:
-    """Return the sample and tick at which a case continues, and the last time (s) when the body was upright.
+    """Return the sample and tick at which a case continues, and the last time (s) when its body leant less than α.
 
     The returned tick counts from the start of the returned sample. `last_upright_tick_in_ended_sample` is the last tick
     at which the body leant less than its critical angle; negative if none.
@@ -106,7 +106,7 @@ def case_cannot_have_ended(
     sum_of_state_values_to_check_finite: float,
     state_is_within_limits: bool,
 ) -> bool:
-    """True if a case cannot have ended yet: its state is finite and within limits, and strong shaking is still ahead.
+    """True if a case cannot have ended: its state is valid, and base motion that can move a body is still ahead.
 
     `sum_of_state_values_to_check_finite` is finite only if all values of the state are. If the result is false, the
     case may have ended or not.
@@ -130,7 +130,7 @@ def body_is_still(
     last_step_duration_s: float,
     rest_acceleration_limit_g: float,
 ) -> bool:
-    """True if a body in contact is at rest: its speed and its acceleration are both below limits.
+    """True if a body in contact is at rest: its speed and acceleration are below limits proportional to its rest limit.
 
     Speed and acceleration, relative to the base, include those due to rotation; they are taken after the last step.
     `rest_acceleration_limit_g` is the base acceleration over g up to which the body stays at rest.
@@ -153,7 +153,7 @@ def largest_tilt_near_case_end(
     tilt_over_critical_angle: float,
     centre_height_above_rest_m: float,
 ) -> float:
-    """Return the largest ratio of tilt to critical angle near a case's end so far, including this sample.
+    """Return the largest tilt over critical angle so far in the second half of the time from record end to case end.
 
     See `LargestTiltNearCaseEnd`.
 

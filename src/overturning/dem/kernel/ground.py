@@ -56,7 +56,7 @@ class LinearBaseAcceleration(NamedTuple):
 def linear_base_acceleration_of_sample(
     acceleration_by_sample_m_s2: Any, sample_index: int, amplitude_factor: float, samples_per_tick: float
 ) -> LinearBaseAcceleration:
-    """Return a component of the base acceleration from `sample_index` to the next one, multiplied by a factor.
+    """Return a component of the base acceleration, times the amplitude factor, as linear from a sample to the next.
 
     `acceleration_by_sample_m_s2` holds the component at each sample, m/s².
     """
@@ -135,12 +135,12 @@ def largest_upcoming_acceleration(
 
 
 @njit(**INLINE_OPTIONS)
-def is_rest_check_sample(sample: float) -> bool:
+def is_rest_check_sample(current_sample: float) -> bool:
     """True if the program tests at this sample whether a body is at rest, so that samples can be skipped.
 
     These are the first `REST_CHECKS_PER_SAMPLE_BLOCK` samples of each block of `SAMPLES_PER_REST_CHECK_BLOCK` samples.
     """
-    blocks = sample * (1.0 / SAMPLES_PER_REST_CHECK_BLOCK)
+    blocks = current_sample * (1.0 / SAMPLES_PER_REST_CHECK_BLOCK)
     return blocks - math.floor(blocks) < REST_CHECKS_PER_SAMPLE_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
 
 
@@ -183,7 +183,7 @@ def count_skippable_samples(
     amplitude_factor: float,
     rest_acceleration_limit_g: float,
 ) -> int:
-    """Return for how many samples from `current_sample` on, a multiple of the block size, a body at rest stays at rest.
+    """Return the number of samples from the current one on, in whole blocks, in which a body at rest stays at rest.
 
     The other parameters are those of `upcoming_motion_is_below_rest_limit`.
     """

@@ -165,7 +165,7 @@ select: Final[Any] = intrinsic(_select_value_without_branch)
 
 
 def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count_type: Any) -> Any:
-    """Generate code that returns a number of lanes (cases in parallel), for LLVM a multiple of a cache line's."""
+    """Generate code that rounds a number of lanes (cases in parallel) down to a multiple of 8, but at least to 8."""
 
     def generate_rounding_code(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that rounds the number down to whole cache lines, at least to one."""

@@ -1,4 +1,4 @@
-"""Mechanics shared by the block and polygon kernels, in the order of docs/method.md.
+"""Mechanics that the kernels share, in the order of docs/method.md.
 
 Only ``+ - * /``, comparisons and selections are used: the last bits of libm functions differ between processors.
 """
@@ -19,7 +19,7 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 @njit(**INLINE_OPTIONS)
 def rotate_cosine_and_sine(cosine: float, sine: float, further_rotation_rad: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle after a further rotation by the small angle `further_rotation_rad`, rad."""
+    """Return cosine and sine of an angle after a further rotation by the small angle `further_rotation_rad`."""
     square = further_rotation_rad * further_rotation_rad
     angle_sine = further_rotation_rad * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
@@ -43,7 +43,7 @@ def clamp_magnitude(force_or_stretch: float, limit: float) -> float:
 def base_slides_in_flat_landing(
     friction_coefficient: float, tangential_velocity: float, normal_velocity: float
 ) -> bool:
-    """True if a base that lands flat slides: its tangential velocity is at least μ × its vertical velocity (m/s).
+    """True if a body that lands flat slides: its tangential speed is at least μ × its normal speed, m/s.
 
     The dashpots stop the vertical motion first, and the contribution of the rotation to the slip only later. Friction
     in a plastic landing depends on the slip that remains afterwards, so rotation is left out: all contact points slide
@@ -56,7 +56,7 @@ def base_slides_in_flat_landing(
 def max_time_between_touches_in_one_impact(
     normal_stiffness_of_one_end_per_mass: float, dashpot_constant_of_one_end_per_mass: float
 ) -> float:
-    """Return the longest time (s) between the touches of a base's two ends that still counts as one impact.
+    """Return the longest time (s) between touches of both ends of a body's lower side that still count as one impact.
 
     Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h (mass over dashpot), in which the
     dashpot of one end alone stops the mass: the other end touches before the first one has stopped the body. For a
@@ -68,7 +68,7 @@ def max_time_between_touches_in_one_impact(
 
 @njit(**INLINE_OPTIONS)
 def base_end_touches_within_time(allowed_time_s: float, penetration_m: float, upward_velocity_m_s: float) -> bool:
-    """True if an end of a base is in contact, or comes into contact within `allowed_time_s` at its present velocity.
+    """True if an end of a body's lower side touches the ground now, or within `allowed_time_s` at its present velocity.
 
     The penetration is negative above the ground.
     """
@@ -91,7 +91,7 @@ def clamp_friction_and_stretch(
     tangential_compliance_times_mass: float,
     is_in_flat_landing_and_slides_meanwhile: tuple[bool, bool],
 ) -> tuple[float, float, float, float, bool]:
-    """Limit friction force and spring stretch of a contact point; return both, and True if the point slips.
+    """Limit friction force (per mass) and spring stretch of a contact point; return both, and True if the point slips.
 
     Force and stretch keep their directions. A point in a flat landing slips if, and only if, it slides meanwhile (see
     `base_slides_in_flat_landing`).

@@ -81,28 +81,32 @@ def start_case(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int,
 
 
 def update_sample_and_load_motion(
-    kernel_input: KernelInput, workspace: KernelWorkspace, lane_cases: Any, lane_count: int
+    kernel_input: KernelInput, workspace: KernelWorkspace, case_index_by_lane: Any, computed_lane_count: int
 ) -> None:
-    """Load the base motion of the next sample for each of the first `lane_count` cases.
+    """Load the base motion of the next sample for each of the first `computed_lane_count` cases.
 
-    `lane_cases` holds the index of the case in each lane.
+    `case_index_by_lane` holds the index of the case in each lane.
     """
     raise NotImplementedError
 
 
 def attempt_steps_until_next_check(
-    kernel_input: KernelInput, workspace: KernelWorkspace, lane_count: int, trajectory: Any, recorded_row_count: int
+    kernel_input: KernelInput,
+    workspace: KernelWorkspace,
+    computed_lane_count: int,
+    trajectory_of_first_lane: Any,
+    recorded_row_count: int,
 ) -> tuple[Any, int]:
-    """Advance the first `lane_count` cases by one sample, and record the motion of the first case.
+    """Attempt a fixed number of steps of the first `computed_lane_count` cases; record the motion of the first one.
 
-    Returns the trajectory of the first lane, which may be a longer copy of `trajectory`, and its number of recorded
+    Returns the trajectory of the first lane, which may be a longer copy of the given one, and its number of recorded
     rows; −1 if the trajectory has reached its limit.
     """
     raise NotImplementedError
 
 
 def mark_possibly_ended_cases(
-    kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, end_marks_out: Any
+    kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, possibly_ended_mark_by_lane_out: Any
 ) -> int:
     """Set the mark of each active case to 1 if it may have ended, else to 0; return the number of ones.
 
@@ -114,13 +118,13 @@ def mark_possibly_ended_cases(
 def skip_quiet_samples_of_resting_cases(
     kernel_input: KernelInput,
     workspace: KernelWorkspace,
-    lane_cases: Any,
+    case_index_by_lane: Any,
     active_lane_count: int,
-    skipped_sample_counts_out: Any,
+    skipped_sample_count_by_lane_out: Any,
 ) -> None:
     """Skip, for cases with a body at rest, the samples in which the base motion is too weak to move it.
 
-    The number of samples skipped in a lane is added to `skipped_sample_counts_out`.
+    The number of samples skipped in a lane is added to `skipped_sample_count_by_lane_out`.
 
     At rest all contacts are closed, nothing slides, the last step was a long one, and residual motion and vibration are
     small compared with the acceleration that the body resists (`dem.kernel.ground.count_skippable_samples`).
@@ -169,7 +173,7 @@ def create_lookup_by_type(value_by_argument_type: Mapping[Any, Any]) -> Callable
     """Return a compiled function that looks up, in `value_by_argument_type`, the value for the type of its argument."""
 
     def look_up_value_by_argument_type(argument_whose_type_selects_value: Any) -> Any:
-        """Return the value for the type of `argument_whose_type_selects_value`."""
+        """Return the value for the argument's Python type."""
         return value_by_argument_type[type(argument_whose_type_selects_value)]
 
     @overload(look_up_value_by_argument_type, strict=False)

@@ -69,10 +69,7 @@ def simulate_cases_on_cluster(
 
 
 def _motion_as_shared_task_result(motion: Motion) -> Motion:
-    """Return the motion unchanged, as the result of a dask task that all simulation tasks on the cluster share.
-
-    Run as a dask task, so that all simulation tasks on the cluster share one copy of the motion.
-    """
+    """Return the motion unchanged: run as a dask task, whose result all simulation tasks on the cluster share."""
     return motion
 
 

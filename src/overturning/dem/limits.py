@@ -17,7 +17,7 @@ MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD: Final = 20.0
 def static_penetration_exceeds_limit(
     static_penetration_m: FloatArray, smaller_side_of_element_m: FloatArray | float
 ) -> NDArray[np.bool_]:
-    """True for each static penetration that exceeds the range of the contact law, so that the case has no outcome.
+    """True for each static penetration above a tenth of the element's smaller side: such a case has no outcome.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Numerical options of a simulation: scheme, time step, omissions, and limits."""
+"""Numerical options of a simulation: scheme, time step, limits, and whether needless computations are skipped."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -25,11 +25,11 @@ MAX_TRAJECTORY_DATASET_VALUES: Final = 100_000_000
 """Largest number of float64 values in the dataset of a path (0.8 GB)."""
 
 
-def check_trajectory_size(value_count: float) -> None:
-    """Raise an `ArgumentError` if a trajectory of at least `value_count` numbers would be too large."""
-    if value_count > MAX_TRAJECTORY_DATASET_VALUES:
+def check_trajectory_size(min_number_count: float) -> None:
+    """Raise an `ArgumentError` if a trajectory of at least `min_number_count` numbers would be too large."""
+    if min_number_count > MAX_TRAJECTORY_DATASET_VALUES:
         raise ArgumentError(
-            f"trajectory: a path of {8e-9 * value_count:.1f} GB or more, "
+            f"trajectory: a path of {8e-9 * min_number_count:.1f} GB or more, "
             f"at most {8e-9 * MAX_TRAJECTORY_DATASET_VALUES:.1f} GB; cut "
             "the motion to its strong part, take a larger time_step, a shorter aftermath or, in a scene, fewer elements"
         )
@@ -94,12 +94,12 @@ class SimulationPlan(ABC):
 
     @property
     def vertical_base_acceleration(self) -> FloatArray | None:
-        """Vertical acceleration of the base, m/s², with three zeros after the record; None without vertical motion."""
+        """Unscaled upward acceleration of the base by sample, m/s², and three zeros; None without vertical motion."""
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
     def largest_upcoming_accelerations(self) -> tuple[FloatArray, FloatArray]:
-        """Largest horizontal and vertical base accelerations after each sample, m/s²; see `GroundMotion`."""
+        """Largest unscaled horizontal and vertical base acceleration in a time window ahead, m/s² (`GroundMotion`)."""
         across = (
             np.abs(self.base_accelerations)
             if self.base_accelerations.ndim == 2
@@ -203,7 +203,7 @@ class SimulationPlan(ABC):
         added_time_s: float,  # noqa: ARG002
         has_fallen_by_element: NDArray[np.bool_],  # noqa: ARG002
     ) -> NDArray[Any]:
-        """Return a trajectory continued for `added_time_s` seconds after its end; unchanged for a single block or body.
+        """Return a trajectory continued for `added_time_s` after its end; unchanged for a single block or body.
 
         `has_fallen_by_element`, shape (elements,), is True for the elements that fell by the end of the case.
         """
@@ -268,7 +268,7 @@ class SimulationPlan(ABC):
         }
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the empty tables, by name, that the kernel fills for `case_count` cases, such as ``results``."""
+        """Return tables of zeros, by name, such as ``results``, that the kernel fills with a row for each case."""
         return {"results": np.zeros(case_count, self.result_dtype)}
 
     @abstractmethod
@@ -307,7 +307,7 @@ class SimulationPlan(ABC):
 
 
 def azimuth_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return, for each of n cases, the row of its base acceleration, and the array of these accelerations, m/s².
+    """Return, for each of n cases, the row of its unscaled base acceleration, and the array of these, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.
     """

@@ -132,7 +132,7 @@ def largest_acceleration_without_motion_g(
 def dynamic_to_static_force_ratio_upper_bound(
     omega_squared_of_lowest_mode: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
-    """Return an upper bound of the ratio of dynamic to static contact force for base motions with a single peak.
+    """Return an upper bound of a contact force under base motion over its static value at the peak acceleration.
 
     It is the lower of two bounds. The first, for any motion, is the integral of |h|, where h is the force after an
     impulse of the base. The second is for a motion that is linear between samples: each kink of the motion excites a
@@ -143,7 +143,7 @@ def dynamic_to_static_force_ratio_upper_bound(
     omega_squared_of_lowest_mode : ndarray
         ω² of the slowest mode, 1/s².
     dashpot_to_spring_ratio_s : ndarray or float
-        Dashpots over springs, s, so that ξ = ω · delay / 2.
+        Dashpots over springs, s, so that ξ = ω/2 times it.
     sampling_interval : float
         Time between samples, s.
     """

@@ -146,8 +146,6 @@ def split_into_case_groups(
 ) -> list[NDArray[np.int64]]:
     """Split cases into groups of at most `MAX_CASES_PER_KERNEL_CALL` cases with equal `parallel_group_by_case`.
 
-    All cases of a group have the same number in `parallel_group_by_case`.
-
     `case_numbers_ordered_by_parallel_group` are indices of cases, in the order of their numbers in
     `parallel_group_by_case`. If `split_long_groups`, 128 or more cases of one number make at least two groups, so that
     two threads share them.
@@ -173,7 +171,7 @@ def simulate_groups_in_threads(
     counter_of_block_steps_done: NDArray[np.int64],
     expected_total_block_steps: int,
 ) -> None:
-    """Simulate groups of cases on `numerics.threads` threads, and report the number of steps done and expected.
+    """Simulate groups of cases on `numerics.threads` threads, and report the numbers of block steps done and expected.
 
     Block steps are time steps times stones; `simulate_case_group` adds those done to the counter, shape (1,).
     """

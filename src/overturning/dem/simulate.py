@@ -208,9 +208,9 @@ def simulate(
 def critical_angle_coordinate(
     model: Model, grid: CaseGrid
 ) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
-    """Return dimensions, values (rad) and attributes of a scene's critical angles; None for a block or body.
+    """Return dimensions, values (degrees) and attributes of critical angles of a scene's free elements, or None.
 
-    A single block or body needs none: its critical angle follows from B/H.
+    None for a single block or body, whose critical angle follows from B/H.
     """
     if not isinstance(model, PlanarModel) or model.scene.is_single_block_on_wide_ground:
         return None

@@ -67,7 +67,7 @@ def block_highest_eigenvalue_bound(
     half_width: FloatArray,
     half_height: FloatArray,
 ) -> FloatArray:
-    """Return an upper bound of the highest eigenvalue ω² of a block upright on two corners or tilted on one.
+    """Return an upper bound of the highest ω² (from dashpots: 2ξω) of a block upright on two corners or tilted on one.
 
     Upright, heave has the eigenvalue 2 K_n/m; sway and rocking are coupled. On one corner, a rectangle has 4 K/m if
     both springs have the stiffness K, and at most 4 max(K_n, K_s)/m otherwise.
@@ -82,7 +82,7 @@ def block_highest_eigenvalue_bound(
     Returns
     -------
     ndarray
-        ω² in 1/s² (or twice the damping rate for dashpots, 1/s).
+        ω², 1/s², or from dashpots 2ξω, 1/s.
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
     sway = 2.0 * tangential_stiffness_or_dashpot_per_mass
@@ -138,7 +138,7 @@ def longest_stable_step(
     two_xi_omega_of_highest_mode: FloatArray,
     block_rocking_time_constant_by_case_s: FloatArray | None = None,
 ) -> FloatArray:
-    """Return the largest stable time step of each case, s.
+    """Return the longest time step of each case, s, that is stable and, for a block in the centred scheme, accurate.
 
     Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The
     centred scheme evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max
@@ -171,7 +171,10 @@ def longest_stable_step(
 def shortest_contact_time_constant(
     omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
 ) -> FloatArray:
-    """Return 1/ω of the highest contact mode, s; less above `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`."""
+    """Return 1/ω of the highest contact mode, s, times ξ₀/ξ if its damping ratio ξ exceeds ξ₀.
+
+    ξ₀ is `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`.
+    """
     frequency = np.sqrt(omega_squared_of_highest_mode)
     return np.asarray(
         DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED
@@ -271,7 +274,7 @@ def steps_per_sample_from_stable_step(
 def requested_to_automatic_step_ratio(
     scheme: IntegrationScheme, requested_time_step: float | str, stable_step_by_case_s: FloatArray
 ) -> FloatArray | float:
-    """Return the ratio of the requested to the automatic time step, for each block; 1 if the request is "auto"."""
+    """Return the ratio of requested to automatic time step, for each block; 1 if the request is "auto"."""
     if requested_time_step == "auto":
         return 1.0
     wanted = (

@@ -75,7 +75,7 @@ def predict_block_at_step_end(
     inertial_accelerations: BlockInertialAccelerations,
     ticks_per_sample: float,
 ) -> BlockPredictedAtStepEnd:
-    """Predict the state of a block and its lower corners at the end of a step, with constant acceleration."""
+    """Predict a block and its lower corners at the end of a step, relative to the base, with constant acceleration."""
     dt, tick = block.seconds_per_tick * step_ticks, state.ticks_since_sample_start + step_ticks
     half = 0.5 * dt
     kx, kz, kw = half * state.centre_ax, half * state.centre_az, half * state.angular_acceleration
@@ -197,10 +197,10 @@ def zero_velocity_normal_force_and_velocity_factor(
     normal_force_per_mass: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return a corner's normal force at zero velocity, and its decrease per upward velocity, for a step's equations.
+    """Return a corner's normal force per mass at zero velocity (m/s²), and half a step times its decrease per velocity.
 
-    The force at the end of the step is per mass, m/s²; the decrease is that per m/s of upward velocity of the corner,
-    times half the step.
+    Both are for the end of the step; the velocity is the upward one of the corner, so that the second value, 0 without
+    contact, is dimensionless.
     """
     normal = block.dashpot_constant_per_mass + half_step_duration * block.normal_stiffness_per_mass
     return (normal_force_per_mass + normal * predicted_corner.velocity_z if is_in_contact else 0.0), (
@@ -219,7 +219,7 @@ def corner_equation_terms(
     is_sliding: bool,
     signed_mu_or_zero_if_sticking: float,
 ) -> CornerEquationTerms:
-    """Return one corner's terms in the linear equations for a block's velocities at the end of a step."""
+    """Return one corner's terms, per block mass, in the linear equations for a block's velocities at a step's end."""
     normal_force_per_mass, press = zero_velocity_normal_force_and_velocity_factor(
         block, predicted_corner, half_step_duration, normal_force_per_mass, is_in_contact
     )

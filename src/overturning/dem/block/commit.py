@@ -38,7 +38,7 @@ def compute_corner_forces(
     velocity_correction: BlockStepEndVelocityCorrection,
     with_friction: bool,
 ) -> SolvedCornerContact:
-    """Return a corner's contact force at the end of a step, limited by friction, and the corner's new state.
+    """Return a corner's contact force per block mass at the end of a step, limited by friction, and its new state.
 
     The velocity corrections of the step's equations change the position by half a step times the correction. A corner
     that was predicted to be in the base but is pushed out by these corrections counts as a change of contact. A corner
@@ -123,7 +123,7 @@ def contact_changes_in_block_step(
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
-    """Return which corner contacts opened, closed or slid in an attempted step; these decide if it is accepted."""
+    """Return whether any corner contact opened, closed or slid in an attempted step; this decides if it is accepted."""
     left, right = solved_corners.left, solved_corners.right
     change_l, change_r = left.positive_if_contact_changed, right.positive_if_contact_changed
     travel_l, travel_r = (
@@ -219,7 +219,7 @@ def complete_block_step(
     with_vertical_base_motion: bool,
     with_friction: bool,
 ) -> BlockAfterStep:
-    """Compute a block's state, peak values and energy account at the end of a step, valid if the step is accepted."""
+    """Compute a block's state, peak values, and sums of work and lost energy after a step, valid if it is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = (
         predicted_block.half_step_duration,

@@ -63,7 +63,7 @@ def corner_contact_force(
     dashpot_constant_per_mass_over_time_step: float,
     is_flat_landing_slides_mu_and_moment_factor: tuple[bool, bool, float, float],
 ) -> CornerContactForce:
-    """Compute the contact force of a corner of a block in a step of Cundall's scheme.
+    """Compute the contact force of the base on a corner of a block, per block mass, in a step of Cundall's scheme.
 
     `dashpot_constant_per_mass_over_time_step` (1/s²) multiplies the displacements of the last step.
     `is_flat_landing_slides_mu_and_moment_factor` holds whether both corners land in one impact, and the results of
@@ -129,7 +129,7 @@ def advance_block_one_step(
     inertial_accelerations: BlockInertialAccelerations,
     with_vertical_base_motion: bool,
 ) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
-    """Advance one block by one step of Cundall's scheme; return its state, peaks and energy account."""
+    """Advance one block by one step of Cundall's scheme; return its state, peak values, and work and lost energy."""
     dt = block.seconds_per_tick * TICKS_PER_STEP
     push, lift = (
         base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_since_sample_start),

@@ -45,7 +45,7 @@ ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END: Final = STATE_ROW_LAYOUT.row_offset_o
 def velocities_at_time_of_position(
     block: BlockConstants, state: BlockState, velocity_lag_steps: float
 ) -> tuple[float, float, float]:
-    """Return a block's velocities at the time of its position; the stored ones lag by `velocity_lag_steps`."""
+    """Return a block's velocities (x, z, angular) at the time of its position; stored ones lag behind it."""
     time = velocity_lag_steps * TICKS_PER_WHOLE_STEP * block.seconds_per_tick
     return (
         state.centre_vx + time * state.centre_ax,
@@ -56,7 +56,7 @@ def velocities_at_time_of_position(
 
 @njit(**INLINE_OPTIONS)
 def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag_steps: float) -> float:
-    """Return the sum of kinetic, gravitational and spring energy of a block per mass, m²/s²."""
+    """Return the kinetic (relative to the base), gravitational and spring energy of a block per mass, m²/s²."""
     vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag_steps)
     motion = (vx * vx + vz * vz) + vw * vw / block.mass_over_moment_of_inertia
     ul, ur, tl, tr = (
@@ -73,7 +73,7 @@ def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag
 
 @njit(**INLINE_OPTIONS)
 def energy_to_tilt_per_mass(block: BlockConstants, tilt_angle_rad: float) -> float:
-    """Return the energy per mass (m²/s²) that tilts a resting block to `tilt_angle_rad` (at most to α)."""
+    """Return the energy per mass (m²/s²) that tilts a rigid block from rest to `tilt_angle_rad` (at most α)."""
     angle = min(tilt_angle_rad, block.critical_angle)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
@@ -89,7 +89,7 @@ def standing_outcome_is_final(
     overturning_energy_per_mass: float,
     velocity_lag_steps: float,
 ) -> bool:
-    """True if a block on a base at rest can no longer fall, and its peak rotation and slip can no longer change."""
+    """True if a block on a base at rest can no longer fall, turn further than before, or slide on (unless μ = 0)."""
     now = block_energy_per_mass(block, state, velocity_lag_steps)
     if not (now < overturning_energy_per_mass and abs(state.angle) < block.critical_angle):
         return False
@@ -107,7 +107,7 @@ def standing_outcome_is_final(
 def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
     """Return the signed distance (m) that a block still slides along x until friction stops it; 0 if μ = 0.
 
-    It is v²/2μg, with the velocity v of the block.
+    It is v²/2μg, with the velocity v of the middle of the block's lower side relative to the base.
     """
     speed = state.centre_vx - block.half_height * state.cos * state.angular_velocity
     return float(speed * abs(speed) / (2.0 * GRAVITY * block.friction) if block.friction > 0.0 else 0.0)
@@ -164,7 +164,7 @@ def case_status(
 def write_case_results(
     state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row_out: Any
 ) -> None:
-    """Write the results of the case in column `lane` of the state array into a row of the table of results."""
+    """Write the results of the case in column `lane`, except status and counters, into a row of the result table."""
     block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
     account, course = load_account(state, lane), load_course(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0

@@ -17,7 +17,7 @@ def block_is_airborne(state: BlockState) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def flat_landing_time_left_after_step(block: BlockConstants, state: BlockState, step_duration_s: float) -> float:
-    """Return the remaining time (s) of a block's landing on both corners; the full duration for an airborne block."""
+    """Return the time (s) left, after a step, of a landing on both corners; its full duration for an airborne block."""
     return (
         block.flat_landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - step_duration_s
     )
@@ -54,8 +54,8 @@ def flat_landing_slides_mu_and_moment_factor(
 ) -> tuple[bool, float, float]:
     """Return whether a block landing on both corners slides, ±μ, and the factor on the moment of friction.
 
-    The friction coefficient ±μ has the sign of `centre_vx`. If μ ≤ B/H, the resultant impulse passes through the base,
-    so that normal forces balance the whole moment of friction.
+    The friction coefficient ±μ has the sign of `centre_vx`; the factor is 1 unless the block slides. If
+    μ ≤ B/H, the resultant impulse passes through the base, so that normal forces balance the whole moment of friction.
     """
     slides = is_flat_landing & base_slides_in_flat_landing(block.friction, centre_vx, centre_vz)
     return (

@@ -1,9 +1,9 @@
 """Loops of each scheme over the lanes of the block kernel, compiled in variants without unused quantities.
 
 The centred scheme has three loops for speed: the chain of dependent operations of a whole step is longer than a
-processor can look ahead, that of a third of a step is not. All loops take `variant_marker`, whose type differs between
-variants, to make their compiled names differ. Otherwise the loops of variants compiled by different processes would be
-confused in a process that loads both.
+processor can look ahead, that of a third of a step is not. All loops take `marker_whose_type_selects_variant`, to make
+the compiled names of variants differ. Otherwise the loops of variants compiled by different processes would be confused
+in a process that loads both.
 """
 
 from functools import cache
@@ -58,7 +58,7 @@ class BlockCentredSchemeConstants(NamedTuple):
 
 
 def unused_block_state_fields(with_vertical_base_motion: bool, with_friction: bool) -> list[str]:
-    """Return the names of block state variables that are not needed without vertical motion or friction."""
+    """Return the names of block state variables that are not needed without vertical base motion, or friction."""
     springs = [] if with_friction else [
         "tangential_stretch", "x_position", "velocity_x", "left_signed_mu_or_zero_if_sticking",
         "right_signed_mu_or_zero_if_sticking",
@@ -97,13 +97,13 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def predict_block_states_at_step_end(
-        variant_marker: Any,  # noqa: ARG001
+        marker_whose_type_selects_variant: Any,  # noqa: ARG001
         state: Any,
-        lane_count: int,
+        computed_lane_count: int,
         ticks_per_sample: float,
     ) -> None:
         """Predict the states of all blocks in parallel at the end of their steps."""
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(round_to_vector_multiple(computed_lane_count)):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length_in_ticks
             store_predicted(
                 state,
@@ -114,9 +114,13 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
             )
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
-    def solve_block_velocity_corrections(variant_marker: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
+    def solve_block_velocity_corrections(
+        marker_whose_type_selects_variant: Any,  # noqa: ARG001
+        state: Any,
+        computed_lane_count: int,
+    ) -> None:
         """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(round_to_vector_multiple(computed_lane_count)):
             fine = (
                 load_attempt(state, j).length_in_ticks
                 <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
@@ -126,13 +130,19 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def attempt_block_steps(
-        variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
+        marker_whose_type_selects_variant: Any,
+        state: Any,
+        computed_lane_count: int,
+        step_count: int,
+        ticks_per_sample: float,
     ) -> None:
-        """Attempt `step_count` time steps of all blocks in parallel."""
+        """Attempt `step_count` time steps of each block, all in parallel; rejected ones count."""
         for _ in range(step_count):
-            predict_block_states_at_step_end(variant_marker, state, lane_count, ticks_per_sample)
-            solve_block_velocity_corrections(variant_marker, state, lane_count)
-            complete_block_steps(variant_marker, state, lane_count, ticks_per_sample)
+            predict_block_states_at_step_end(
+                marker_whose_type_selects_variant, state, computed_lane_count, ticks_per_sample
+            )
+            solve_block_velocity_corrections(marker_whose_type_selects_variant, state, computed_lane_count)
+            complete_block_steps(marker_whose_type_selects_variant, state, computed_lane_count, ticks_per_sample)
 
     return attempt_block_steps
 
@@ -159,13 +169,13 @@ def create_step_completion_loop(with_vertical_base_motion: bool, with_friction: 
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def accept_or_reject_block_steps(
-        variant_marker: Any,  # noqa: ARG001
+        marker_whose_type_selects_variant: Any,  # noqa: ARG001
         state: Any,
-        lane_count: int,
+        computed_lane_count: int,
         ticks_per_sample: float,
     ) -> None:
         """Compute contact forces of all blocks in parallel, and accept or reject the step of each block."""
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(round_to_vector_multiple(computed_lane_count)):
             block, s, attempt, case_step_control = (
                 load_block(state, j),
                 load_state(state, j),
@@ -241,15 +251,15 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def advance_blocks(
-        variant_marker: Any,  # noqa: ARG001
+        marker_whose_type_selects_variant: Any,  # noqa: ARG001
         state: Any,
-        lane_count: int,
+        computed_lane_count: int,
         step_count: int,
         ticks_per_sample: float,  # noqa: ARG001
     ) -> None:
         """Advance all blocks in parallel by `step_count` time steps."""
         for _ in range(step_count):
-            for j in range(round_to_vector_multiple(lane_count)):
+            for j in range(round_to_vector_multiple(computed_lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
                     load_inertial_accelerations(state, j), with_vertical_base_motion,
@@ -301,7 +311,7 @@ def _overload_select_time_stepping_loop(
         upward_acceleration_or_none: Any,  # noqa: ARG001
         friction_marker_none_if_frictionless: Any,  # noqa: ARG001
     ) -> Any:
-        """Return the time-stepping loop that was selected by the types of the arguments."""
+        """Return the compiled time-stepping loop selected by the Numba types of the arguments."""
         return step_function
 
     return return_time_stepping_loop

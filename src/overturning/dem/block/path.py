@@ -127,14 +127,14 @@ def _mean_rate_between_successive_times(quantity_by_row: FloatArray, row_times_s
 
 
 def _mean_of_successive_rows(quantity_by_row: FloatArray) -> FloatArray:
-    """Return the mean of a quantity between successive output times; the quantity varies linearly in between."""
+    """Return the mean of each two successive rows: that of a quantity that varies linearly between output times."""
     return np.asarray(0.5 * (quantity_by_row[1:] + quantity_by_row[:-1]))
 
 
 def _mean_acceleration_between_times(
     row_times_s: FloatArray, acceleration_by_sample_m_s2: FloatArray, sampling_interval: float
 ) -> FloatArray:
-    """Return the mean of an acceleration, m/s², over the time between successive `row_times_s` values.
+    """Return the mean of the base acceleration, m/s², over the time between successive `row_times_s`.
 
     `acceleration_by_sample_m_s2` holds a value for each sample; it is linear between samples and 0 after the record.
     """

@@ -137,7 +137,7 @@ class BlockStepLengths(NamedTuple):
     whole_steps_per_sample: NDArray[np.int64]
     """Whole steps per sample."""
     standing_step_in_whole_steps: NDArray[np.int64]
-    """Length of a step while a block stands on both corners, in whole steps."""
+    """Length of a step while a block stands still on both corners, in whole steps."""
     finest_step_s: FloatArray
     """Longest step in which a contact may open or close, s."""
     halvings_to_finest_step: NDArray[np.int64]
@@ -154,7 +154,7 @@ def block_step_lengths(
     sampling_interval: float,
     rocking_time_constant_by_case_s: FloatArray,
 ) -> BlockStepLengths:
-    """Return the lengths of the time steps of blocks, from the bounds of their highest frequency and damping rate.
+    """Return the lengths of the time steps of blocks, from bounds of ω² and 2ξω of their highest contact mode.
 
     Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and 1/p (s). `sampling_interval` is in s.
     """

@@ -44,7 +44,7 @@ ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 
 
 class BaseAccelerationRampInG(NamedTuple):
-    """Base acceleration, g, that changes linearly until the next sample; slopes are per sampling interval."""
+    """Base acceleration in g, linear in time until the next sample; slopes are per sampling interval."""
 
     horizontal_at_origin: float
     horizontal_slope_per_sample: float
@@ -139,7 +139,7 @@ def _series_value_and_slope(taylor_coefficients: Any, time_from_step_start_in_sa
 def _find_series_root(
     taylor_coefficients: Any, earliest_time_in_samples: float, latest_time_in_samples: float
 ) -> float:
-    """Return the root of a Taylor series between two times in a step, in samples, by Newton's method and bisection."""
+    """Return the root of a Taylor series between two times (in samples), by Newton's method and bisection."""
     low, high = earliest_time_in_samples, latest_time_in_samples
     rises = _series_value_and_slope(taylor_coefficients, high)[0] > 0.0
     t = 0.5 * (low + high)
@@ -155,7 +155,7 @@ def _find_series_root(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _series_keeps_sign(taylor_coefficients: Any, step_length_in_samples: float) -> bool:
-    """True if a Taylor series has no zero in a step, because its first term exceeds the sum of all others."""
+    """True if a Taylor series has no zero in a step, as its first term exceeds the sum of the others' magnitudes."""
     others = 0.0
     for k in range(taylor_coefficients.size - 1, 0, -1):
         others = (others + abs(taylor_coefficients[k])) * step_length_in_samples
@@ -241,7 +241,7 @@ def _peak_angle_and_whether_case_ends(
     peak_angle_so_far_rad: float,
     record_has_ended: bool,
 ) -> tuple[float, bool]:
-    """Return a block's largest angle up to the end of a step, rad, and True if the case ends at a turning point.
+    """Return a block's largest angle up to a step's end, rad, and True if the case ends at one of its turning points.
 
     A case ends if the block has fallen (π/2). After the record each peak is smaller than the one before, so that it
     also ends at its next peak. Turning points from `landing_or_step_end_in_samples` on do not count.

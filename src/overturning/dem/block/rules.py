@@ -135,14 +135,13 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def write_initial_block_state(
     state: Any, lane: int, case_table_row: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
-    """Write constants and initial state of a case's block into column `lane` of the state array."""
+    """Write a block's constants, step control and initial state, from its case, to column `lane` of the state array."""
     for row in range(STATE_ROW_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     b, h = 0.5 * case_table_row.width, 0.5 * case_table_row.height
     c, s = case_table_row.initial_tilt_cosine, case_table_row.initial_tilt_sine
     k, ks = case_table_row.normal_stiffness_per_mass, case_table_row.tangential_stiffness_per_mass
-    dashpot = case_table_row.dashpot_constant_per_mass
-    inertia = 3.0 / (b * b + h * h)
+    dashpot, inertia = case_table_row.dashpot_constant_per_mass, 3.0 / (b * b + h * h)
     block = BlockConstants(
         half_width=b, half_height=h, mass_over_moment_of_inertia=inertia,
         normal_stiffness_per_mass=k, tangential_stiffness_per_mass=ks,
@@ -188,10 +187,12 @@ def write_initial_block_state(
     ))  # fmt: skip
 
 
-def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases: Any, lane_count: int) -> None:
-    """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1."""
+def update_sample_and_load_motion(
+    kernel_input: Any, workspace: Any, case_index_by_lane: Any, computed_lane_count: int
+) -> None:
+    """Load the base motion of each case's present sample, and rescale (cos θ, sin θ) of each block to length 1."""
     start_sample_and_load_base_motion(
-        workspace.state, lane_count, kernel_input.motion_row_by_case, lane_cases,
+        workspace.state, computed_lane_count, kernel_input.motion_row_by_case, case_index_by_lane,
         kernel_input.ground_motion.horizontal_acceleration, kernel_input.ground_motion.upward_acceleration,
         kernel_input.settings,
     )  # fmt: skip
@@ -200,21 +201,21 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, lane_cases:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def start_sample_and_load_base_motion(
     state: Any,
-    lane_count: int,
+    computed_lane_count: int,
     motion_row_by_case: Any,
-    lane_cases: Any,
+    case_index_by_lane: Any,
     horizontal_acceleration_by_azimuth_m_s2: Any,
     upward_acceleration_or_none: Any,
     settings: SettingsOfParallelCases,
 ) -> None:
     """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1.
 
-    `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case, `lane_cases` the case
-    of each lane; the upward acceleration, m/s², has a value for each sample.
+    `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case; the upward
+    acceleration, m/s², has a value for each sample.
     """
     across, up = horizontal_acceleration_by_azimuth_m_s2, upward_acceleration_or_none
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(round_to_vector_multiple(computed_lane_count)):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = next_sample_tick_and_last_upright_time(
@@ -223,7 +224,7 @@ def start_sample_and_load_base_motion(
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = across.shape[1] - 3
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(round_to_vector_multiple(computed_lane_count)):
         course = load_course(state, j)
         i = min(int(course.current_sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
@@ -231,7 +232,7 @@ def start_sample_and_load_base_motion(
             state,
             j,
             linear_base_acceleration_of_sample(
-                across[motion_row_by_case[lane_cases[j]]], i, -course.amplitude_factor, scale
+                across[motion_row_by_case[case_index_by_lane[j]]], i, -course.amplitude_factor, scale
             ),
         )
         if up is not None:
@@ -239,44 +240,43 @@ def start_sample_and_load_base_motion(
 
 
 def attempt_steps_until_next_check(
-    kernel_input: Any, workspace: Any, lane_count: int, trajectory: Any, recorded_row_count: int
+    kernel_input: Any, workspace: Any, computed_lane_count: int, trajectory_of_first_lane: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Advance all blocks, computed in parallel, by one sample of the record; record the motion of the first one.
+    """Attempt a fixed number of steps of all blocks, until the next test for ended cases; record the first one.
 
     The motion is recorded at the start of the sample, and when it reaches the end of its own sample.
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
+    path = trajectory_of_first_lane
     up, with_friction = (
-        kernel_input.ground_motion.upward_acceleration,
-        kernel_input.friction_marker_none_if_frictionless,
-    )
-    step, ticks, attempted_steps_between_end_checks = (
-        select_time_stepping_loop(scheme, up, with_friction),
-        settings.ticks_per_sample,
-        settings.attempted_steps_between_end_checks,
-    )
-    stride = attempted_steps_between_end_checks if trajectory.shape[0] == 0 else 1
-    if trajectory.shape[0] > 0:
-        trajectory = grow_trajectory_array(
-            trajectory, recorded_row_count + attempted_steps_between_end_checks, settings.max_trajectory_rows
+        kernel_input.ground_motion.upward_acceleration, kernel_input.friction_marker_none_if_frictionless,
+    )  # fmt: skip
+    step, ticks = select_time_stepping_loop(scheme, up, with_friction), settings.ticks_per_sample
+    attempted_steps_between_end_checks = settings.attempted_steps_between_end_checks
+    stride = attempted_steps_between_end_checks if path.shape[0] == 0 else 1
+    if path.shape[0] > 0:
+        path = grow_trajectory_array(
+            path, recorded_row_count + attempted_steps_between_end_checks, settings.max_trajectory_rows
         )
-        if trajectory.shape[0] < recorded_row_count + attempted_steps_between_end_checks:
-            return trajectory, -1
+        if path.shape[0] < recorded_row_count + attempted_steps_between_end_checks:
+            return path, -1
     for done in range(0, attempted_steps_between_end_checks, stride):
-        if trajectory.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
+        if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
             write_block_trajectory_row(
-                state, 0, scheme.velocity_lag_steps, settings.sampling_interval, ticks, trajectory[recorded_row_count]
+                state, 0, scheme.velocity_lag_steps, settings.sampling_interval, ticks, path[recorded_row_count]
             )
             recorded_row_count += 1
-        step((up, with_friction), state, lane_count, stride, ticks)
-    return trajectory, recorded_row_count
+        step((up, with_friction), state, computed_lane_count, stride, ticks)
+    return path, recorded_row_count
 
 
-def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_count: int, end_marks_out: Any) -> int:
+def mark_possibly_ended_cases(
+    kernel_input: Any, workspace: Any, active_lane_count: int, possibly_ended_mark_by_lane_out: Any
+) -> int:
     """Mark, by a quick test, the cases that may have ended; return the number of marked cases."""
     return mark_possibly_ended_block_cases(
-        workspace.state, active_lane_count, end_marks_out, kernel_input.settings.ticks_per_sample,
+        workspace.state, active_lane_count, possibly_ended_mark_by_lane_out, kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count), kernel_input.max_penetration_to_half_side_ratio,
     )  # fmt: skip
 
@@ -285,12 +285,12 @@ def mark_possibly_ended_cases(kernel_input: Any, workspace: Any, active_lane_cou
 def mark_possibly_ended_block_cases(
     state: Any,
     active_lane_count: int,
-    end_marks_out: Any,
+    possibly_ended_mark_by_lane_out: Any,
     ticks_per_sample: float,
     record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
 ) -> int:
-    """Mark and count the cases with a fallen block, an invalid state, or no strong shaking still to come."""
+    """Mark and count cases with a fallen block, an invalid state, or no more base motion that moves a block at rest."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
@@ -300,30 +300,34 @@ def mark_possibly_ended_block_cases(
         goes_on = case_cannot_have_ended(
             load_course(state, j), s.ticks_since_sample_start, ticks_per_sample, record_end_sample, total, sound
         )
-        end_marks_out[j] = 0.0 if goes_on else 1.0
+        possibly_ended_mark_by_lane_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count
 
 
 def skip_quiet_samples_of_resting_cases(
-    kernel_input: Any, workspace: Any, lane_cases: Any, active_lane_count: int, skipped_sample_counts_out: Any
+    kernel_input: Any,
+    workspace: Any,
+    case_index_by_lane: Any,
+    active_lane_count: int,
+    skipped_sample_count_by_lane_out: Any,
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
     skip_samples_of_resting_blocks(
-        workspace.state, lane_cases, active_lane_count, kernel_input.motion_row_by_case, kernel_input.ground_motion,
-        kernel_input.settings.ticks_per_sample, skipped_sample_counts_out,
+        workspace.state, case_index_by_lane, active_lane_count, kernel_input.motion_row_by_case,
+        kernel_input.ground_motion, kernel_input.settings.ticks_per_sample, skipped_sample_count_by_lane_out,
     )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def skip_samples_of_resting_blocks(
     state: Any,
-    lane_cases: Any,
+    case_index_by_lane: Any,
     active_lane_count: int,
     motion_row_by_case: Any,
     ground_motion: Any,
     ticks_per_sample: float,
-    skipped_sample_counts_out: Any,
+    skipped_sample_count_by_lane_out: Any,
 ) -> None:
     """Skip, for blocks at rest at the start of a sample, the samples in which the base motion cannot move the block."""
     count = 0
@@ -350,10 +354,11 @@ def skip_samples_of_resting_blocks(
             course = load_course(state, j)
             now = course.current_sample + state[TICK + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
-                ground_motion, motion_row_by_case[lane_cases[j]], now, course.amplitude_factor, state[REST_LIMIT + j]
-            )
+                ground_motion, motion_row_by_case[case_index_by_lane[j]], now, course.amplitude_factor,
+                state[REST_LIMIT + j],
+            )  # fmt: skip
             state[SAMPLE + j] += samples
-            skipped_sample_counts_out[j] += samples
+            skipped_sample_count_by_lane_out[j] += samples
 
 
 @njit(**INLINE_OPTIONS)

@@ -22,7 +22,7 @@ TICKS_PER_WHOLE_STEP: Final = BLOCK_STEP_CONTROL.ticks_per_whole_step
 MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT: Final = 0.3
 """Largest travel of a corner in a step in which it opens or closes, for which the step is not halved.
 
-In units of the travel in a finest step at the speed B p α, about that of a corner of a marginally falling block.
+In units of the travel in a finest step at the speed B p α, about that of a corner of a block that just falls.
 """
 
 MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS: Final = 8.0
@@ -40,7 +40,7 @@ MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE: Final = 100.0
 
 
 class BlockConstants(NamedTuple):
-    """Size, contact constants and step settings of a block; half width and half height in m."""
+    """Size, contact constants, tick and flat-landing constants of a block; half width and half height in m."""
 
     half_width: float
     half_height: float
@@ -147,7 +147,7 @@ class BlockPeakValues(NamedTuple):
 
 
 class BlockEnergyAccount(NamedTuple):
-    """Work done by the base on a block and energy lost so far, per mass, and their present rates.
+    """Work done on a block by the motion of the base, and energy lost, so far and per mass, and their present rates.
 
     `base_motion_work_per_mass` and `lost_energy_per_mass` are in m²/s², their rates `base_motion_power_per_mass` and
     `dissipated_power_per_mass` in m²/s³.
@@ -181,7 +181,7 @@ class BlockExtrapolatedToStepEnd(NamedTuple):
 
 
 class CornerPredictedAtStepEnd(NamedTuple):
-    """Predicted position, velocity and spring stretch of a corner of a block at the end of a step."""
+    """Predicted position, velocity and spring stretch of a block's corner, relative to the base, at a step's end."""
 
     x_from_centre: float
     """Position from the centre along s, m."""
@@ -336,5 +336,5 @@ def corner_x_and_depth_from_centre(
 
 @njit(**INLINE_OPTIONS)
 def displacement_of_block_base(block: BlockConstants, centre_x: float, sine: float) -> float:
-    """Return the displacement (m) of the middle of a block's base, from the displacement of its centre and sin θ."""
+    """Return the displacement (m), in the frame of the base, of the middle of a block's lower side."""
     return centre_x - block.half_height * sine

@@ -73,17 +73,18 @@ def texts_for_archive_from_hdf5_folder(folder: Path) -> dict[str, str]:
     return {"sources.csv": _csv_text(sources)} | members
 
 
-def _rows_of_pandas_hdf5_table(hdf5_table: Any, **keys: str) -> list[dict[str, Any]]:
+def _rows_of_pandas_hdf5_table(hdf5_table: Any, **field_by_column: str) -> list[dict[str, Any]]:
     """Return the rows of an HDF5 table written by pandas.
 
-    `keys` gives the names of columns and their fields outside the value blocks of pandas.
+    `field_by_column` maps a column of the result to the field of the table that holds it, for columns outside the
+    value blocks of pandas, such as ``ID="index"``.
     """
     blocks = [name for name in hdf5_table.dtype.names if name.startswith("values_block_")]
     names = {
         block: re.findall(r"^a?V(\w+)$", hdf5_table.attrs[f"{block}_kind"].decode(), re.MULTILINE) for block in blocks
     }
     return [
-        {key: _hdf5_value_as_number_or_text(row[field]) for key, field in keys.items()}
+        {key: _hdf5_value_as_number_or_text(row[field]) for key, field in field_by_column.items()}
         | {
             name: _hdf5_value_as_number_or_text(value)
             for block in blocks

@@ -77,9 +77,9 @@ class BoundsOnCaseResults(NamedTuple):
     """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
     max_horizontal_to_apparent_gravity_ratio: float
     """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
-    min_acceleration_ratio_to_move: float
+    min_horizontal_to_apparent_gravity_ratio_to_move: float
     """Ratio of horizontal to vertical acceleration below which nothing moves."""
-    min_acceleration_ratio_to_fall_if_stiff: float
+    min_horizontal_to_apparent_gravity_ratio_to_fall_if_stiff: float
     """Ratio of horizontal to vertical acceleration below which nothing falls if contacts are stiff."""
     max_slip_without_shaking: float = np.inf
     """Slip from which an element counts as moved in a case without shaking, m."""
@@ -122,7 +122,7 @@ def find_failed_check(
     if (
         results.status[case_index] == CaseStatus.AT_REST
         and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
-        > bounds_on_case_results.min_acceleration_ratio_to_move
+        > bounds_on_case_results.min_horizontal_to_apparent_gravity_ratio_to_move
     ):
         return "left out above a threshold"
     if bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
@@ -132,7 +132,7 @@ def find_failed_check(
     if (
         np.any(fallen)
         and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
-        < 0.2 * bounds_on_case_results.min_acceleration_ratio_to_fall_if_stiff
+        < 0.2 * bounds_on_case_results.min_horizontal_to_apparent_gravity_ratio_to_fall_if_stiff
         and bounds_on_case_results.max_static_penetration < 1e-4 * bounds_on_case_results.contact_width
     ):
         return "fell below the threshold of rocking"

@@ -67,11 +67,11 @@ from overturning.findings.study import (
     CaseCounts,
     NumericalQuality,
     RecordFacts,
-    StudyFacts,
+    StudyQuestionAndParameters,
     case_counts_and_overturned_shares,
     numerical_quality,
     record_facts,
-    study_facts,
+    study_question_and_parameters,
 )
 from overturning.findings.survey_displacements import SurveyDisplacementFindings, all_survey_displacement_findings
 from overturning.findings.surveys import SurveyFindings, all_survey_prediction_findings
@@ -83,7 +83,7 @@ from overturning.study.schema import Study
 class Findings(FindingBaseClass):
     """All numbers in the report of a study; fields that do not apply to the study are null or empty."""
 
-    study: StudyFacts
+    study: StudyQuestionAndParameters
     """Question and grid."""
     study_counts: StudyCounts
     cases: CaseCounts
@@ -145,7 +145,7 @@ def findings_from_results(results: StudyResults) -> Findings:
     """Compute all numbers in the report of a study from its opened results files."""
     records = record_facts(results)
     return Findings(
-        study=study_facts(results),
+        study=study_question_and_parameters(results),
         study_counts=count_records_blocks_and_directions(results),
         cases=case_counts_and_overturned_shares(results),
         direction=fall_direction_findings(results),

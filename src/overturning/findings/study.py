@@ -29,7 +29,7 @@ class ScannedStoneFacts(FindingBaseClass):
     """Height above the lowest point up to which points of the base bear, mm; of the run without changes."""
 
 
-class StudyFacts(FindingBaseClass):
+class StudyQuestionAndParameters(FindingBaseClass):
     """Question of a study, its mechanical model, and the parameter values of its cases."""
 
     name: str
@@ -154,7 +154,7 @@ class NumericalQuality(FindingBaseClass):
     """Versions of the software that computed the cube."""
 
 
-def study_facts(results: StudyResults) -> StudyFacts:
+def study_question_and_parameters(results: StudyResults) -> StudyQuestionAndParameters:
     """Return the question of a study, its mechanical model and the parameter values of its cases."""
     study, cube = results.study, results.default_element_cube
 
@@ -162,7 +162,7 @@ def study_facts(results: StudyResults) -> StudyFacts:
         """Return the values of a coordinate of the results cube, such as the heights, rounded to 9 decimals."""
         return [round(float(one), 9) for one in cube[coordinate_name].to_numpy()]
 
-    return StudyFacts(
+    return StudyQuestionAndParameters(
         name=study.name,
         title=study.title or study.name,
         question=study.question,

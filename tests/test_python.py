@@ -39,7 +39,7 @@ from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordTableRow
-from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
+from overturning.records.declared_properties import DeclaredFileProperties, FilePropertiesInTableRow
 from overturning.records.store import write_record_to_motion_file
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
@@ -627,7 +627,7 @@ def test_options_have_the_same_names_in_commands_python_and_studies() -> None:
         dataclass_field_names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions)
         <= study | body | contact
     )
-    assert dataclass_field_names(declared.RecordFileOptions) == {*FilePropertyColumns.model_fields}
+    assert dataclass_field_names(declared.RecordFileOptions) == {*FilePropertiesInTableRow.model_fields}
     assert dataclass_field_names(declared.RecordFileOptions) <= {*DeclaredFileProperties.model_fields} & {
         *RecordTableRow.model_fields
     }

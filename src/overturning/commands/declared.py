@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
-from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
+from overturning.records.declared_properties import DeclaredFileProperties, FilePropertiesInTableRow
 
 DEFAULT_RECORD_TABLE_PATH: Final = Path("config/records.tsv")
 """Default record table."""
@@ -56,7 +56,7 @@ def _option_for_record_file_property(property_name: str, option_flag: str = "") 
     """Return the command-line option for a property of record files, with the help text of this property."""
     return typer.Option(
         option_flag or _option_name_of_field(property_name),
-        help=FilePropertyColumns.model_fields[property_name].description,
+        help=FilePropertiesInTableRow.model_fields[property_name].description,
         show_default=False,
     )
 

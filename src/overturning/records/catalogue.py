@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.declared_properties import DeclaredFileProperties, FilePropertyColumns
+from overturning.records.declared_properties import DeclaredFileProperties, FilePropertiesInTableRow
 from overturning.records.fault_trace import checked_fault_trace_text
 from overturning.records.source import SourceFile, has_non_record_name, read_source_file, unpack_archive
 from overturning.tables import read_table_rows
@@ -39,7 +39,7 @@ COLUMN_LONG_NAME_AND_UNIT_BY_METADATA_NAME: Final[dict[str, tuple[str, str, str]
 """Metadata of a record for the statistics: column of the record table, long name, unit ("" for text)."""
 
 
-class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
+class RecordDescriptionInTableRow(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """Columns of the table of records that identify a record and describe its earthquake, station and site."""
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,99}$")
@@ -88,7 +88,7 @@ class RecordDescriptionColumns(BaseModel, extra="forbid", frozen=True, use_attri
     """Terms under which the data may be used."""
 
     @model_validator(mode="after")
-    def _check_coordinate_pairs_and_trace_source(self) -> "RecordDescriptionColumns":
+    def _check_coordinate_pairs_and_trace_source(self) -> "RecordDescriptionInTableRow":
         """Raise a ValueError for a latitude without longitude (or the reverse) or a fault trace without source."""
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
@@ -124,12 +124,12 @@ METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES: Final = ("coordinates_source", "fault_
 """Entries of a record's ``extra`` that the cube stores; see `RecordTableRow.coordinate_source_and_fault_trace`."""
 
 COLUMNS_NOT_AFFECTING_SAMPLES: Final = tuple(
-    name for name in RecordDescriptionColumns.model_fields if name not in ("id", "source")
+    name for name in RecordDescriptionInTableRow.model_fields if name not in ("id", "source")
 )
 """Columns that do not affect the samples of a record: if one of them changes, no simulation is repeated."""
 
 
-class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True):
+class RecordTableRow(FilePropertiesInTableRow, RecordDescriptionInTableRow, frozen=True):
     """Row of the record table: one record, its metadata, and properties that its files do not state."""
 
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
@@ -150,13 +150,13 @@ class RecordTableRow(FilePropertyColumns, RecordDescriptionColumns, frozen=True)
         """Properties of the record's files that the user gives in this table row, such as unit and azimuths."""
         return DeclaredFileProperties(
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
-            **self.model_dump(include={*FilePropertyColumns.model_fields}),
+            **self.model_dump(include={*FilePropertiesInTableRow.model_fields}),
         )
 
     @property
     def names_of_filled_file_property_columns(self) -> list[str]:
         """Names of non-empty columns that describe files; refused for a synthetic pulse, which has no file."""
-        other = {*RecordDescriptionColumns.model_fields, "format", "trust_data", "sha256"}
+        other = {*RecordDescriptionInTableRow.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
 

@@ -28,7 +28,9 @@ def _split_text_of_numbers(text_or_value: Any) -> Any:
     )
 
 
-class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False):
+class FilePropertiesInTableRow(
+    BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
+):
     """Properties of record files, such as unit and azimuths, that a user can give in the record table or as options."""
 
     format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
@@ -54,7 +56,7 @@ class FilePropertyColumns(BaseModel, extra="forbid", frozen=True, use_attribute_
 
 
 @make_constructor_raise_argument_errors
-class DeclaredFileProperties(FilePropertyColumns, frozen=True):
+class DeclaredFileProperties(FilePropertiesInTableRow, frozen=True):
     """Properties of record files that the user gives because the files do not state them, or state them wrongly.
 
     An `ArgumentError` is raised if a property is invalid.

@@ -43,7 +43,7 @@ from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.study.cube import default_height_and_friction_of_figures, find_study_for_figure_settings, study_of_cube
-from overturning.study.film_options import film_command_options
+from overturning.study.film_options import film_command_parts
 from overturning.study.preflight import MAX_CELLS_OF_SINGLE_EXPLORER_PAGE
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
@@ -96,7 +96,7 @@ def explorer_page_data(
         ENCODED_ROTATION_STEP_DEG if one_in_degrees else ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES
         for one_in_degrees in degrees
     ]
-    first, options = _initial_block_and_element_indices(one, study), film_command_options(cube)
+    first, options = _initial_block_and_element_indices(one, study), film_command_parts(cube)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()

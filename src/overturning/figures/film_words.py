@@ -163,19 +163,19 @@ _SETTING_HEADING_TEMPLATES: Final = {
 }
 
 
-def panel_heading_of_setting(setting_kind: str, scene_or_variant_name: str = "") -> str:
+def panel_heading_of_compared_setting(compared_setting_kind: str, scene_or_variant_name: str = "") -> str:
     """Return the heading of a film panel for one of two compared study settings, such as "with vertical motion".
 
     Parameters
     ----------
-    setting_kind : str
+    compared_setting_kind : str
         vertical or level (with and without vertical motion), scene, site or recorded (with and without soil), study or
         variant (any other setting).
     scene_or_variant_name : str
         Name of the scene or of the variant.
     """
-    return _SETTING_HEADING_TEMPLATES[setting_kind].format(
-        name=scene_or_variant_name.replace("-", " ") if setting_kind == "site" else scene_or_variant_name
+    return _SETTING_HEADING_TEMPLATES[compared_setting_kind].format(
+        name=scene_or_variant_name.replace("-", " ") if compared_setting_kind == "site" else scene_or_variant_name
     )
 
 

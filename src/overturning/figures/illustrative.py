@@ -14,7 +14,7 @@ from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_il
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import SIMULATED_TIME_AFTER_OUTCOME_S, film_of_trajectories
 from overturning.figures.film_strip import film_strip_figure
-from overturning.figures.film_words import film_title_text, panel_heading_of_setting, record_and_event_text
+from overturning.figures.film_words import film_title_text, panel_heading_of_compared_setting, record_and_event_text
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
 from overturning.figures.style import use_package_matplotlib_settings
@@ -216,16 +216,13 @@ def panel_heading_of_variant(study: Study, variant: str, compared_variant: str) 
     """Return the heading of a film panel for a variant: the setting in which it differs from another variant."""
     own, other = (variant_settings(study, name) for name in (variant, compared_variant))
     if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, compared_variant):
-        return panel_heading_of_setting("vertical" if variant_uses_vertical_motion(study, variant) else "level")
+        kind = "vertical" if variant_uses_vertical_motion(study, variant) else "level"
+        return panel_heading_of_compared_setting(kind)
     if (own.scene or study.scene) != (other.scene or study.scene):
-        return panel_heading_of_setting("scene", variant_scene(study, variant).name)
+        return panel_heading_of_compared_setting("scene", variant_scene(study, variant).name)
     if own.site != other.site:
-        return panel_heading_of_setting("site", variant) if own.site else panel_heading_of_setting("recorded")
-    return (
-        panel_heading_of_setting("study")
-        if variant == NOMINAL_VARIANT
-        else panel_heading_of_setting("variant", variant)
-    )
+        return panel_heading_of_compared_setting("site" if own.site else "recorded", variant)
+    return panel_heading_of_compared_setting("study" if variant == NOMINAL_VARIANT else "variant", variant)
 
 
 def block_label(study: Study, block_parameters: dict[str, float]) -> str:

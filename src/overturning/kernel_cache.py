@@ -1,4 +1,4 @@
-"""Cache of compiled functions on disk, named after a digest of the sources so that an edited one is recompiled."""
+"""Cache of compiled functions on disk, in a folder named after a digest of all sources: an edit compiles them anew."""
 
 import hashlib
 import logging

@@ -47,7 +47,8 @@ def simulate_cases_on_cluster(
     """
     from distributed import as_completed
 
-    client, progress = numerics.client, numerics.progress
+    client: Any = numerics.client  # not None here
+    progress = numerics.progress
     here = replace(numerics, client=None, progress=None, threads=1)
     wanted = min(cases.case_count // MIN_CASES_PER_TASK, 4 * sum(client.ncores().values()))
     count = max(1, wanted, -(-cases.case_count // MAX_CASES_PER_TASK))

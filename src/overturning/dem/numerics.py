@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import REASON_SEPARATOR, ArgumentError
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 ProgressCallback = Callable[[int, int], None]
 """Callback that receives the block steps done and the block steps expected."""
@@ -71,7 +74,7 @@ class NumericalOptions:
     threads: int = 1
     progress: ProgressCallback | None = None
     general: bool = False
-    client: Any = None
+    client: "Client | None" = None
 
     def __post_init__(self) -> None:
         faults = [

@@ -26,6 +26,7 @@ from overturning.study.sections import Variant
 
 if TYPE_CHECKING:
     import xarray as xr
+    from distributed import Client
 
 NOMINAL_VARIANT = "nominal"
 """Name of the study itself in the list of its variants."""
@@ -183,15 +184,18 @@ def variant_size_note(study: Study, variant: str) -> str:
 
 
 def numerical_options_of_study(
-    study: Study, thread_count: int = 1, progress: ProgressCallback | None = None, dask_client: Any = None
+    study: Study, thread_count: int = 1, progress: ProgressCallback | None = None, dask_client: "Client | None" = None
 ) -> NumericalOptions:
     """Return the numerical options of a study: integration scheme, time step, threads and progress callback."""
     given = study.simulation
-    scheme, taken = (
-        given.scheme or DEFAULT_SCHEME,
-        {"threads": thread_count, "progress": progress, "client": dask_client},
+    return NumericalOptions(
+        scheme=given.scheme or DEFAULT_SCHEME,
+        time_step=given.time_step,
+        leave_out=given.leave_out,
+        threads=thread_count,
+        progress=progress,
+        client=dask_client,
     )
-    return NumericalOptions(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
 def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL_VARIANT) -> bool:

@@ -26,6 +26,7 @@ from overturning.study.sweep import simulate_and_write_cases_of_record
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from distributed import Client
 
 
 _NETCDF_WRITING_LOCK: Final = threading.RLock()
@@ -99,7 +100,7 @@ def write_table_of_cases(cube: "xr.Dataset", csv_or_parquet_path: Path) -> int:
 
 
 def run_study(
-    records: Iterable[Record | Motion | str], threads: int = 1, client: Any = None, **keys: Any
+    records: Iterable[Record | Motion | str], threads: int = 1, client: "Client | None" = None, **keys: Any
 ) -> "xr.Dataset":
     """Run a study of a few records, with its ensemble, without a workflow, and return the results cube.
 

@@ -195,7 +195,7 @@ TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
-    """True if a flat landing (all points of the base in one impact) lasts in any of the cases computed in parallel."""
+    """True if a flat landing (all points of the base in one impact) is under way in any case computed in parallel."""
     number = 0
     for j in range(round_to_vector_multiple(lane_count)):
         number += 1 if body_base_lands_flat(load_base_contact(body_states, j)) else 0

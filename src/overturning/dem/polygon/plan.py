@@ -219,7 +219,7 @@ def plan_scene_simulation(
             table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first_simulated_sample"] = first
         table["last_sample_with_possible_motion_onset"] = np.where(onset <= 0, np.inf, calm)
-        groups_immovable_from = _samples_from_which_groups_cannot_rock(variants, variant, cases, quiet)
+        groups_immovable_from = _samples_from_which_rocking_element_groups_stay_at_rest(variants, variant, cases, quiet)
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
         base_accelerations=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
@@ -231,7 +231,7 @@ def plan_scene_simulation(
     )  # fmt: skip
 
 
-def _samples_from_which_groups_cannot_rock(
+def _samples_from_which_rocking_element_groups_stay_at_rest(
     scene_variants: list[PreparedScene],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,

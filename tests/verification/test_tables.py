@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from overturning.dem.block import state
+from overturning.dem.kernel import clock
 from overturning.errors import ResultError
 from verification import experiments, sentences, timing
 from verification.shaking_table import page as shaking_table
@@ -133,6 +135,21 @@ def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
     )
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
+
+
+def test_each_experiment_on_the_step_control_changes_one_existing_constant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The statements are text, which runs in another process: a stale name would show after hours only."""
+    changed = []
+    for name, statements in experiments.STEP_CONTROL_CHANGE_CODE_BY_NAME.items():
+        with monkeypatch.context() as patched:
+            constants = [(clock, "BLOCK_STEP_CONTROL")] + [(state, one) for one in vars(state) if one.isupper()]
+            before = {(module.__name__, one): getattr(module, one) for module, one in constants}
+            for module, one in constants:
+                patched.setattr(module, one, getattr(module, one))  # restored afterwards
+            exec(statements, {})
+            after = {(module.__name__, one): getattr(module, one) for module, one in constants}
+        changed.append((name, sum(before[key] is not after[key] for key in before)))
+    assert changed == [(name, int(name != "unchanged")) for name, _ in changed]
 
 
 def test_cost_at_equal_error_is_found_on_a_non_monotonic_curve() -> None:

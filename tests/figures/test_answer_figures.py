@@ -12,7 +12,7 @@ from overturning.figures.answer import (
     fall_alignment_with_references_figure,
     fault_normal_alignment_by_earthquake_figure,
     format_estimate,
-    overturned_share_difference_figure,
+    overturned_shares_and_difference_figure,
 )
 from overturning.figures.style import PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 
@@ -105,7 +105,7 @@ def figure_of_two_overturned_shares() -> Figure:
         [PlottedEstimate(0.669), PlottedEstimate(0.9, 0.8, 0.95)],
     )
     rows = ["all cases", "B/H 0.1"]
-    return overturned_share_difference_figure(
+    return overturned_shares_and_difference_figure(
         rows, {"with": one, "without": other}, [PlottedEstimate(-0.006), PlottedEstimate(0.1, 0.02, 0.15)]
     )
 

@@ -14,7 +14,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, FilmPanel, extent_of_free_2d_bodies, polygon_vertices_by_frame
+from overturning.figures.film import Film, FilmPanel, extent_of_free_2d_bodies_with_margin, polygon_vertices_by_frame
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.page import film_page_html, write_film_html_page
@@ -47,7 +47,7 @@ def test_positive_rotation_in_a_film_turns_towards_the_right() -> None:
 
 
 def test_film_view_contains_all_free_bodies() -> None:
-    left, right, bottom, top = extent_of_free_2d_bodies(film_of_falling_and_rocking_block())
+    left, right, bottom, top = extent_of_free_2d_bodies_with_margin(film_of_falling_and_rocking_block())
     assert left < -0.12
     assert 0.12 + 0.6 < right < 2, "the fallen block lies to the right of its corner, and the wide base does not count"
     assert bottom < 0 < 0.6 < top

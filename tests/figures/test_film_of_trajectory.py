@@ -10,7 +10,7 @@ import xarray as xr
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.film import extent_of_free_2d_bodies, polygon_vertices_by_frame
+from overturning.figures.film import extent_of_free_2d_bodies_with_margin, polygon_vertices_by_frame
 from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_of_body import convex_hull_faces
 from overturning.figures.film_of_trajectory import (
@@ -24,7 +24,7 @@ from overturning.figures.page import film_page_html
 from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.svg_translation import translate_svg
-from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
+from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.model.scene import load_scene, parse_scene_content
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -111,7 +111,7 @@ def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_af
     exact = 9.0 / (2 * np.pi) * (since - np.sin(2 * np.pi * since) / (2 * np.pi))
     assert along == pytest.approx(exact, abs=2e-3)
     assert not level.any()
-    left, right, _, _ = extent_of_free_2d_bodies(film, adds_ground_displacement=True)
+    left, right, _, _ = extent_of_free_2d_bodies_with_margin(film, adds_ground_displacement=True)
     seen = (polygon_vertices_by_frame(panel.bodies[1]) + panel.ground_displacement_by_frame[:, None])[..., 0]
     assert left < seen.min() < seen.max() < right
 
@@ -129,7 +129,7 @@ def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
     shift = film.panels[0].ground_displacement_by_frame
     assert np.ptp(shift[:, 1]) > 1.0
     for moving in (False, True):
-        left, right, bottom, _ = extent_of_free_2d_bodies(film, adds_ground_displacement=moving)
+        left, right, bottom, _ = extent_of_free_2d_bodies_with_margin(film, adds_ground_displacement=moving)
         places = ground + (shift[:, None] if moving else 0.0)
         assert (places[..., 1].min(axis=1) < bottom).all()
         assert (places[..., 0].min(axis=1) < left).all()
@@ -389,7 +389,7 @@ def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> Non
         figure = tilt_path_and_hodographs_figure(path, weak, "title")
         save_figure_files(figure, tmp_path / "axis.svg")
     assert figure.axes[0].get_title().split("\n")[1] == f"stands; largest tilt {float(path['peak_tilt']):.1f}°"
-    assert not has_cut_or_overlapping_text(figure)
+    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
     assert "転倒せず、最大傾斜" in translate_svg((tmp_path / "axis.svg").read_text(encoding="utf-8"), "ja")
 
 

@@ -27,8 +27,8 @@ from overturning.figures.ground import (
 )
 from overturning.figures.intensity_plane import (
     CRITERION_LINE_STYLES,
-    fall_probability_by_pga_and_pgv_over_pga,
     outcomes_by_pga_and_pgv_over_pga_figure,
+    pga_pgv_over_pga_and_fall_probability_of_block,
 )
 from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
@@ -39,7 +39,7 @@ from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthqua
 from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 from overturning.figures.survey import OCTANT_WIDTH_RAD, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import limit_ticks_to_axis_range
-from overturning.figures.write import has_cut_or_overlapping_text, save_figure_files
+from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -320,7 +320,7 @@ def test_logistic_fit_without_intervals_is_drawn_as_half_probability_line() -> N
 
 
 def test_points_of_pga_and_fall_probability_are_one_per_record_and_plane() -> None:
-    pga, ratio, falls = fall_probability_by_pga_and_pgv_over_pga(
+    pga, ratio, falls = pga_pgv_over_pga_and_fall_probability_of_block(
         cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), 0.6, 0.3, 1.0
     )
     assert pga.size == 5 * 12
@@ -459,7 +459,7 @@ def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     with use_package_matplotlib_settings():
         figure = scenes_figure([titled])
         save_figure_files(figure, tmp_path / "scene.svg")
-    assert not has_cut_or_overlapping_text(figure)
+    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
 
 
 LONG_NAME = "The Great Earthquake of the Northern Coastal Province and Its Many Aftershocks 1999"
@@ -506,7 +506,7 @@ def test_long_and_japanese_names_in_titles_are_not_cut_off(
         figure = draw(name)
         save_figure_files(figure, tmp_path / "a.svg")
     assert not [one for one in recwarn if "constrained_layout" in str(one.message)]
-    assert not has_cut_or_overlapping_text(figure)
+    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
 
 
 def test_legend_of_fall_alignment_by_b_over_h_has_only_known_reference_directions() -> None:

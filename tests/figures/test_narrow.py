@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from overturning.figures.answer import PlottedEstimate, overturned_share_difference_figure
+from overturning.figures.answer import PlottedEstimate, overturned_shares_and_difference_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
 from overturning.figures.style import (
@@ -22,9 +22,9 @@ def test_share_and_difference_panels_are_stacked_only_in_figures_for_a_phone(nar
     with use_package_matplotlib_settings():
         if narrow:
             with arrange_panels_for_phone():
-                figure = overturned_share_difference_figure(*arguments)
+                figure = overturned_shares_and_difference_figure(*arguments)
         else:
-            figure = overturned_share_difference_figure(*arguments)
+            figure = overturned_shares_and_difference_figure(*arguments)
         figure.draw_without_rendering()
     left, right = (axes.get_position() for axes in figure.axes)
     assert bool(right.y1 < left.y0) is narrow

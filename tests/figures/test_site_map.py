@@ -18,8 +18,8 @@ from overturning.figures.site_map import (
     StationOnMap,
     earthquake_map_figures,
     earthquake_maps_in_one_figure,
-    earthquakes_on_map,
     local_east_north_km,
+    mappable_earthquakes,
 )
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.study.cube import open_cube
@@ -195,7 +195,7 @@ def cube_with_added_record_source_entries(cube: xr.Dataset, **said: dict[str, st
 def test_map_data_of_a_cube_have_station_coordinates_strikes_and_fall_axes(cube_of_four_stations: xr.Dataset) -> None:
     """An earthquake with one station and no epicentre has no map, and a station without coordinates is on no map."""
     trace = {"fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
-    (site,) = earthquakes_on_map(cube_with_added_record_source_entries(cube_of_four_stations, two=trace))
+    (site,) = mappable_earthquakes(cube_with_added_record_source_entries(cube_of_four_stations, two=trace))
     assert (site.name, site.epicentre_latitude_longitude, site.fault_trace) == (
         "A",
         (35.0, 133.0),
@@ -208,20 +208,20 @@ def test_map_data_of_a_cube_have_station_coordinates_strikes_and_fall_axes(cube_
 
 def test_station_without_a_source_of_its_coordinates_is_not_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
     """Coordinates from the record table are drawn only if the table states their source."""
-    (site,) = earthquakes_on_map(
+    (site,) = mappable_earthquakes(
         cube_with_added_record_source_entries(
             cube_of_four_stations, one={"coordinates_source": ""}, two={"coordinates_source": "survey"}
         )
     )
     assert [one.name for one in site.stations] == ["two"]
     none = {name: {"coordinates_source": ""} for name in ("one", "two", "three")}
-    assert earthquakes_on_map(cube_with_added_record_source_entries(cube_of_four_stations, **none)) == []
+    assert mappable_earthquakes(cube_with_added_record_source_entries(cube_of_four_stations, **none)) == []
 
 
 def test_station_where_no_block_falls_has_no_fall_axis_on_the_map(cube_of_four_stations: xr.Dataset) -> None:
     """Where all blocks stand there is no fall axis, so the station has no arrow."""
     names = ("overturned", "probability_towards", "probability_away")
-    (site,) = earthquakes_on_map(
+    (site,) = mappable_earthquakes(
         cube_of_four_stations.assign({name: xr.zeros_like(cube_of_four_stations[name]) for name in names})
     )
     assert all(math.isnan(one.mean_fall_axis_deg) for one in site.stations)

@@ -13,7 +13,7 @@ from overturning.figures.drawn_case import write_illustrative_case_list
 from overturning.figures.illustrative import draw_illustrative_cases
 from overturning.figures.record import draw_record_figures
 from overturning.figures.study import draw_study_figures
-from overturning.figures.write import write_figure_in_study_formats
+from overturning.figures.write import write_figure_and_delete_files_in_other_formats
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import COMPLETE_STUDY_FILE_NAME
@@ -63,7 +63,7 @@ def simulate_study_into_result_folder(folder: Path, records: list[Record], *, dr
     with pytest.MonkeyPatch.context() as patch:  # the places of panels, a third of the work, are not looked at
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)
         draw_illustrative_cases(cube, motions, figures / "illustrative")
-        write = partial(write_figure_in_study_formats, settings.figures)
+        write = partial(write_figure_and_delete_files_in_other_formats, settings.figures)
         draw_record_figures(cube, intensity, figures, write)
         draw_study_figures(cube, intensity, figures, write)
     return folder

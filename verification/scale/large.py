@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 from overturning.study.ensemble import draw_parameter_changes_of_members
 from verification.scale.made import (
     synthetic_study,
-    write_study,
+    write_study_as_json,
     write_synthetic_cube,
     write_synthetic_motions,
     write_synthetic_partial_results,
@@ -63,9 +63,9 @@ def measure_simulation_of_case_chunk(folder: Path, chunk_count: int = 8) -> list
     The record of the cases is a real one.
     """
     study = synthetic_study(1)
-    write_study(study, folder / "study.json")
+    write_study_as_json(study, folder / "study.json")
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
-    write_study(own, folder / "own.json")
+    write_study_as_json(own, folder / "own.json")
     run_subcommand_and_measure_resource_use(
         "read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc"
     )
@@ -93,7 +93,7 @@ def measure_merging_of_parts_into_cube(
 ) -> list[MeasuredNumber]:
     """Measure time, memory and disk use of merging synthetic results of chunks, by default of ten million cases."""
     study = synthetic_study(record_count, grid_settings)
-    write_study(study, folder / "study.json")
+    write_study_as_json(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     parts = write_synthetic_partial_results(study, folder / "sweep", chunk_count_per_record)
     took = run_subcommand_and_measure_resource_use(
@@ -122,7 +122,7 @@ def measure_report_on_cube_larger_than_memory(
     `cube_label` is its label.
     """
     study = synthetic_study(record_count, grid_settings)
-    write_study(study, folder / "study.json")
+    write_study_as_json(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     write_synthetic_cube(study, folder / "cube.nc", distinct_record_count=min(2, record_count))
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
@@ -154,11 +154,12 @@ def measure_report_on_cube_larger_than_memory(
         program = f"""
 from functools import partial
 from pathlib import Path
-from overturning.figures.write import write_figure_in_study_formats
+from overturning.figures.write import write_figure_and_delete_files_in_other_formats
 from overturning.study.load import load_study_from_file_or_json
 folder = Path({str(folder)!r})
 cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
-write = partial(write_figure_in_study_formats, load_study_from_file_or_json(str(folder / "study.json")).figures)
+figure_settings = load_study_from_file_or_json(str(folder / "study.json")).figures
+write = partial(write_figure_and_delete_files_in_other_formats, figure_settings)
 from overturning.figures.{call}
 """
         add_time_and_memory(what, run_program_and_measure_resource_use([sys.executable, "-c", program]))

@@ -148,7 +148,7 @@ def write_synthetic_motions(study: Study, folder: Path) -> None:
         write_record_to_motion_file(record, folder / f"{record.record_id}.nc")
 
 
-def write_study(study: Study, path: Path) -> None:
+def write_study_as_json(study: Study, path: Path) -> None:
     """Write the study to a file."""
     path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
 

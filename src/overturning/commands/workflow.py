@@ -260,13 +260,13 @@ def draw_figures_of_records(
     from tempfile import TemporaryDirectory
 
     from overturning.figures.record import draw_record_figures
-    from overturning.figures.write import write_figure_in_study_formats
+    from overturning.figures.write import write_figure_and_delete_files_in_other_formats
     from overturning.study.gather import merge_outcome_files_into_cube
     from overturning.study.parts import sweep_part_paths
     from overturning.translation.texts import use_translation_language
 
     settings, records = _load_study_and_processed_motions(study, motions)
-    write = partial(write_figure_in_study_formats, settings.figures)
+    write = partial(write_figure_and_delete_files_in_other_formats, settings.figures)
     with TemporaryDirectory() as folder, use_translation_language(settings.language):
         cube = Path(folder) / "cube.nc"
         merge_outcome_files_into_cube(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
@@ -280,13 +280,15 @@ def draw_figures_of_study(
     from functools import partial
 
     from overturning.figures.study import draw_study_figures
-    from overturning.figures.write import write_figure_in_study_formats
+    from overturning.figures.write import write_figure_and_delete_files_in_other_formats
     from overturning.study.load import load_study_from_file_or_json
     from overturning.translation.texts import use_translation_language
 
     settings = load_study_from_file_or_json(study)
     with use_translation_language(settings.language):
-        draw_study_figures(cube, intensity, output, partial(write_figure_in_study_formats, settings.figures))
+        draw_study_figures(
+            cube, intensity, output, partial(write_figure_and_delete_files_in_other_formats, settings.figures)
+        )
 
 
 def simulate_and_draw_illustrative_cases(

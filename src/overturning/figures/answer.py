@@ -162,7 +162,7 @@ def fall_alignment_with_references_figure(
     return figure
 
 
-def overturned_share_difference_figure(
+def overturned_shares_and_difference_figure(
     row_names: Sequence[str],
     overturned_share_by_setting_and_row: Mapping[str, Sequence[PlottedEstimate]],
     share_difference_by_row: Sequence[PlottedEstimate],

@@ -34,7 +34,7 @@ def simulated_and_opposite_azimuths_deg(cube: xr.Dataset) -> FloatArray:
     return np.union1d(azimuth, np.round((azimuth + 180.0) % 360.0, 10))
 
 
-def trim_outer_rings_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
+def trim_rings_without_falls_except_innermost(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
     """Remove the large B/H at which no block can fall from a results cube, except for the smallest of them.
 
     The smallest of them is drawn as an empty ring.

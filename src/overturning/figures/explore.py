@@ -15,7 +15,7 @@ from overturning.figures.cells import (
     cell_edges,
     extend_azimuths_to_full_circle,
     simulated_and_opposite_azimuths_deg,
-    trim_outer_rings_without_falls,
+    trim_rings_without_falls_except_innermost,
 )
 from overturning.figures.explore_cells import (
     ENCODED_AZIMUTH_STEP_DEG,
@@ -25,7 +25,7 @@ from overturning.figures.explore_cells import (
     choose_initial_explorer_case,
     encode_outcomes_of_record,
     ensemble_fall_probability,
-    explorer_fall_probabilities,
+    explorer_probabilities_towards_and_away,
 )
 from overturning.figures.film_words import record_and_event_text
 from overturning.figures.maps import AZIMUTH_COLOURMAP
@@ -101,12 +101,14 @@ def explorer_page_data(
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
         part = extend_azimuths_to_full_circle(part) if model.is_planar else part
-        chance = explorer_fall_probabilities(part)
-        shown = trim_outer_rings_without_falls(part, chance["towards"] + chance["away"], abs(part["overturned"]))
+        chance = explorer_probabilities_towards_and_away(part)
+        shown = trim_rings_without_falls_except_innermost(
+            part, chance["towards"] + chance["away"], abs(part["overturned"])
+        )
         rings = max(rings, shown.sizes["b_over_h"])
         clear.append(choose_initial_explorer_case(part.isel({"record": 0, "aspect": 0, **first}), model.is_planar))
         about, cells = (
-            {**_record_metadata(part), "clear": clear[-1].direction_and_b_over_h_indices},
+            {**_record_name_fault_normal_and_fall_times(part), "clear": clear[-1].direction_and_b_over_h_indices},
             encode_outcomes_of_record(part, chance, turn_steps),
         )
         if store_record_cells is None:
@@ -136,7 +138,7 @@ def explorer_page_data(
         "chance": 1 / ENCODED_PROBABILITY_STEP_COUNT},
         "ensemble": ensemble_fall_probability(one) is not None,
         "film": options | {
-            "missing": translate(options["missing"]), "options": options["options"] + _film_command_language_option()
+            "missing": translate(options["missing"]), "options": options["options"] + _film_language_option_words()
         },
         "colours": {
             "probability": PROBABILITY_COLOUR_STOPS, "stands": STANDS_COLOUR, "hatch": HATCH_COLOUR,
@@ -146,24 +148,24 @@ def explorer_page_data(
                 for place in range(_AZIMUTH_COLOUR_COUNT)
             ],
         },
-        **_page_texts_in_current_language(one),
+        **_translation_entry_of_page_data(one),
     }  # fmt: skip
 
 
-def _film_command_language_option() -> list[str]:
-    """Return the command-line option that makes a film in the language of the interactive page; [] for English."""
+def _film_language_option_words() -> list[str]:
+    """Return the words that make `overturning film` use the language of the page: option and value; [] for English."""
     return [] if current_language() == ENGLISH else ["--language", current_language()]
 
 
-def _page_texts_in_current_language(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
-    """Return ``{"words": …}``: translations of the texts of the interactive page; {} if the language is English."""
+def _translation_entry_of_page_data(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
+    """Return the entry "words" of the page data, translations by English text, as a dict; {} for an English page."""
     if (language := current_language()) == ENGLISH:
         return {}
     elements = {name: translate(name) for name in cube["element"].to_numpy().astype(str).tolist()}
     return {"words": elements | read_translation_table(language, "explorer")}
 
 
-def _record_metadata(record_cube: "xr.Dataset") -> dict[str, Any]:
+def _record_name_fault_normal_and_fall_times(record_cube: "xr.Dataset") -> dict[str, Any]:
     """Return id, name, fault normal (degrees), and first and last time of a fall (s) of one record in the results."""
     normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
@@ -195,7 +197,7 @@ def _direction_cell_edges_rad_or_deg(azimuths_or_orientations_deg: FloatArray, i
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the interactive page: study, variant, and the element to which height and B/H refer."""
     title = (study.title if study else "") or str(cube.attrs.get("title", ""))
-    parts = filter(None, [title, *variant_label_as_list(cube), *_note_on_size_reference_element(cube)])
+    parts = filter(None, [title, *variant_label_as_list(cube), *_list_with_note_on_size_reference_element(cube)])
     return translate(", ").join(map(translate, parts))
 
 
@@ -214,7 +216,7 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
-def _note_on_size_reference_element(cube: "xr.Dataset") -> list[str]:
+def _list_with_note_on_size_reference_element(cube: "xr.Dataset") -> list[str]:
     """Return a list with a note that names the scene element to which height and B/H refer; [] for a single element."""
     if cube.sizes["element"] == 1:
         return []

@@ -172,7 +172,7 @@ def choose_initial_explorer_case(
     order = (default_model_for_results_cube(cells_by_direction_and_b_over_h).direction_dimension_name, "b_over_h")
     ensemble = ensemble_fall_probability(cells_by_direction_and_b_over_h)
     chance = np.nan_to_num(
-        explorer_fall_probabilities(cells_by_direction_and_b_over_h)["towards"]
+        explorer_probabilities_towards_and_away(cells_by_direction_and_b_over_h)["towards"]
         .transpose(*order)
         .to_numpy()
         .astype(np.float64)
@@ -198,7 +198,7 @@ def ensemble_fall_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
-def explorer_fall_probabilities(cube: "xr.Dataset") -> "xr.Dataset":
+def explorer_probabilities_towards_and_away(cube: "xr.Dataset") -> "xr.Dataset":
     """Return each case's probability of a fall towards its azimuth (3-D: of any fall), and of the opposite fall."""
     chance = fall_probabilities_towards_and_away(cube)
     if "probability_falls" in cube:

@@ -56,7 +56,7 @@ def overturned_fraction_by_intensity_figure(
     _draw_fragility_curve(
         panels.flat[0], intensity_by_record_and_factor, fallen_fraction_by_record_and_factor, fragility_curve
     )
-    if with_jma and _draw_fall_rates_by_jma_intensity(
+    if with_jma and _draw_jma_fall_rates_and_tell_if_ranges_shown(
         panels.flat[1], jma_intensity_by_record_and_factor, fallen_fraction_by_record_and_factor
     ):
         add_title_and_legend(
@@ -134,7 +134,7 @@ def _draw_fragility_curve(
     panel.legend(loc="upper left", fontsize=7, frameon=False)
 
 
-def _draw_fall_rates_by_jma_intensity(
+def _draw_jma_fall_rates_and_tell_if_ranges_shown(
     panel: Any, jma_intensity_by_record_and_factor: FloatArray, fallen_fraction_by_record_and_factor: FloatArray
 ) -> bool:
     """Draw the fraction overturned by JMA intensity, with degree limits and the ranges stated by survey rules.

@@ -212,9 +212,10 @@ class Film:
             "start": round(self.first_frame_time, 6),
             "interval": self.frame_interval,
             "frames": self.frame_count,
-            "view": [round(float(edge), 4) for edge in extent_of_free_2d_bodies(self)],
+            "view": [round(float(edge), 4) for edge in extent_of_free_2d_bodies_with_margin(self)],
             "earthView": [
-                round(float(edge), 4) for edge in extent_of_free_2d_bodies(self, adds_ground_displacement=True)
+                round(float(edge), 4)
+                for edge in extent_of_free_2d_bodies_with_margin(self, adds_ground_displacement=True)
             ],
             "peak": round(self.peak_base_acceleration_of_all_panels / GAL, 3),
             "note": self.note_below_film,
@@ -264,10 +265,10 @@ def polygon_vertices_by_frame(body: FilmBody) -> FloatArray:
     )
 
 
-def extent_of_free_2d_bodies(
+def extent_of_free_2d_bodies_with_margin(
     film: Film, *, adds_ground_displacement: bool = False
 ) -> tuple[float, float, float, float]:
-    """Return the rectangle (left, right, bottom, top), m, that contains all free polygons of a film at all times.
+    """Return a rectangle (left, right, bottom, top), m, around all free polygons of a film at all times, with a margin.
 
     If `adds_ground_displacement`, the displacement of the ground is added, as the player shows it on request.
     """

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, FilmPanel, extent_of_free_2d_bodies, polygon_vertices_by_frame
+from overturning.figures.film import Film, FilmPanel, extent_of_free_2d_bodies_with_margin, polygon_vertices_by_frame
 from overturning.figures.film_strip import GROUND_COLOUR, STONE_COLOUR, draw_scale_bar
 from overturning.figures.film_words import PLAYBACK_SPEED_LABELS, movie_title_with_speed
 from overturning.figures.style import (
@@ -24,7 +24,7 @@ from overturning.figures.style import (
     use_package_matplotlib_settings,
 )
 from overturning.figures.svg_translation import break_text_at_width, pad_to_equal_line_count
-from overturning.figures.write import compute_layout_only_once
+from overturning.figures.write import compute_layout_at_first_drawing_or_on_request
 from overturning.files import atomic_write, check_output_path
 from overturning.translation.texts import (
     ENGLISH,
@@ -87,9 +87,11 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
                 MATPLOTLIB_SETTINGS["font.family"][0],
                 name_of_installed_font_of_language(language, path.name),
             ]
-        figure, move_artists_to_frame = _create_movie_figure_and_updater(film)
+        figure, move_artists_and_tell_if_text_changed = _create_movie_figure_and_updater(film)
         limit_ticks_to_axis_range(figure)
-        compute_layout_again = compute_layout_only_once(figure)  # the layout takes longer than the drawing
+        compute_layout_again = compute_layout_at_first_drawing_or_on_request(
+            figure
+        )  # the layout takes longer than the drawing
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
             writer = animation.FFMpegWriter(fps=rate, codec="libx264", extra_args=exact)
@@ -97,7 +99,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
         try:
             with writer.saving(figure, str(named), dpi=90):
                 for frame in range(film.frame_count):
-                    if move_artists_to_frame(frame):
+                    if move_artists_and_tell_if_text_changed(frame):
                         compute_layout_again()
                     writer.grab_frame()
             named.replace(part)
@@ -156,7 +158,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
         1 + traces, columns, _PANEL_WIDTH_INCHES * columns, tall, height_ratios=(3.4, *traces * [1])
     )
     add_title_and_legend(figure, _translated_movie_title_with_speed(film, figure.get_figwidth()))
-    left, right, bottom, top = extent_of_free_2d_bodies(film)
+    left, right, bottom, top = extent_of_free_2d_bodies_with_margin(film)
     rows: list[tuple[Any, ...]] = []
     for panel, outcome, scene, *trace_axes in zip(film.panels, outcomes, *panels, strict=True):
         scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
@@ -179,8 +181,8 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
         draw_scale_bar(scene, (left, right, bottom, top))
         rows.append((panel, outcome, shapes, marks, scene.set_xlabel("", fontsize=8)))
 
-    def move_artists_to_frame(frame_index: int) -> bool:
-        """Draw a frame by moving the drawn bodies and time marks; return True if a text has changed."""
+    def move_artists_and_tell_if_text_changed(frame_index: int) -> bool:
+        """Move the drawn bodies and time marks to a frame; return True if an outcome text has changed."""
         text_changed = False
         time = film.first_frame_time + frame_index * film.frame_interval
         for panel, outcome, shapes, marks, text in rows:
@@ -194,7 +196,7 @@ def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int
             text.set_text(shown)
         return text_changed
 
-    return figure, move_artists_to_frame
+    return figure, move_artists_and_tell_if_text_changed
 
 
 def _draw_traces_and_current_time_lines(trace_axes: Sequence[Any], film: Film, panel: FilmPanel) -> list[Any]:

@@ -72,7 +72,9 @@ def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> Floa
     return np.stack([trajectory[name].to_numpy()[:, element_index] for name in ("x", "z", "rotation")], axis=1)
 
 
-def _extend_poses_until_lying(trajectory: "xr.Dataset", element_index: int) -> tuple[FloatArray, FloatArray]:
+def _times_and_poses_until_fallen_block_lies(
+    trajectory: "xr.Dataset", element_index: int
+) -> tuple[FloatArray, FloatArray]:
     """Return times (s) and poses (x, z, rotation) of a scene element, with a last pose in which a fallen block lies.
 
     The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
@@ -118,7 +120,7 @@ def _film_bodies_of_scene(
     for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
         clock, poses = (
-            _extend_poses_until_lying(trajectory, index)
+            _times_and_poses_until_fallen_block_lies(trajectory, index)
             if is_free
             else (trajectory["time"].to_numpy(), _element_poses_by_time(trajectory, index))
         )

@@ -5,7 +5,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.film import Film, FilmBody, FilmPanel, extent_of_free_2d_bodies, polygon_vertices_by_frame
+from overturning.figures.film import (
+    Film,
+    FilmBody,
+    FilmPanel,
+    extent_of_free_2d_bodies_with_margin,
+    polygon_vertices_by_frame,
+)
 from overturning.figures.film_words import STRIP_CAPTIONS_ALL_FALL, STRIP_CAPTIONS_NONE_FALL, STRIP_CAPTIONS_SOME_FALL
 from overturning.figures.style import (
     INK,
@@ -74,7 +80,9 @@ def film_strip_figure(film: Film, *, has_title: bool = True) -> "Figure":
     """Return a figure with four frames of each panel of a film, in rows, for printing."""
     times, names = film_strip_frame_times_and_captions(film)
     rows = len(film.panels)
-    edges = _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_2d_bodies(film)
+    edges = (
+        _axis_limits_of_body_view(film) if film.panels[0].shows_3d_body else extent_of_free_2d_bodies_with_margin(film)
+    )
     left, right, bottom, top = edges
     tall = PAGE_WIDTH_INCHES / len(names) * min((top - bottom) / (right - left), 1.3)
     captions, lines = pad_to_equal_line_count(

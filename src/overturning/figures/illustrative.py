@@ -18,7 +18,7 @@ from overturning.figures.film_words import film_title_text, panel_heading_of_com
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.write import empty_folder_then_list_new_files, save_figure_files
+from overturning.figures.write import empty_folder_then_write_list_of_new_files, save_figure_files
 from overturning.labels import friction_label
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import PlanarModel
@@ -75,7 +75,7 @@ def draw_illustrative_cases(
         Records among which the cases are chosen, such as those of surveys; not given: all records of the cube.
     """
     with (
-        empty_folder_then_list_new_files(output_folder),
+        empty_folder_then_write_list_of_new_files(output_folder),
         open_cube_for_reading_by_record(cube_path, element_name=None) as elements,
         use_package_matplotlib_settings(),
     ):
@@ -137,7 +137,7 @@ def _draw_illustrative_case(
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
     settings = case.panel_variants or (NOMINAL_VARIANT,) * len(case.panel_directions_deg)
-    every = [_motion_of_variant(study, motion_folder, record, name) for name in settings]
+    every = [_read_motion_for_variant(study, motion_folder, record, name) for name in settings]
     paths = [
         simulate_block_trajectories(study, motion, case.block_coordinates, [angle], name)[0]
         for motion, angle, name in zip(every, case.panel_directions_deg, settings, strict=True)
@@ -153,7 +153,7 @@ def _draw_illustrative_case(
     strip_figure = partial(film_strip_figure, film, has_title=False)
     drawn: list[FileSuffixDrawingAltTextAndOptions] = [("strip", strip_figure, "four frames of the film", {})]
     if default_model_for_results_cube(one).is_planar:
-        drawn += _figures_for_planar_film(one, paths, motion, (title, place))
+        drawn += _figure_functions_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(zip(paths, every, strict=True), 1)
@@ -192,7 +192,7 @@ def _draw_illustrative_case(
     )
 
 
-def _motion_of_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
+def _read_motion_for_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
     """Read the motion of a record as a study variant uses it: on soil or rock, with or without vertical component."""
     folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
     return ground_motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
@@ -232,13 +232,13 @@ def block_label(study: Study, block_parameters: dict[str, float]) -> str:
     return f"B/H = {block_parameters['b_over_h']:.3g}{oblong}, H = {block_parameters['height']:.3g} m, {coefficient}"
 
 
-def _figures_for_planar_film(
+def _figure_functions_for_planar_film(
     record_cube: "xr.Dataset",
     trajectories: list["xr.Dataset"],
     motion: Motion,
     film_title_and_station_event: tuple[str, str],
 ) -> list[FileSuffixDrawingAltTextAndOptions]:
-    """Return the figures shown with a 2-D film: rotation history, overturning boundary, spectra and hodograph.
+    """Return functions that draw the figures of a 2-D film: rotation, overturning boundary, spectra and hodograph.
 
     `film_title_and_station_event` are the title of the film, and station and earthquake as text.
     """

@@ -36,7 +36,7 @@ CRITERION_LINE_STYLES: Final = (
 """Colour and line style of each of `criteria.OVERTURNING_CRITERIA`."""
 
 
-def fall_probability_by_pga_and_pgv_over_pga(
+def pga_pgv_over_pga_and_fall_probability_of_block(
     cube: xr.Dataset, pga_and_pgv_dataset: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²) and PGV/PGA (s) along each azimuth of each record, and the fall probability of one block there.
@@ -127,7 +127,7 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.4 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = fall_probability_by_pga_and_pgv_over_pga(
+            points = pga_pgv_over_pga_and_fall_probability_of_block(
                 cube, pga_and_pgv_dataset, float(height), float(b_over_h), friction
             )
             block = float(height), float(b_over_h)

@@ -10,7 +10,7 @@ from matplotlib.ticker import MultipleLocator
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
-from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_outer_rings_without_falls
+from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_rings_without_falls_except_innermost
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import draw_fall_rose
 from overturning.model.falls import default_model_for_results_cube
@@ -37,7 +37,7 @@ _MIN_AND_MAX_ARROW_LENGTH_OVER_MAP_WIDTH: Final = (1 / 30, 1 / 10)
 
 def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     """Draw the fall azimuths of 3-D bodies under one record by orientation and B/H, one panel per block, and a rose."""
-    cube = trim_outer_rings_without_falls(cube, cube["overturned"])
+    cube = trim_rings_without_falls_except_innermost(cube, cube["overturned"])
     cube = cube if "aspect" in cube.dims else cube.expand_dims(aspect=[1.0])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()

@@ -19,7 +19,7 @@ from overturning.figures.style import (
     create_figure,
     is_drawing_for_phone,
     legend_patch,
-    set_radius_ticks,
+    set_outer_radius_and_radius_ticks,
     turn_axes_into_compass,
     wrap_name_into_lines,
 )
@@ -87,7 +87,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
             axes.set_title(title, fontsize=8.5, pad=16, parse_math=False)
     marks: list[Any] = [legend_patch(FALL_COLOUR, "observed falls (area: number)")]
     if any(rose.mean_direction_deg is not None for rose in roses):
-        marks.append(Line2D([], [], **_mean_direction_marker(0.0), label="mean direction, 95 % interval"))
+        marks.append(Line2D([], [], **_mean_direction_marker_style(0.0), label="mean direction, 95 % interval"))
     if any(rose.mean_axis_deg is not None for rose in roses):
         marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis, 95 % interval"))
     add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_legend_handles=marks)
@@ -112,7 +112,7 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
     if not counts.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
     shown = [n for n in _FALL_COUNTS_FOR_RADIUS_LABELS if 0.45 * top < np.sqrt(n) <= 0.97 * top][-1:] or [1]
-    set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
+    set_outer_radius_and_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
     axes.set_rlabel_position(_sector_border_with_fewest_falls_deg(counts))
     if rose.mean_axis_deg is not None:
         for end in (rose.mean_axis_deg, rose.mean_axis_deg + 180.0):
@@ -125,7 +125,7 @@ def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
         axes.plot(
             at,
             _MEAN_MARK_RADIUS_OVER_ROSE_RADIUS * top,
-            **_mean_direction_marker(rose.mean_direction_deg),
+            **_mean_direction_marker_style(rose.mean_direction_deg),
             clip_on=False,
             zorder=6,
         )
@@ -154,8 +154,8 @@ def _draw_mean_direction_interval(
         axes.plot(angles, np.full(60, arc_radius), **line_keywords | {"linewidth": 1.3})
 
 
-def _mean_direction_marker(azimuth_deg: float) -> dict[str, Any]:
-    """Return Matplotlib keywords for the outward triangle that marks a mean fall direction."""
+def _mean_direction_marker_style(azimuth_deg: float) -> dict[str, Any]:
+    """Return Matplotlib keywords for `plot` that draw the outward triangle marking a mean fall direction."""
     return {
         "marker": (3, 0, -azimuth_deg), "markersize": 8, "markeredgecolor": INK, "markerfacecolor": INK,
         "linestyle": "none",

@@ -157,7 +157,7 @@ def fall_map_by_azimuth_figure(
         f"{title}\n{heading}",
         used[0],
         min(columns, 2),
-        first_legend_handles=_polar_map_legend_marks(panels, spread, rim),
+        first_legend_handles=_polar_map_legend_entries(panels, spread, rim),
     )
     return figure
 
@@ -372,7 +372,7 @@ def write_radius_meaning_with_arrow(axes: Any, outward_meaning: str, font_size_p
     )  # fmt: skip
 
 
-def _polar_map_legend_marks(panels: Sequence[PolarMapPanel], is_ensemble: bool, rim_velocity_m_s: float) -> list[Any]:
+def _polar_map_legend_entries(panels: Sequence[PolarMapPanel], is_ensemble: bool, rim_velocity_m_s: float) -> list[Any]:
     """Return the legend entries of everything that is drawn in at least one polar map."""
     if is_ensemble:
         marks = [style.legend_patch(_STANDS_PATCH_STYLE, "no run falls, to either side")]

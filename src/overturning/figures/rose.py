@@ -16,7 +16,7 @@ from overturning.figures.style import (
     PAGE_WIDTH_INCHES,
     create_panel_grid,
     mark_fault_normal,
-    set_radius_ticks,
+    set_outer_radius_and_radius_ticks,
     turn_axes_into_compass,
     wrap_name_into_lines,
 )
@@ -83,7 +83,7 @@ def draw_fall_rose(axes: Any, rose: FallRose, outer_radius_as_root_of_share: flo
             )
         ):
             shown.append(level)
-    set_radius_ticks(
+    set_outer_radius_and_radius_ticks(
         axes,
         outer_radius_as_root_of_share,
         {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]},
@@ -194,12 +194,12 @@ def fall_roses_by_group_figure(
         figure,
         "",
         legend_column_count=1 if width < 5 else 2,
-        first_legend_handles=_rose_legend_marks(list(roses.values()), marked),
+        first_legend_handles=_rose_legend_entries(list(roses.values()), marked),
     )
     return figure
 
 
-def _rose_legend_marks(roses: list[FallRose], has_mean_axis: bool) -> list[Any]:
+def _rose_legend_entries(roses: list[FallRose], has_mean_axis: bool) -> list[Any]:
     """Return the legend entries of fall roses: shares, their intervals, and the mean axis if drawn."""
     marks = [style.legend_patch(FALL_COLOUR, "share of the falls (area)")]
     if any(np.isfinite(rose.share_interval_low_by_sector).any() for rose in roses):

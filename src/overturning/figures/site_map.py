@@ -96,7 +96,7 @@ def local_east_north_km(
     return scale * x, scale * y
 
 
-def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
+def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
     Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
@@ -104,7 +104,10 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
-    stations, epicentres = _coordinates_of_records(cube, "station"), _coordinates_of_records(cube, "epicentre")
+    stations, epicentres = (
+        _station_or_epicentre_coordinates_by_record(cube, "station"),
+        _station_or_epicentre_coordinates_by_record(cube, "epicentre"),
+    )
     if not any(map(_are_coordinates_known, stations)):
         return []
     said = {row["id"]: row for row in record_sources(cube)}
@@ -129,7 +132,7 @@ def earthquakes_on_map(cube: xr.Dataset) -> list[EarthquakeOnMap]:
     return sites
 
 
-def _coordinates_of_records(cube: xr.Dataset, place_kind: str) -> list[tuple[float, float]]:
+def _station_or_epicentre_coordinates_by_record(cube: xr.Dataset, place_kind: str) -> list[tuple[float, float]]:
     """Return latitude and longitude of the station or the epicentre of each record, NaN where unknown."""
     names = (f"{place_kind}_latitude", f"{place_kind}_longitude")
     north, east = (np.atleast_1d(cube[name].to_numpy()).astype(np.float64).tolist() for name in names)

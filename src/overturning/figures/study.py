@@ -11,9 +11,9 @@ import xarray as xr
 from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
 from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
-from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
+from overturning.figures.site_map import earthquake_map_figures, mappable_earthquakes
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.write import FigureWriter, empty_folder_then_list_new_files
+from overturning.figures.write import FigureWriter, empty_folder_then_write_list_of_new_files
 from overturning.labels import note_on_size_reference_stone
 from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.earthquakes import (
@@ -34,8 +34,8 @@ def draw_study_figures(
     """Draw all figures that combine the records of a study, from its results cube and intensity measures (NetCDF).
 
     Writes into `output_folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and the
-    maps of the stations into ``maps/`` (see `empty_folder_then_list_new_files`; empty if no record has coordinates).
-    The function `write_figure_files` writes a figure in all formats of the study.
+    maps of the stations into ``maps/`` (see `empty_folder_then_write_list_of_new_files`; empty if no record has
+    coordinates). The function `write_figure_files` writes a figure in all formats of the study.
     """
     # Each dask chunk is one record, so that only one record is in memory at a time.
     with (
@@ -45,14 +45,14 @@ def draw_study_figures(
     ):
         fits = default_model_for_results_cube(cube).is_planar and not note_on_size_reference_stone(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
-        for name, draw in study_figure_functions(
+        for name, draw in all_records_figure_functions_by_name(
             cube, intensity, fit, fall_axes_from_fault_normal_by_group(cube)
         ).items():
             write_figure_files(draw(), output_folder / name)
         _draw_earthquake_maps(cube, output_folder / "maps", write_figure_files)
 
 
-def study_figure_functions(
+def all_records_figure_functions_by_name(
     cube: xr.Dataset,
     intensity_measures: xr.Dataset,
     logistic_fit: LogisticFit | None,
@@ -90,6 +90,6 @@ def study_figure_functions(
 
 def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: FigureWriter) -> None:
     """Draw maps of the earthquakes of a study with stations and mean fall axes, and write them into a folder."""
-    with empty_folder_then_list_new_files(output_folder):
-        for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(cube)), 1):
+    with empty_folder_then_write_list_of_new_files(output_folder):
+        for number, figure in enumerate(earthquake_map_figures(mappable_earthquakes(cube)), 1):
             write_figure_files(figure, output_folder / f"{number}")

@@ -260,10 +260,8 @@ def add_title_and_legend(
         columns = 1 if _IS_DRAWING_FOR_PHONE.get() else legend_column_count
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
-        # About 13 characters of this size fit in an inch.
-        lines = [
-            part for line in title.splitlines() for part in wrap_name_into_lines(line, int(13 * figure.get_figwidth()))
-        ]
+        max_letters = int(13 * figure.get_figwidth())  # about 13 characters of this size fit in an inch
+        lines = [part for line in title.splitlines() for part in wrap_name_into_lines(line, max_letters)]
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 
@@ -271,9 +269,8 @@ def legend_patch(colour_or_style: Any, label: str) -> Any:
     """Return a filled legend rectangle with a label, given its colour or Matplotlib keywords such as a hatch."""
     from matplotlib.patches import Patch
 
-    own = (
-        colour_or_style if isinstance(colour_or_style, dict) else {"facecolor": colour_or_style, "edgecolor": "#777777"}
-    )
+    filled = {"facecolor": colour_or_style, "edgecolor": "#777777"}
+    own = colour_or_style if isinstance(colour_or_style, dict) else filled
     return Patch(label=label, **({"linewidth": 0.4} | own))
 
 
@@ -362,8 +359,10 @@ def azimuths_one_step_into_unsimulated_gaps(simulated_azimuths_deg: FloatArray) 
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 
 
-def set_radius_ticks(axes: Any, outer_radius: float, tick_labels: dict[float, str] | None = None, **look: Any) -> None:
-    """Set the outer radius of a polar axis, and write small tick labels along the azimuth 112.5°."""
+def set_outer_radius_and_radius_ticks(
+    axes: Any, outer_radius: float, tick_labels: dict[float, str] | None = None, **look: Any
+) -> None:
+    """Set outer radius and radius ticks of a polar axis; its small tick labels are placed along the azimuth 112.5°."""
     axes.set_ylim(0.0, outer_radius)
     if tick_labels is not None:
         axes.set_yticks(list(tick_labels), list(tick_labels.values()))

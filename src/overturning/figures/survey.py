@@ -28,7 +28,7 @@ from overturning.figures.style import (
     is_drawing_for_phone,
     label_axes,
     legend_patch,
-    set_radius_ticks,
+    set_outer_radius_and_radius_ticks,
     turn_axes_into_compass,
 )
 
@@ -104,11 +104,15 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
     ]
     if any(one.observed_mean_fall_direction_deg is not None for one in drawn_surveys):
         marks.append(
-            Line2D([], [], **_mean_direction_marker(0.0, FALL_COLOUR, FALL_COLOUR), label="mean azimuth, observed")
+            Line2D(
+                [], [], **_mean_direction_marker_style(0.0, FALL_COLOUR, FALL_COLOUR), label="mean azimuth, observed"
+            )
         )
     if any(one.computed_mean_fall_direction_deg is not None for one in drawn_surveys):
         marks.append(
-            Line2D([], [], **_mean_direction_marker(0.0, SERIES_COLOURS[0], "white"), label="mean azimuth, computed")
+            Line2D(
+                [], [], **_mean_direction_marker_style(0.0, SERIES_COLOURS[0], "white"), label="mean azimuth, computed"
+            )
         )
     if count > 1:
         marks += [
@@ -146,7 +150,7 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
     if not drawn_survey.observed_falls_by_octant.any():
         axes.text(0.0, 0.0, "no fall in a\nknown direction", fontsize=8, ha="center", va="center")
     shown = [n for n in _FALL_COUNTS_FOR_RADIUS_LABELS if 0.4 * top < np.sqrt(n) <= 0.97 * top][-2:] or [1]
-    set_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
+    set_outer_radius_and_radius_ticks(axes, top, {float(np.sqrt(n)): str(n) for n in shown}, zorder=5)
     # On the border of two octants, where least is drawn.
     most = np.maximum(observed, computed)
     axes.set_rlabel_position(22.5 + 45.0 * int(np.argmin(most + np.roll(most, -1))))
@@ -157,12 +161,18 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
     ):
         if azimuth is not None:
             axes.plot(
-                np.radians(azimuth), 1.0 * top, **_mean_direction_marker(azimuth, edge, face), zorder=6, clip_on=False
+                np.radians(azimuth),
+                1.0 * top,
+                **_mean_direction_marker_style(azimuth, edge, face),
+                zorder=6,
+                clip_on=False,
             )
     axes.set_ylim(0.0, top)
 
 
-def _mean_direction_marker(azimuth_deg: float, marker_edge_colour: str, marker_face_colour: str) -> dict[str, Any]:
+def _mean_direction_marker_style(
+    azimuth_deg: float, marker_edge_colour: str, marker_face_colour: str
+) -> dict[str, Any]:
     """Return Matplotlib keywords for the triangle that marks a mean fall direction."""
     return {
         "marker": (3, 0, -azimuth_deg), "markersize": 10, "markeredgecolor": marker_edge_colour,

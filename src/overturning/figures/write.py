@@ -59,7 +59,7 @@ def save_figure_files(
     scale = font_size_pt / own if font_size_pt else (width_inches or figure.get_figwidth()) / figure.get_figwidth()
     if (wide := (width_inches or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
-    compute_layout_only_once(figure)
+    compute_layout_at_first_drawing_or_on_request(figure)
     limit_ticks_to_axis_range(figure)
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():  # else Matplotlib would measure all ticks to place an empty label
@@ -146,10 +146,10 @@ def _save_figure_by_typst(
         )
 
 
-def has_cut_or_overlapping_text(figure: "Figure") -> bool:
-    """True if a title or legend of a drawn figure is cut off at the edge, or if texts overlap.
+def freeze_layout_and_check_if_text_cut_or_overlaps(figure: "Figure") -> bool:
+    """Return True if a title or legend is cut off at the edge, or if texts overlap; the layout engine is removed.
 
-    The check removes the layout of the figure, so that its panels keep their positions.
+    The panels of the figure then keep their positions.
     """
     figure.set_layout_engine("none")
     with _collect_characters_without_glyph():
@@ -157,13 +157,15 @@ def has_cut_or_overlapping_text(figure: "Figure") -> bool:
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [one.get_window_extent(renderer).padded(-1.0) for one in (axes.title for axes in shown) if one.get_text()]
-    outer = [one.get_window_extent(renderer) for one in figure.texts if _is_visible_text(one)]
+    outer = [one.get_window_extent(renderer) for one in figure.texts if _is_visible_non_empty_text(one)]
     outer += [
         one.get_window_extent(renderer).padded(-2.0 * _TEXT_BOX_MARGIN_PX) for one in figure.legends
     ]  # a legend has margins
     if any(not whole.contains(*corner) for box in (*titles, *outer) for corner in (box.min, box.max)):
         return True
-    inner = [one.get_window_extent(renderer) for axes in shown for one in _visible_panel_texts(axes)]
+    inner = [
+        one.get_window_extent(renderer) for axes in shown for one in _visible_horizontal_or_vertical_panel_texts(axes)
+    ]
     boxes = [box.padded(-_TEXT_BOX_MARGIN_PX) for box in (*titles, *outer, *inner)]
     return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
 
@@ -172,12 +174,12 @@ _TEXT_BOX_MARGIN_PX: Final = 3.0
 """Margin of the box of a text, pixels: boxes that only touch do not overlap."""
 
 
-def _is_visible_text(text: "Text") -> bool:
+def _is_visible_non_empty_text(text: "Text") -> bool:
     """True if a text is visible and has letters."""
     return bool(text.get_visible() and text.get_text())
 
 
-def _visible_panel_texts(axes: Any) -> "list[Text]":
+def _visible_horizontal_or_vertical_panel_texts(axes: Any) -> "list[Text]":
     """Return the visible texts of a panel that are horizontal or vertical: axis labels, tick labels and notes."""
     found = [one for one in (axes.xaxis.label, axes.yaxis.label, *axes.texts) if one.get_rotation() % 90.0 == 0.0]
     for along, axis in enumerate((axes.xaxis, axes.yaxis)):
@@ -185,7 +187,7 @@ def _visible_panel_texts(axes: Any) -> "list[Text]":
         room = 1e-6 * (high - low)
         labels = axis.get_majorticklabels() if axis.get_visible() else ()
         found += [one for one in labels if low - room <= one.get_position()[along] <= high + room]
-    return [one for one in found if _is_visible_text(one)]
+    return [one for one in found if _is_visible_non_empty_text(one)]
 
 
 def set_figure_title(figure: "Figure", title: str | None) -> None:
@@ -263,7 +265,9 @@ def save_figure_and_return_warning(
                 f"{path.name}: the text leaves no room for the panels; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}"
             ) from None
     return (
-        f"text is cut off or overlaps; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}" if has_cut_or_overlapping_text(figure) else ""
+        f"text is cut off or overlaps; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}"
+        if freeze_layout_and_check_if_text_cut_or_overlaps(figure)
+        else ""
     )
 
 
@@ -271,7 +275,9 @@ FigureWriter = Callable[["Figure", Path], None]
 """Function that writes a figure to a path without extension, in all formats of a study."""
 
 
-def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figure", path_without_suffix: Path) -> None:
+def write_figure_and_delete_files_in_other_formats(
+    figure_settings: FigureSettings, figure: "Figure", path_without_suffix: Path
+) -> None:
     """Write a figure with the size, resolution and file formats that a study sets; delete files in other formats.
 
     `path_without_suffix` is the path without extension.
@@ -287,7 +293,7 @@ def write_figure_in_study_formats(figure_settings: FigureSettings, figure: "Figu
 
 
 @contextmanager
-def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
+def empty_folder_then_write_list_of_new_files(folder: Path) -> Iterator[None]:
     """Context manager: empty a folder, then write a text file with the names of all files made in the folder.
 
     The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
@@ -302,11 +308,8 @@ def empty_folder_then_list_new_files(folder: Path) -> Iterator[None]:
     write_text(folder.with_suffix(".txt"), "".join(f"{name}\n" for name in names))
 
 
-def compute_layout_only_once(figure: "Figure") -> Callable[[], None]:
-    """Make a figure compute its layout only at its first drawing, to save time.
-
-    Returns a function that makes the figure compute its layout again at the next drawing.
-    """
+def compute_layout_at_first_drawing_or_on_request(figure: "Figure") -> Callable[[], None]:
+    """Make a figure compute its layout only at its first drawing and on request; return the function to request it."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     draw, due = figure.draw, [True]

@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.figures.answer import (
     PlottedEstimate,
     fall_alignment_with_references_figure,
-    overturned_share_difference_figure,
+    overturned_shares_and_difference_figure,
 )
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_by_intensity_figure
 from overturning.figures.film_words import station_and_event_text
@@ -22,8 +22,8 @@ from overturning.figures.observed_rose import ObservedFallRose, observed_fall_ro
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.record import scene_and_element_title_line
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import earthquake_map_figures, earthquakes_on_map
-from overturning.figures.study import study_figure_functions
+from overturning.figures.site_map import earthquake_map_figures, mappable_earthquakes
+from overturning.figures.study import all_records_figure_functions_by_name
 from overturning.figures.style import arrange_panels_for_phone, use_package_matplotlib_settings
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
@@ -177,12 +177,12 @@ def draw_figures_with_report(results: StudyResults, findings: Findings, output_f
 def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_by_group
-    draw = study_figure_functions(
+    draw = all_records_figure_functions_by_name(
         results.default_element_cube, results.intensity_measures, results.logistic_fit, groups
     )
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         yield "axes", draw["axes"]()
-    for number, figure in enumerate(earthquake_map_figures(earthquakes_on_map(results.default_element_cube)), 1):
+    for number, figure in enumerate(earthquake_map_figures(mappable_earthquakes(results.default_element_cube)), 1):
         yield f"maps/{number}", figure
     if not findings.direction.has_fall_axis_comparable_with_fault:
         yield "rose", draw["rose"]()
@@ -261,7 +261,9 @@ def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, lege
             [convert_to_plotted_estimate(contrast.population_fall_rate_in_variant), *there],
         )
         differences = [convert_to_plotted_estimate(contrast.primary_statistic_study_minus_variant), *differences]
-    return overturned_share_difference_figure(rows, dict(zip(legend_names, (here, there), strict=True)), differences)
+    return overturned_shares_and_difference_figure(
+        rows, dict(zip(legend_names, (here, there), strict=True)), differences
+    )
 
 
 def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyFindings]) -> "Figure":

@@ -185,8 +185,8 @@ def choose_likelihood_exponent(survey_exponent_rows: pd.DataFrame) -> float:
     return float(good.max()) if good.size else CANDIDATE_LIKELIHOOD_EXPONENTS[0]
 
 
-def surveys_with_cross_validated_exponent(survey_exponent_rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the surveys of each half of the earthquakes, with the likelihood exponent chosen on the other half."""
+def survey_rows_with_cross_validated_exponent(survey_exponent_rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the surveys of each half of the earthquakes, with the exponent chosen on the other half."""
     halves = [
         (half, choose_likelihood_exponent(survey_exponent_rows[survey_exponent_rows["half"] != half]))
         for half in (0, 1)
@@ -250,7 +250,7 @@ def coverage_table_row(survey_group_name: str, survey_rows: pd.DataFrame) -> tup
 def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables and the text on coverage as Markdown, by marker."""
     shown, shipped = (
-        surveys_with_cross_validated_exponent(rows),
+        survey_rows_with_cross_validated_exponent(rows),
         rows[rows["power"] == DIRECTION_LIKELIHOOD_EXPONENT],
     )
     few = shown["stones"] < 36
@@ -291,8 +291,8 @@ def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
     return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown_table(head, lines)}"}
 
 
-def estimate_ruin_motion_as_markdown(threads: int) -> str:
-    """Estimate the motion of the example survey of a ruin; return it as a Markdown list, and draw its figure."""
+def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
+    """Draw the figure of the motion inferred from the example survey of a ruin; return it as a Markdown list."""
     stones = read_counted_stones(RUIN_SURVEY_FILE)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
@@ -319,11 +319,11 @@ def main(
     """Simulate surveys, estimate their motions, and publish the tables."""
     named = named_parts_or_all_if_none(parts, SELECTABLE_PARTS)
     if "ruin" in named:
-        insert_markdown_between_markers_in_docs({"example-ruin": estimate_ruin_motion_as_markdown(threads)})
+        insert_markdown_between_markers_in_docs({"example-ruin": draw_ruin_motion_figure_and_return_markdown(threads)})
     if "coverage" not in named:
         return
     rows = measure_interval_coverage(surveys, threads)
-    write_csv(surveys_with_cross_validated_exponent(rows), RESULT_TABLE_FOLDER / "backwards-coverage.csv")
+    write_csv(survey_rows_with_cross_validated_exponent(rows), RESULT_TABLE_FOLDER / "backwards-coverage.csv")
     insert_markdown_between_markers_in_docs(coverage_markdown_by_marker(rows))
     print(
         f"powers chosen on the other half: {choose_likelihood_exponent(rows[rows['half'] == 1])}, "

@@ -162,8 +162,8 @@ def draw_published_and_computed_fall_rates(
         save_figure_files(figure, path)
 
 
-def population_fall_rate_markdown(results: StudyResults) -> str:
-    """Return the fall rate of the population of gravestones as Markdown, and draw its figure for the docs."""
+def draw_population_fall_rates_and_return_markdown(results: StudyResults) -> str:
+    """Draw the figure of the population's fall rates for the docs, and return the rates as Markdown."""
     found = population_findings(results)
     assert found is not None
     write_fall_rates_figure(results, ROOT / "docs" / "images" / "fall-rate.svg")
@@ -254,7 +254,7 @@ def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     )
 
 
-def planar_model_accuracy() -> list[MeasuredNumber]:
+def planar_model_accuracy_against_3d_model() -> list[MeasuredNumber]:
     """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {
@@ -274,11 +274,11 @@ def planar_model_accuracy() -> list[MeasuredNumber]:
 
 def main() -> None:
     """Compare the rates, draw the figure and publish the tables."""
-    write_measured_numbers(planar_model_accuracy(), RESULT_TABLE_FOLDER / "in-space.csv")
+    write_measured_numbers(planar_model_accuracy_against_3d_model(), RESULT_TABLE_FOLDER / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(NEAR_FAULT_STUDY_RESULT_FOLDER, study) as results:
         found = results.population_rates_by_variant[NOMINAL_VARIANT]
-        comparison = population_fall_rate_markdown(results)
+        comparison = draw_population_fall_rates_and_return_markdown(results)
         insert_markdown_between_markers_in_docs(
             {"population": f"{comparison}\n{wrap_text(text_comparing_grid_and_per_stone_fall_rates(results), '- ')}"}
         )

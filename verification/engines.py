@@ -169,10 +169,10 @@ def fall_sides_in_pymunk(
     return _simulate_fall_sides(bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_body)
 
 
-def fall_side_of_block_in_mujoco(
+def fall_sides_of_single_block_in_mujoco(
     free_bodies: Sequence[PlanarBody], ground_acceleration_by_time_step: np.ndarray, friction: float, time_step: float
 ) -> list[int]:
-    """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
+    """Return a list with the fall side of the only body in MuJoCo, a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
 
     (stone,) = free_bodies
@@ -304,7 +304,7 @@ SCENE_ENGINES: Final[dict[str, FallSidesOfSceneFunction]] = {
 BLOCK_ENGINES: Final[dict[str, FallSidesOfBlocksFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
-    "MuJoCo": fall_side_of_block_in_mujoco,
+    "MuJoCo": fall_sides_of_single_block_in_mujoco,
 }
 ENGINES_3D: Final[dict[str, FallDirectionFunction]] = {
     "MuJoCo": fall_direction_in_mujoco,

@@ -74,7 +74,7 @@ def true_motion_of_example_survey() -> CandidateMotion:
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 
-def fall_azimuths_of_stones(
+def face_normal_azimuths_of_first_falls(
     motion: Motion,
     face_normal_azimuth_deg_by_stone: FloatArray,
     height_by_stone: FloatArray,
@@ -107,7 +107,9 @@ def invent_stones() -> dict[str, list[InventedStone]]:
             drawn.append((face, height, shape, side, generator.normal(0.0, FALL_DIRECTION_STANDARD_DEVIATION_DEG)))
     face, height, shape, side, spread = np.array(drawn).T
     seen = (
-        fall_azimuths_of_stones(true_motion_of_example_survey().motion, face, height, np.column_stack([shape, side]))
+        face_normal_azimuths_of_first_falls(
+            true_motion_of_example_survey().motion, face, height, np.column_stack([shape, side])
+        )
         + spread
     ) % 360.0
     rows = zip(drawn, seen.tolist(), strict=True)
@@ -118,7 +120,7 @@ def invent_stones() -> dict[str, list[InventedStone]]:
     }
 
 
-def direction_in_notation(azimuth_deg: float, direction_notation: str) -> str:
+def true_azimuth_in_field_notation(azimuth_deg: float, direction_notation: str) -> str:
     """Return a true azimuth, degrees, as people note it: magnetic degrees, true compass point, or magnetic bearing."""
     if direction_notation == "winds":
         return COMPASS_POINTS_16[round(azimuth_deg / 22.5) % 16]
@@ -143,7 +145,7 @@ def survey_csv_text() -> str:
         for number, stone in enumerate(stones, 1):
             outcome, azimuth = "stands", ""
             if math.isfinite(stone.fall_azimuth_deg):
-                outcome, azimuth = "fell", direction_in_notation(stone.fall_azimuth_deg, notation)
+                outcome, azimuth = "fell", true_azimuth_in_field_notation(stone.fall_azimuth_deg, notation)
             moved = generator.uniform()
             if outcome == "stands" and moved < 0.5:
                 twist, shift = int(generator.choice([-1, 1])) * int(generator.integers(2, 15)), generator.integers(1, 5)
@@ -153,7 +155,7 @@ def survey_csv_text() -> str:
                 outcome, azimuth = "fell, direction not known", ""
             if (site, number) in OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED:
                 outcome, azimuth = OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED[site, number], ""
-            face = "" if notation == "winds" else direction_in_notation(stone.face_azimuth_deg, notation)
+            face = "" if notation == "winds" else true_azimuth_in_field_notation(stone.face_azimuth_deg, notation)
             declination = "" if notation == "winds" else f"{MAGNETIC_DECLINATION_EAST_DEG}"
             sizes = (
                 f"{one:.2f}".replace(".", ",")
@@ -179,8 +181,8 @@ def fenced_code_block(code_text: str) -> str:
     return f"```text\n{code_text}\n```"
 
 
-def write_example_study_cube(path: Path) -> None:
-    """Write the cube of outcomes of the small study with which the page compares the survey."""
+def simulate_and_write_example_cube(path: Path) -> None:
+    """Run the small study with which the page compares the survey, and write its cube of outcomes."""
     cube = overturning.run_study(
         ["wtmc"],
         azimuth={"step": 10},
@@ -197,7 +199,7 @@ def survey_command_output_by_marker() -> dict[str, str]:
     """Return the printed comparisons of the survey that the page shows, by marker."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
-        write_example_study_cube(cube)
+        simulate_and_write_example_cube(cube)
         compared = output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE), "--cube", str(cube))
     summary = output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE))
     return {

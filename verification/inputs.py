@@ -69,7 +69,9 @@ def read_fema_motion(record_set_and_number: str) -> Motion:
     return Motion.of(read_record(entry, Path()))
 
 
-def strong_part_of_motion(motion: Motion, time_before_peak: float = 6.0, kept_duration: float = 20.0) -> Motion:
+def strong_horizontal_part_of_motion(
+    motion: Motion, time_before_peak: float = 6.0, kept_duration: float = 20.0
+) -> Motion:
     """Return `kept_duration` seconds of the horizontal motion, from `time_before_peak` seconds before its peak."""
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     first = max(peak - round(time_before_peak / motion.sampling_interval), 0)
@@ -81,7 +83,7 @@ def read_strong_part_of_pulse_record(near_field_pulse_record_number: int) -> Mot
     """Read 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
     motion = read_fema_motion(f"nearfield_pulse:{near_field_pulse_record_number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
-    return strong_part_of_motion(Motion(north, east, sampling_interval=motion.sampling_interval))
+    return strong_horizontal_part_of_motion(Motion(north, east, sampling_interval=motion.sampling_interval))
 
 
 @cache

@@ -35,7 +35,7 @@ def main(
     kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
     rows = pd.concat([read_table(results / f"{part}.nc") for part in MEASUREMENT_FUNCTIONS_BY_PART], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
-    orders = publish_error_against_run_time(rows, root)
+    orders = publish_errors_and_return_convergence_orders(rows, root)
     blocks, scenes, stacks = (read_table(results / f"{name}.nc") for name in ("stability", "scenes", "stacks"))
     publish_stability_maps(blocks, scenes, stacks, root)
     with atomic_write(output) as part:
@@ -43,8 +43,10 @@ def main(
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
 
-def publish_error_against_run_time(error_table: pd.DataFrame, readme_and_docs_folder: Path) -> dict[str, float]:
-    """Draw and publish the error against run time of all methods; return the orders of convergence."""
+def publish_errors_and_return_convergence_orders(
+    error_table: pd.DataFrame, readme_and_docs_folder: Path
+) -> dict[str, float]:
+    """Draw figures of the error against run time, publish them with numbers and tables; return convergence orders."""
     images, orders = readme_and_docs_folder / "docs" / "images", error_page.convergence_orders(error_table)
     error_figures.draw_errors_against_finer_steps(error_table, images / "work-precision-steps.svg")
     error_figures.draw_errors_against_rigid_solutions(error_table, images / "work-precision-rigid.svg")

@@ -126,7 +126,7 @@ def compare_with_other_engines(engine_case_count: int) -> Iterator[MeasuredNumbe
     The engines are physics engines; correct outcomes are given as a share of the cases.
     """
     scene, (motion, cases) = three_tier_scene_and_cases()
-    fine, firm = reference_results_and_robust_cases(scene, motion, cases)
+    fine, firm = reference_results_and_robust_case_mask(scene, motion, cases)
     right = fine.overturned[:, SHAFT_ELEMENT_INDEX]
     yield MeasuredNumber("cases of the sweep", cases.case_count)
     yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
@@ -210,8 +210,10 @@ def fall_sides_of_shaft(
     return np.array(sides)
 
 
-def reference_results_and_robust_cases(scene: Scene, motion: Motion, cases: Cases) -> tuple[CaseResults, np.ndarray]:
-    """Return results with a tenth of the stable step, and where the shaft's flag stays with other step and scheme."""
+def reference_results_and_robust_case_mask(
+    scene: Scene, motion: Motion, cases: Cases
+) -> tuple[CaseResults, np.ndarray]:
+    """Return results with a tenth of the stable step, and True where other steps give the shaft the same flag."""
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):

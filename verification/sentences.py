@@ -26,8 +26,8 @@ def formatted_measured_number(file_name: str, quantity: str, number_format: str,
     return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def format_errors_at_default_step_and_its_eighth(number_format: str, results_folder: Path) -> str:
-    """Format the wrong-flag shares, %, at the default time step and 1/8 of it, and the ratio of processor times."""
+def format_errors_and_cost_ratio_of_eighth_step(number_format: str, results_folder: Path) -> str:
+    """Return as text: wrong-flag shares, %, at the default time step and 1/8 of it, and ratio of processor times."""
     curve = pd.read_csv(results_folder / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
@@ -75,9 +75,9 @@ NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "operations-cundall": partial(
         formatted_measured_number, _BENCHMARK_FILE, "operations per block step, cundall", "{:.0f}"
     ),
-    "whole-step-flags": partial(format_errors_at_default_step_and_its_eighth, "{0:.1f} %"),
-    "eighth-step-flags": partial(format_errors_at_default_step_and_its_eighth, "{1:.1f} %"),
-    "eighth-step-time": partial(format_errors_at_default_step_and_its_eighth, "{2:.1f}"),
+    "whole-step-flags": partial(format_errors_and_cost_ratio_of_eighth_step, "{0:.1f} %"),
+    "eighth-step-flags": partial(format_errors_and_cost_ratio_of_eighth_step, "{1:.1f} %"),
+    "eighth-step-time": partial(format_errors_and_cost_ratio_of_eighth_step, "{2:.1f}"),
     "planes-right": partial(formatted_measured_number, "in-space.csv", _PLANAR_ACCURACY_QUANTITY, "{:.0f} %"),
     "planes-right-near": partial(
         formatted_measured_number,

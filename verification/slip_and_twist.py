@@ -44,10 +44,10 @@ EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES: Final = 0.1
 """Share of the standing stones that exceed the slip or twist in the last columns of the table."""
 
 
-def simulate_gravestone_shaft(
+def simulate_flag_slip_and_twist_of_shaft(
     model_name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
 ) -> pd.DataFrame:
-    """Return flag, final slip (m) and absolute final twist (degrees) of the shaft by case and time-step divisor."""
+    """Simulate the shaft; return flag, final slip (m) and |twist| (degrees) by case and time-step divisor."""
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
@@ -70,7 +70,7 @@ def simulate_gravestone_shaft(
     return pd.concat(rows, ignore_index=True)
 
 
-def relative_errors(
+def absolute_relative_errors_of_large_values(
     values: FloatArray, reference_values: FloatArray, min_compared_reference_value: float
 ) -> FloatArray:
     """Return the absolute relative errors of the values whose reference value is at least a limit."""
@@ -89,7 +89,7 @@ def slip_and_twist_error_table(rows_by_case_and_time_step: pd.DataFrame) -> str:
             exceeded_by_reference = factor * reference[quantity].quantile(1 - EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES)
             for refinement in TIME_STEP_DIVISORS[:-1]:
                 values = by_step[refinement][standing][quantity]
-                error = relative_errors(
+                error = absolute_relative_errors_of_large_values(
                     values.to_numpy(),
                     reference[quantity].to_numpy(),
                     MIN_SLIP_M_AND_TWIST_DEG_FOR_RELATIVE_ERROR[quantity],
@@ -112,7 +112,9 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     scene = load_scene("three-tier")
     height, b_over_h = reference_element_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]
-    rows = pd.concat([simulate_gravestone_shaft(*one, height, b_over_h, threads) for one in models], ignore_index=True)
+    rows = pd.concat(
+        [simulate_flag_slip_and_twist_of_shaft(*one, height, b_over_h, threads) for one in models], ignore_index=True
+    )
     insert_markdown_between_markers_in_docs({"slip-and-twist": slip_and_twist_error_table(rows)})
 
 

@@ -33,7 +33,7 @@ from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
 from verification import inputs
 from verification.engines import ENGINES_3D, Prism, fall_azimuth_of_prism, installed_engines
-from verification.inputs import read_motions_of_default_study, strong_part_of_motion
+from verification.inputs import read_motions_of_default_study, strong_horizontal_part_of_motion
 from verification.measures import convergence_order
 from verification.reference import body_cundall
 from verification.tables import (
@@ -348,7 +348,7 @@ def main(
 ) -> None:
     """Measure speed, memory, convergence and errors of the 3-D model, and write them into the docs."""
     every = list(read_motions_of_default_study().values())[:: max(28 // records, 1)]
-    chosen, figures = [strong_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
+    chosen, figures = [strong_horizontal_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
     made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
         "throughput": measure_throughput_and_compile_time_of_3d, "memory": measure_memory,
         "convergence": measure_convergence_order,

@@ -10,7 +10,7 @@ from overturning.model.element import Element
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.inputs import read_motions_of_default_study, strong_part_of_motion
+from verification.inputs import read_motions_of_default_study, strong_horizontal_part_of_motion
 from verification.stack_engines import BoxStack
 
 SEED: Final = 20261126
@@ -49,7 +49,7 @@ class StackCase(NamedTuple):
 def _strong_parts_of_records() -> dict[str, Motion]:
     """Return the strong part of each record of the default study."""
     return {
-        name: strong_part_of_motion(motion, USED_RECORD_DURATION_BEFORE_PEAK_S, USED_RECORD_DURATION_S)
+        name: strong_horizontal_part_of_motion(motion, USED_RECORD_DURATION_BEFORE_PEAK_S, USED_RECORD_DURATION_S)
         for name, motion in read_motions_of_default_study().items()
     }
 

@@ -66,7 +66,9 @@ class WholeRunCost(NamedTuple):
     cube_sha256: str
 
 
-def run_whole_study(uses_fork_server: bool, checkout_folder: Path = ROOT, study_yaml: str = "") -> WholeRunCost:
+def run_whole_study_and_measure_cost(
+    uses_fork_server: bool, checkout_folder: Path = ROOT, study_yaml: str = ""
+) -> WholeRunCost:
     """Run a study (text of its file; default: the default study) of a checkout in a new folder; return its cost."""
     with tempfile.TemporaryDirectory() as scratch:
         project = StudyWorkflowCopy(
@@ -110,7 +112,10 @@ def read_step_costs(step_table_path: Path) -> dict[str, CostOfCommandSteps]:
 
 def measure_whole_run() -> list[MeasuredNumber]:
     """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
-    served, own = run_whole_study(uses_fork_server=True), run_whole_study(uses_fork_server=False)
+    served, own = (
+        run_whole_study_and_measure_cost(uses_fork_server=True),
+        run_whole_study_and_measure_cost(uses_fork_server=False),
+    )
     if served.cube_sha256 != own.cube_sha256:
         raise ResultError(f"the cubes differ: {served.cube_sha256}, {own.cube_sha256}")
     rows = []
@@ -160,7 +165,7 @@ def compare_whole_runs(checkout_folder: Path, pair_count: int, study_yaml: str =
     """
     has_server = (checkout_folder / "src" / "overturning" / "commands" / "fork_server.py").exists()
     both = [(has_server, checkout_folder), (True, ROOT)]
-    runs = [[run_whole_study(*state, study_yaml) for state in both] for _ in range(pair_count + 1)][1:]
+    runs = [[run_whole_study_and_measure_cost(*state, study_yaml) for state in both] for _ in range(pair_count + 1)][1:]
     columns = [[_times_by_table_row_name(one) for one in states] for states in zip(*runs, strict=True)]
     rows = []
     for name in dict.fromkeys(name for column in columns for name in column[0]):

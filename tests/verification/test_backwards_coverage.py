@@ -64,7 +64,9 @@ def test_the_ruin_example_is_published_without_measuring_coverage(monkeypatch: p
     monkeypatch.setattr(
         backwards_coverage, "insert_markdown_between_markers_in_docs", lambda bodies: published.extend(bodies)
     )
-    monkeypatch.setattr(backwards_coverage, "estimate_ruin_motion_as_markdown", lambda _: "- PGV at least 36.9 cm/s")
+    monkeypatch.setattr(
+        backwards_coverage, "draw_ruin_motion_figure_and_return_markdown", lambda _: "- PGV at least 36.9 cm/s"
+    )
     monkeypatch.setattr(
         backwards_coverage, "measure_interval_coverage", lambda *_: pytest.fail("the coverage was measured")
     )

@@ -15,8 +15,8 @@ from verification.example_survey import (
     ROSE_DIAGRAM_FILE,
     SURVEY_DOCS_PAGE_FILE,
     InventedStone,
-    direction_in_notation,
     invent_stones,
+    true_azimuth_in_field_notation,
 )
 
 
@@ -83,4 +83,4 @@ def test_the_example_survey_is_read_as_it_was_invented(invented_stones: dict[str
 def test_invented_directions_are_written_in_the_notation_of_their_site(
     azimuth: float, notation: str, text: str
 ) -> None:
-    assert direction_in_notation(azimuth, notation) == text
+    assert true_azimuth_in_field_notation(azimuth, notation) == text

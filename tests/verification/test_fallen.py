@@ -15,8 +15,8 @@ from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import load_shipped_scene
 from tests.verification.test_stability_scenes import one_second_pulse
 from verification.stability.checks import (
-    find_failed_scene_check,
     flags_match_rotations,
+    name_of_first_failed_scene_check,
     rotations_forbidding_fallen_flag,
     rotations_requiring_fallen_flag,
 )
@@ -69,7 +69,7 @@ def test_overturning_flags_that_contradict_the_rotations_are_reported(
 ) -> None:
     prepared, found = three_tier_grave_and_falling_case()
     answer = results_with_other_rotations_and_flags(prepared, found, turned_deg, flags)
-    assert find_failed_scene_check(prepared, 0.7, one_second_pulse(6.0), answer) == (
+    assert name_of_first_failed_scene_check(prepared, 0.7, one_second_pulse(6.0), answer) == (
         "" if fits else "flag and rotation"
     )
 

@@ -16,7 +16,11 @@ from overturning.statistics.bootstrap import (
     mean_of_each_bootstrap_sample,
 )
 from verification.shaking_table import small_table
-from verification.shaking_table.__main__ import main, score_models_with_intervals, scores_by_damping_ratio
+from verification.shaking_table.__main__ import (
+    main,
+    model_scores_with_intervals_and_predictions,
+    stone_counts_and_scores_by_damping_class,
+)
 from verification.shaking_table.clouds import (
     PRISM_DISTRIBUTION,
     RECTANGLE_DISTRIBUTION,
@@ -24,7 +28,7 @@ from verification.shaking_table.clouds import (
     StonesWithSimulatedOutcomes,
     is_in_any_size_neighbourhood,
     sample_stones,
-    simulate_stones,
+    simulate_random_stones_or_read_outcomes,
 )
 from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
@@ -127,7 +131,7 @@ def test_prisms_and_rectangles_fall_only_under_strong_motion() -> None:
         dict.fromkeys(SPECIMEN_NUMBERS, np.zeros(2, bool)),
     )  # fmt: skip
     for kind in (RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION):
-        found = simulate_stones(kind, one, stone_count=64)
+        found = simulate_random_stones_or_read_outcomes(kind, one, stone_count=64)
         assert not found.fell_by_test_and_stone[0].any()
         assert found.fell_by_test_and_stone[1][found.b_over_h < 0.2].mean() > 0.8
 
@@ -193,7 +197,7 @@ def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
     fall_fractions_by_size_neighbourhood: FloatArray,
 ) -> None:
     tests, _ = synthetic_tests_and_stones
-    rows, held = score_models_with_intervals(
+    rows, held = model_scores_with_intervals_and_predictions(
         tests,
         {
             RECTANGLES_MODEL_NAME: fall_fractions_by_size_neighbourhood,
@@ -219,7 +223,7 @@ def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> None:
     tests, made = synthetic_tests_and_stones
-    found = scores_by_damping_ratio(tests, made)
+    found = stone_counts_and_scores_by_damping_class(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
     assert sum(count for count, _ in found.values()) == made.damping_ratio_over_default.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())

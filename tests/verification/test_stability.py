@@ -21,8 +21,8 @@ from verification.stability.cases import (
 )
 from verification.stability.checks import (
     CheckedOutcome,
-    find_failed_block_check,
     max_horizontal_to_apparent_gravity_ratio,
+    name_of_first_failed_block_check,
 )
 from verification.stability.figures import draw_block_outcomes_as_points
 from verification.stability.maps import (
@@ -92,7 +92,7 @@ def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
         Cases(0.0, STABLE_CASE.height, STABLE_CASE.b_over_h, STABLE_CASE.friction),
         gravestone(contact_law_of_block_case(STABLE_CASE), STABLE_CASE.density),
     )
-    assert find_failed_block_check(STABLE_CASE, motion, found) == ""
+    assert name_of_first_failed_block_check(STABLE_CASE, motion, found) == ""
     wrong = {
         "flag and rotation": {"overturned": np.array([1 - abs(found.overturned[0])], np.int8)},
         "energy balance": {"energy_error": np.array([0.02], np.float32)},
@@ -103,7 +103,7 @@ def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
         "left out above a threshold": {"status": np.array([1], np.int8)},
     }
     for reason, change in wrong.items():
-        assert find_failed_block_check(STABLE_CASE, motion, CaseResults(**vars(found) | change)) == reason
+        assert name_of_first_failed_block_check(STABLE_CASE, motion, CaseResults(**vars(found) | change)) == reason
 
 
 def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> None:

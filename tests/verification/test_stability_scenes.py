@@ -22,8 +22,8 @@ from tests.dem.polygon_scenes import load_shipped_scene
 from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, SCENE_NAMES, sample_parameters_of_scene_cases
 from verification.stability.checks import (
     CheckedOutcome,
-    find_failed_scene_check,
     min_acceleration_ratio_to_start_rocking,
+    name_of_first_failed_scene_check,
 )
 from verification.stability.maps import (
     SCENE_COLUMN_LONG_NAMES_AND_UNITS,
@@ -92,7 +92,7 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
     found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
-    assert find_failed_scene_check(prepared, 0.7, motion, found) == ""
+    assert name_of_first_failed_scene_check(prepared, 0.7, motion, found) == ""
 
     def results_with_one_changed_value(name: str, column: int, value: float) -> CaseResults:
         values = getattr(found, name).copy()
@@ -110,8 +110,11 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
         "left out above a threshold": CaseResults(**vars(found) | {"status": np.array([CaseStatus.AT_REST], np.int8)}),
     }
     for reason, answer in wrong.items():
-        assert find_failed_scene_check(prepared, 0.7, motion, answer) == reason
-    assert find_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found) == "fell below the threshold of rocking"
+        assert name_of_first_failed_scene_check(prepared, 0.7, motion, answer) == reason
+    assert (
+        name_of_first_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found)
+        == "fell below the threshold of rocking"
+    )
 
 
 @pytest.mark.parametrize("name", SCENE_NAMES)

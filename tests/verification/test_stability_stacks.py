@@ -19,9 +19,9 @@ from verification.stability.stacks import (
     MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT,
     STACK_COLUMN_LONG_NAMES_AND_UNITS,
     ParametersOfStackCases,
-    find_failed_stack_check,
-    random_stack_settings,
-    scene_of_stack_setting,
+    draw_parameters_of_stack_cases,
+    name_of_first_failed_stack_check,
+    scene_of_stack_parameters,
     simulate_and_check_stack_cases,
 )
 
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.long
 
 
 def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
-    settings = random_stack_settings(16, 7)
+    settings = draw_parameters_of_stack_cases(16, 7)
     rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
     assert set(rows) == set(STACK_COLUMN_LONG_NAMES_AND_UNITS)
     silent = rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
@@ -46,14 +46,14 @@ def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
 def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]:
     """Return a setting with two stones, of which the upper falls, its motion, and the results of its case."""
     setting = replace(
-        random_stack_settings(1, 1)[0],
+        draw_parameters_of_stack_cases(1, 1)[0],
         stone_sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), stone_densities=np.array([2650.0, 2650.0]),
         static_penetration_to_width_ratio=2e-6, contact_damping_ratio=1.0, friction_by_case=np.array([0.7]),
         amplitude_factor_by_case=np.array([1.0]),
         orientation_deg_by_case=np.array([0.0]),
     )  # fmt: skip
     motion = Motion(*acceleration_components_with_plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
-    found = simulate_cases(Stack(scene_of_stack_setting(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
+    found = simulate_cases(Stack(scene_of_stack_parameters(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert found.overturned[0].tolist() == [0, 1]
     return setting, motion, found
@@ -74,16 +74,16 @@ def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]
 )
 def test_the_stack_checks_detect_a_wrong_outcome(changes: dict[str, Any], reason: str) -> None:
     setting, motion, found = simulated_stack_case()
-    assert find_failed_stack_check(setting, motion, found, 0) == ""
+    assert name_of_first_failed_stack_check(setting, motion, found, 0) == ""
     changed = CaseResults(**vars(found) | {
         name: np.array([values]).astype(getattr(found, name).dtype) for name, values in changes.items()
     })  # fmt: skip
-    assert find_failed_stack_check(setting, motion, changed, 0) == reason
+    assert name_of_first_failed_stack_check(setting, motion, changed, 0) == reason
 
 
 def test_the_stack_checks_detect_falls_under_shaking_too_weak_to_open_a_joint() -> None:
     setting, motion, found = simulated_stack_case()
     for amplitude, reason in ((0.0, "moved without motion"), (0.15, "fell below the least acceleration")):
         weak = replace(setting, amplitude_factor_by_case=np.array([amplitude]))
-        assert find_failed_stack_check(weak, motion, found, 0).startswith(reason)
+        assert name_of_first_failed_stack_check(weak, motion, found, 0).startswith(reason)
     np.testing.assert_allclose(setting.min_joint_opening_acceleration, 9.80665 / 3.0, err_msg="the shaft opens at B/H")

@@ -59,7 +59,7 @@ def test_checkouts_are_timed_in_pairs_without_their_first_runs(tmp_path: Path, m
             "",
         )
 
-    monkeypatch.setattr(whole_run, "run_whole_study", return_invented_run_times)
+    monkeypatch.setattr(whole_run, "run_whole_study_and_measure_cost", return_invented_run_times)
     rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2, "name: a").splitlines()[2:]]
     assert served == [(False, tmp_path, "name: a"), (True, ROOT, "name: a")] * 3
     found = {row[0]: row[1:] for row in rows}

@@ -114,10 +114,10 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
     return damage_random_file
 
 
-def fill_disk(
+def fill_disk_during_run(
     workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
 ) -> None:
-    """Fill the disk while the study runs, then free it."""
+    """Run the study, fill its disk during the run so that the run fails, then free the disk."""
     results = workflow_copy.folder / "results"
     results.mkdir()
     _run_mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
@@ -169,10 +169,10 @@ def start_second_run_during_first(
     assert first.wait() == 0
 
 
-def simulate_clock_set_back_after_kill(
+def kill_run_and_simulate_clock_set_back(
     workflow_copy: StudyWorkflowCopy, random_generator: random.Random, undisturbed_run_time_s: float
 ) -> None:
-    """Set the clock back by two hours after a run was killed: move all file times into the future."""
+    """Kill a run, then move all file times two hours ahead, as if the clock had been set back."""
     kill_process_group_during_run(workflow_copy, random_generator, undisturbed_run_time_s)
     for path in (path for name in ("results", ".snakemake") for path in (workflow_copy.folder / name).rglob("*")):
         if path.is_file():
@@ -241,10 +241,10 @@ class FaultKind(NamedTuple):
 
 
 FAULT_KINDS: Final = (
-    FaultKind("disk full", fill_disk, 2, needs_root=True),
+    FaultKind("disk full", fill_disk_during_run, 2, needs_root=True),
     FaultKind("results read-only", make_results_read_only, 1, needs_finished_study=True, needs_root=True),
     FaultKind("two runs at once", start_second_run_during_first, 2),
-    FaultKind("clock set back", simulate_clock_set_back_after_kill, 2),
+    FaultKind("clock set back", kill_run_and_simulate_clock_set_back, 2),
     FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, needs_finished_study=True),
     FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, needs_finished_study=True),
     FaultKind("a partial result emptied", fault_damaging_file(PART_FILES, "emptied"), 2, needs_finished_study=True),

@@ -20,7 +20,7 @@ from verification.shaking_table.clouds import (
     PRISM_DISTRIBUTION,
     RECTANGLE_DISTRIBUTION,
     StonesWithSimulatedOutcomes,
-    simulate_stones,
+    simulate_random_stones_or_read_outcomes,
 )
 from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
@@ -51,7 +51,7 @@ DAMPING_RATIO_CLASS_BOUNDS = np.geomspace(_LOW, _HIGH, 5)
 """Bounds of the four classes of damping ratio."""
 
 
-def score_models_with_intervals(
+def model_scores_with_intervals_and_predictions(
     tests: ShakingTableTests,
     size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray],
     bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
@@ -95,7 +95,7 @@ def score_models_with_intervals(
     return pd.DataFrame(rows), probabilities
 
 
-def scores_by_damping_ratio(
+def stone_counts_and_scores_by_damping_class(
     tests: ShakingTableTests, stones: StonesWithSimulatedOutcomes
 ) -> dict[str, tuple[int, FloatArray]]:
     """Return, by class of damping ratio, number and scores, shape (specimens, scores), of random rectangles."""
@@ -133,14 +133,19 @@ def main(
         print(f"skipped: {error}")
         return
     kinds = {RECTANGLES_MODEL_NAME: RECTANGLE_DISTRIBUTION, PRISMS_MODEL_NAME: PRISM_DISTRIBUTION}
-    made = {name: simulate_stones(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
+    made = {
+        name: simulate_random_stones_or_read_outcomes(kind, tests, kept, threads=threads)
+        for name, kind in kinds.items()
+    }
     fractions = {name: fall_shares_by_size_neighbourhood(one) for name, one in made.items()}
-    rows, probabilities = score_models_with_intervals(tests, fractions)
+    rows, probabilities = model_scores_with_intervals_and_predictions(tests, fractions)
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table.csv")
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
     insert_markdown_between_markers_in_docs(
         page.markdown_by_marker(tests, fractions, rows)
-        | page.score_table_by_damping_ratio(scores_by_damping_ratio(tests, made[RECTANGLES_MODEL_NAME]))
+        | page.damping_score_table_by_marker(
+            stone_counts_and_scores_by_damping_class(tests, made[RECTANGLES_MODEL_NAME])
+        )
     )
 
 

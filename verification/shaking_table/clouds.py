@@ -102,7 +102,7 @@ _UNIFORMLY_DISTRIBUTED_PARAMETERS: Final = ("friction", "orientation")
 
 
 def sample_stones(distribution: StoneDistribution, stone_count: int) -> StoneParameters:
-    """Draw stones at random, as scrambled Sobol points within the bounds of each parameter."""
+    """Return parameters of random stones: scrambled Sobol points within the bounds of each parameter."""
     unit = qmc.Sobol(len(distribution.bounds_by_parameter), seed=SEED).random(stone_count).T
     return {
         name: low + (high - low) * u if name in _UNIFORMLY_DISTRIBUTED_PARAMETERS else low * (high / low) ** u
@@ -125,7 +125,7 @@ def is_in_any_size_neighbourhood(stone_values_by_parameter_name: StoneParameters
     ])  # fmt: skip
 
 
-def simulate_stones(
+def simulate_random_stones_or_read_outcomes(
     distribution: StoneDistribution,
     tests: ShakingTableTests,
     cache_folder: Path | None = None,

@@ -96,14 +96,14 @@ def markdown_by_marker(
 
     `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
     """
-    return score_tables(score_rows) | {
+    return score_tables_by_marker(score_rows) | {
         "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(
             tests, size_neighbourhood_fall_shares_by_model
         )
     }
 
 
-def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
+def score_tables_by_marker(score_rows: pd.DataFrame) -> dict[str, str]:
     """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
     return {
         "shaking-table-scores": _score_table(score_rows),
@@ -111,7 +111,7 @@ def score_tables(score_rows: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def score_table_by_damping_ratio(
+def damping_score_table_by_marker(
     stone_count_and_scores_by_damping_class: Mapping[str, tuple[int, FloatArray]],
 ) -> dict[str, str]:
     """Return the table of scores by damping ratio as Markdown, with its marker as key."""

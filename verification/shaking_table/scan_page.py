@@ -14,7 +14,11 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from verification.shaking_table.clouds import PRISM_DISTRIBUTION, RECTANGLE_DISTRIBUTION, simulate_stones
+from verification.shaking_table.clouds import (
+    PRISM_DISTRIBUTION,
+    RECTANGLE_DISTRIBUTION,
+    simulate_random_stones_or_read_outcomes,
+)
 from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests, read_shaking_table_tests
 from verification.shaking_table.models import (
     PGA_PGV_LOGISTIC_MODEL_NAME,
@@ -225,7 +229,9 @@ def main(
     }
     shares = fall_probability_by_orientation_and_test(fell)
     others = {
-        name: fall_shares_by_size_neighbourhood(simulate_stones(kind, tests, kept, threads=threads))
+        name: fall_shares_by_size_neighbourhood(
+            simulate_random_stones_or_read_outcomes(kind, tests, kept, threads=threads)
+        )
         for name, kind in {RECTANGLES_MODEL_NAME: RECTANGLE_DISTRIBUTION, PRISMS_MODEL_NAME: PRISM_DISTRIBUTION}.items()
     }
     models = fall_prediction_models_by_name(tests, others[RECTANGLES_MODEL_NAME], others[PRISMS_MODEL_NAME])

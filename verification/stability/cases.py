@@ -224,15 +224,15 @@ class ParametersOfSceneCases:
 def sample_parameters_of_scene_cases(
     space_filling_count_per_scene: int, count_per_scene_and_adversarial_motion: int, seed: int
 ) -> list[ParametersOfSceneCases]:
-    """Return settings of each scene: some under space-filling motions, others under each adversarial motion.
+    """Draw parameters of cases of each scene: under space-filling motions, and under each adversarial motion.
 
-    Adversarial motions are chosen to make the program fail. A setting has the parameters of several cases.
+    Adversarial motions are chosen to make the program fail. Each item of the list has the parameters of several cases.
     """
     found = []
     for number, scene in enumerate(SCENE_NAMES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
         sample = space_filling_cases(space_filling_count_per_scene, seed + 100 * (number + 1))
-        found += [_draw_scene_setting(scene, case, generator) for case in sample]
+        found += [_draw_parameters_of_scene_cases(scene, case, generator) for case in sample]
         for place, motion in enumerate(ADVERSARIAL_MOTION_KINDS):
             for case in space_filling_cases(
                 count_per_scene_and_adversarial_motion, seed + 100 * (number + 1) + place + 1
@@ -243,7 +243,7 @@ def sample_parameters_of_scene_cases(
                     case, motion_kind=motion, height=0.1 * (case.height / 0.01) ** 0.4, sampling_interval=interval
                 )
                 found.append(
-                    _draw_scene_setting(
+                    _draw_parameters_of_scene_cases(
                         scene,
                         ordinary,
                         generator,
@@ -254,7 +254,7 @@ def sample_parameters_of_scene_cases(
     return found
 
 
-def _draw_scene_setting(
+def _draw_parameters_of_scene_cases(
     scene: str,
     case: StabilityCase,
     generator: np.random.Generator,
@@ -301,8 +301,8 @@ def _draw_scene_setting(
     )
 
 
-def scene_of_setting(setting: ParametersOfSceneCases, project_folder: Path = Path()) -> Scene:
-    """Return the scene with the density and contact law of the setting."""
+def scene_with_contact_law_of_case_parameters(setting: ParametersOfSceneCases, project_folder: Path = Path()) -> Scene:
+    """Load the scene of the given parameters, and return it with their density and contact law."""
     scene, case = load_scene(setting.scene_name, project_folder), setting.common_parameters
     damping = (
         {"damping": ORIGINAL_PAPER_DASHPOT_N_S_PER_M}

@@ -85,7 +85,7 @@ class BoundsOnCaseResults(NamedTuple):
     """Slip from which an element counts as moved in a case without shaking, m."""
 
 
-def find_failed_check(
+def name_of_first_failed_check(
     bounds_on_case_results: BoundsOnCaseResults, results: CaseResults, case_index: int, flags_match_rotations: bool
 ) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
@@ -152,8 +152,8 @@ def static_penetration(case: StabilityCase) -> float:
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.normal_stiffness_per_corner)
 
 
-def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseResults) -> str:
-    """Return the first failed check of a single block (see `find_failed_check`); empty if all hold.
+def name_of_first_failed_block_check(case: StabilityCase, motion: Motion, results: CaseResults) -> str:
+    """Return the first failed check of a single block (see `name_of_first_failed_check`); empty if all hold.
 
     Falls below the threshold are checked only if µ is below half of B/H.
     """
@@ -164,13 +164,13 @@ def find_failed_block_check(case: StabilityCase, motion: Motion, results: CaseRe
         min(ratio, case.friction), stands, MAX_ROUNDING_SLIP_PER_METRE * (width + case.height),
     )  # fmt: skip
     lies = results.peak_rotation[0] * np.arctan(ratio) >= RIGHT_ANGLE_RAD * (1 - ROTATION_TOLERANCE_RAD)
-    return find_failed_check(bounds, results, 0, bool((results.overturned[0] != 0) == lies))
+    return name_of_first_failed_check(bounds, results, 0, bool((results.overturned[0] != 0) == lies))
 
 
-def find_failed_scene_check(
+def name_of_first_failed_scene_check(
     prepared_scene: PreparedScene, friction: float, motion: Motion, results: CaseResults, case_index: int = 0
 ) -> str:
-    """Return the first failed check of a scene with one μ for all contacts; see `find_failed_check`."""
+    """Return the first failed check of a scene with one μ for all contacts; see `name_of_first_failed_check`."""
     size = min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held)
     bound = min(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), friction)
     bounds = BoundsOnCaseResults(
@@ -185,7 +185,7 @@ def find_failed_scene_check(
         results.peak_rotation[case_index]
         * prepared_scene.tipping_angles_or_one_degree_in_rad[prepared_scene.free_element_indices]
     )
-    return find_failed_check(
+    return name_of_first_failed_check(
         bounds,
         results,
         case_index,

@@ -37,14 +37,14 @@ from verification.stability.cases import (
     ParametersOfSceneCases,
     StabilityCase,
     motion_of_case,
-    scene_of_setting,
+    scene_with_contact_law_of_case_parameters,
 )
 from verification.stability.checks import (
     CheckedOutcome,
-    find_failed_block_check,
-    find_failed_scene_check,
     max_static_penetration,
     min_acceleration_ratio_to_start_rocking,
+    name_of_first_failed_block_check,
+    name_of_first_failed_scene_check,
     static_penetration,
 )
 
@@ -138,7 +138,7 @@ def simulate_and_check_block_case(
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
         return row | {"reason": str(error).partition(":")[0]}
-    reason = find_failed_block_check(case, motion, found)
+    reason = name_of_first_failed_block_check(case, motion, found)
     return row | {
         "ending": CheckedOutcome.WRONG_WITHOUT_WARNING if reason else CheckedOutcome(int(found.status[0])),
         "reason": reason,
@@ -215,7 +215,7 @@ def simulate_and_check_scene_cases(
     """
     case = setting.common_parameters
     scene, motion = (
-        scene_of_setting(setting, project_folder),
+        scene_with_contact_law_of_case_parameters(setting, project_folder),
         motion_of_case(setting.common_parameters, setting_index_on_map),
     )
     ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
@@ -252,7 +252,9 @@ def simulate_and_check_scene_cases(
     for row, (friction, factor) in enumerate(
         zip(setting.friction_by_case, setting.amplitude_factor_by_case, strict=True)
     ):
-        reason = find_failed_scene_check(prepared, float(friction), motion.scaled_by(float(factor)), found, row)
+        reason = name_of_first_failed_scene_check(
+            prepared, float(friction), motion.scaled_by(float(factor)), found, row
+        )
         rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).has_outcome:

@@ -124,13 +124,13 @@ def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
     return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
 
 
-def random_stack_settings(setting_count: int, seed: int) -> list[ParametersOfStackCases]:
-    """Draw settings (a stack, a motion and the parameters of several cases) of 3-D stacks at random."""
+def draw_parameters_of_stack_cases(setting_count: int, seed: int) -> list[ParametersOfStackCases]:
+    """Draw 3-D stacks at random, each with a contact law, a motion and the parameters of several cases."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
-    return [_draw_stack_setting(generator) for _ in range(setting_count)]
+    return [_draw_stack_motion_and_case_parameters(generator) for _ in range(setting_count)]
 
 
-def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCases:
+def _draw_stack_motion_and_case_parameters(generator: np.random.Generator) -> ParametersOfStackCases:
     """Draw a stack, contact law, motion and parameters of its cases at random."""
 
     def draw_log_uniform(lower_bound: float, upper_bound: float, value_count: int | None = None) -> Any:
@@ -171,8 +171,8 @@ def _draw_stack_setting(generator: np.random.Generator) -> ParametersOfStackCase
     )  # fmt: skip
 
 
-def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
-    """Return the scene of a setting."""
+def scene_of_stack_parameters(setting: ParametersOfStackCases) -> Scene:
+    """Return the scene of a stack, from its stone sizes, plan shapes, densities and damping ratio of contacts."""
     elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
     materials = {"ground": Material()}
     for number, ((width, depth, height), density) in enumerate(
@@ -194,7 +194,7 @@ def scene_of_stack_setting(setting: ParametersOfStackCases) -> Scene:
     )  # fmt: skip
 
 
-def find_failed_stack_check(
+def name_of_first_failed_stack_check(
     setting: ParametersOfStackCases, motion: Motion, results: CaseResults, case_index: int
 ) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
@@ -278,7 +278,7 @@ def simulate_and_check_stack_cases(
         "vertical": setting.amplitude_factor_by_case * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
         "reason": np.full(CASE_COUNT_PER_SCENE_SETTING, "", object),
     }  # fmt: skip
-    scene = scene_of_stack_setting(setting)
+    scene = scene_of_stack_parameters(setting)
     height, ratio = reference_element_height_and_b_over_h(scene)
     try:
         cases = Cases(
@@ -295,7 +295,7 @@ def simulate_and_check_stack_cases(
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows
     for row in range(CASE_COUNT_PER_SCENE_SETTING):
-        reason = find_failed_stack_check(setting, motion, found, row)
+        reason = name_of_first_failed_stack_check(setting, motion, found, row)
         rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).has_outcome:

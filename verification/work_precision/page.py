@@ -27,8 +27,8 @@ COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "B
 _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def is_row_of_time_step_variation(rows: pd.DataFrame, sliding_or_rocking_blocks: str) -> "pd.Series[bool]":
-    """Return True for rows of a set of records with the default stiffness and varying time step."""
+def time_step_variation_row_mask(rows: pd.DataFrame, sliding_or_rocking_blocks: str) -> "pd.Series[bool]":
+    """Return True for rows of record cases with the default stiffness that are compared with a finer step."""
     own = np.isclose(rows["penetration_ratio"], DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO)
     return (rows["cases_of"] == f"records, {sliding_or_rocking_blocks}") & (rows["against"] == "finer step") & own
 
@@ -40,7 +40,7 @@ def convergence_orders(
     high, low = max_and_min_step_to_stable_step
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
-        (f"{kind}, {measure}", is_row_of_time_step_variation(rows, kind), measure)
+        (f"{kind}, {measure}", time_step_variation_row_mask(rows, kind), measure)
         for kind in ("rocking", "sliding")
         for measure in ("rotation_error", "boundary_shift")
     ]
@@ -72,7 +72,7 @@ def work_precision_numbers_for_summary(
     default = rows[(rows["default"] == 1) & rows["method"].isin(COMPARED_SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = iterate_rows(default[is_row_of_time_step_variation(default, kind)])
+        (at,) = iterate_rows(default[time_step_variation_row_mask(default, kind)])
         made += [
             MeasuredNumber(
                 f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
@@ -124,7 +124,7 @@ def _text_marked_if_default_setting(error_row: Any, text: str) -> str:
     return f"{text} **default**" if error_row.default == 1 else text
 
 
-def _has_time_step_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
+def _row_mask_of_time_steps_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
     own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_TIME_STEPS_S, rtol=1e-3, atol=0.0).any(axis=1)
@@ -160,8 +160,8 @@ def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
 def _step_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
     chosen = rows[
-        (is_row_of_time_step_variation(rows, "rocking") | is_row_of_time_step_variation(rows, "sliding"))
-        & _has_time_step_shown_in_docs(rows)
+        (time_step_variation_row_mask(rows, "rocking") | time_step_variation_row_mask(rows, "sliding"))
+        & _row_mask_of_time_steps_shown_in_docs(rows)
     ]
     lines = [
         (
@@ -208,7 +208,7 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
     )
     lines = []
     for at in iterate_rows(
-        rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _has_time_step_shown_in_docs(rows)]
+        rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _row_mask_of_time_steps_shown_in_docs(rows)]
     ):
         engine, counted = not np.isfinite(at.penetration_ratio), np.isfinite(at.wrong_flags)
         lines.append((

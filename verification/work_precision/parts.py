@@ -269,7 +269,7 @@ def run_rigid_rocking_blocks(
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
-def cases_robust_to_amplitude_and_outcomes(
+def amplitude_robust_cases_and_their_outcomes(
     groups: Sequence[CaseGroup],
 ) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
     """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
@@ -301,7 +301,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
         if delta != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
     ]
     for name, every in non_sliding_block_groups_by_set().items():
-        groups, right = cases_robust_to_amplitude_and_outcomes(every)
+        groups, right = amplitude_robust_cases_and_their_outcomes(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run_and_measure_cost_per_case(groups)
             common = case_and_wrong_counts_of_engine_subset(name, groups, found.overturned, right[0])
@@ -360,7 +360,7 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
     for name, every in non_sliding_block_groups_by_set().items():
-        kept, right = cases_robust_to_amplitude_and_outcomes(every)
+        kept, right = amplitude_robust_cases_and_their_outcomes(every)
         few, flags = (
             every_nth_case(kept, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),
             values_of_every_nth_case(kept, right[0], EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),

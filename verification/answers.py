@@ -68,8 +68,8 @@ def _velocity_and_fault_alignment_rows(study_findings: Findings) -> Iterator[Qua
             )
 
 
-def _variant_comparison_rows(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
-    """Yield rows that compare the falls of a study with those of its main variant, such as another scene."""
+def _rows_comparing_falls_with_main_variant(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
+    """Yield rows on falls in the study only, in its main variant (such as another scene) only, and the same in both."""
     (one,) = (each for each in study_findings.contrasts if each.is_primary_comparison)
     yield _finding_row(
         f"falls in “{study_findings.study.name}” only", one.share_overturned_only_in_study, as_percentage=True
@@ -86,9 +86,9 @@ def _variant_comparison_rows(study_findings: Findings) -> Iterator[QuantityValue
 ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[QuantityValueTextAndEarthquakeCount]]]] = {
     "near-fault": _fault_normal_alignment_rows,
     "in-space": _velocity_and_fault_alignment_rows,
-    "three-tier": _variant_comparison_rows,
-    "stack-3d": _variant_comparison_rows,
-    "waiau": _variant_comparison_rows,
+    "three-tier": _rows_comparing_falls_with_main_variant,
+    "stack-3d": _rows_comparing_falls_with_main_variant,
+    "waiau": _rows_comparing_falls_with_main_variant,
 }
 
 
@@ -98,7 +98,7 @@ def write_japanese_copy_of_figure(path: Path) -> None:
     path.with_suffix(".ja.svg").write_text(translated, encoding="utf-8")
 
 
-def stack_displacement_table(study_findings: Findings) -> str:
+def stack_fall_slip_and_twist_table(study_findings: Findings) -> str:
     """Return a table of falls, slip and twist of each stone of the stack and of its variants."""
     shares = {(one.variant, one.element): one.share_overturned for one in study_findings.element_outcomes}
     lines = [
@@ -124,7 +124,7 @@ def main() -> None:
         study = load_study(ROOT / "config" / f"{name}.yaml")
         question = f"{study.question} ([{name}](config/{name}.yaml))"
         found = findings(ROOT / "results" / name, study)
-        stack = stack_displacement_table(found) if found.element_displacements else stack
+        stack = stack_fall_slip_and_twist_table(found) if found.element_displacements else stack
         for quantity, value, earthquakes in rows(found):
             lines.append((question, quantity, value, earthquakes))
             question = ""

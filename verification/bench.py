@@ -37,7 +37,7 @@ from verification.inputs import (
     read_motions_of_default_study,
 )
 from verification.measures import (
-    compare_results,
+    differences_from_reference_results,
     join_results,
     percentage,
     run_case_groups,
@@ -216,7 +216,7 @@ def measure_time_and_errors_of_default_study(azimuth_count: int = 36) -> list[Me
     found = join_results([run_cases(*group, threads=2) for group in groups])
     seconds, busy = time.perf_counter() - start, time.process_time() - busy
     fine = run_case_groups(groups, threads=2, time_step="0.125 stable").results
-    far = compare_results(found, fine, (len(groups), azimuth_count, 2, -1, 3))
+    far = differences_from_reference_results(found, fine, (len(groups), azimuth_count, 2, -1, 3))
     rows = [
         MeasuredNumber("default study: flags, mirrored half included", 2 * found.status.size),
         MeasuredNumber("default study: kernel time on two threads", seconds, "s"),
@@ -238,9 +238,11 @@ def measure_effect_of_skipping_samples_at_rest(azimuth_count: int = 18) -> list[
     short = run_case_groups(groups, threads=2).results
     full = run_case_groups(groups, threads=2, leave_out=False).results
     nudged = [group._replace(motion=group.motion.scaled_by(1 + 1e-9)) for group in groups]
-    other = compare_results(run_case_groups(nudged, threads=2, leave_out=False).results, full).counts_of_all_cases
+    other = differences_from_reference_results(
+        run_case_groups(nudged, threads=2, leave_out=False).results, full
+    ).counts_of_all_cases
     below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
-    moves, far = short.block_steps > 0, compare_results(short, full)
+    moves, far = short.block_steps > 0, differences_from_reference_results(short, full)
     return [
         MeasuredNumber("cases, mirrored half left out", below.size),
         MeasuredNumber("cases above a threshold, which are simulated", int(moves.sum())),

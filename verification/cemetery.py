@@ -199,8 +199,8 @@ def estimate_with_interval_text(estimate: Estimate) -> str:
     return text.replace("-", "−")
 
 
-def published_criteria_skill_tables(results: StudyResults) -> dict[str, str]:
-    """Return tables of the skill of published criteria as Markdown, by marker, and copy their figure to the docs."""
+def copy_criteria_figure_and_return_skill_tables(results: StudyResults) -> dict[str, str]:
+    """Copy the figure of published criteria to the docs; return tables of their skill as Markdown, by marker."""
     found = skill_of_published_criteria(results)
     assert found is not None
     shutil.copy(NEAR_FAULT_STUDY_RESULT_FOLDER / "figures" / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
@@ -282,7 +282,7 @@ def main() -> None:
         insert_markdown_between_markers_in_docs(
             {"population": f"{comparison}\n{wrap_text(text_comparing_grid_and_per_stone_fall_rates(results), '- ')}"}
         )
-        insert_markdown_between_markers_in_docs(published_criteria_skill_tables(results))
+        insert_markdown_between_markers_in_docs(copy_criteria_figure_and_return_skill_tables(results))
         rows, rates = read_published_fall_rates(), fall_rates_percent_of_unscaled_records(found)
         draw_published_and_computed_fall_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
         insert_markdown_between_markers_in_docs(

@@ -86,8 +86,8 @@ def peak_slip_of_cells(cube: xr.Dataset) -> FloatArray:
     return np.asarray(np.hypot(cube.residual_slip_north, cube.residual_slip_east), dtype=np.float64)
 
 
-def outcome_changes_between_cubes(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
-    """Return the changes from one cube of outcomes of a study to another, as text by quantity."""
+def outcome_change_texts_by_quantity(old_cube: xr.Dataset, new_cube: xr.Dataset) -> dict[str, str]:
+    """Return texts on the changes from one cube of outcomes of a study to another, by name of the quantity."""
     both = [name for name in old_cube.record_id.values if name in new_cube.record_id.values]
     old_cube, new_cube = (
         cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old_cube, new_cube)
@@ -139,7 +139,7 @@ def table_of_changes_between_cubes(cube_paths: Sequence[Path]) -> str:
     """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
     opened = [open_cube(path, element=None, amplitude=None) for path in cube_paths]
     steps = [(i, i + 1) for i in range(len(cube_paths) - 1)] + [(0, len(cube_paths) - 1)] * (len(cube_paths) > 2)
-    columns = [outcome_changes_between_cubes(opened[first], opened[last]) for first, last in steps]
+    columns = [outcome_change_texts_by_quantity(opened[first], opened[last]) for first, last in steps]
     names = [
         path.stem if len({one.stem for one in cube_paths}) == len(cube_paths) else str(path) for path in cube_paths
     ]

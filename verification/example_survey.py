@@ -94,8 +94,8 @@ def face_normal_azimuths_of_first_falls(
     return np.where(np.isfinite(time[row, first]), fall[row, first], np.nan)
 
 
-def invent_stones() -> dict[str, list[InventedStone]]:
-    """Invent the stones of each cemetery, in rows of one orientation, and simulate them."""
+def invent_and_simulate_stones_by_cemetery() -> dict[str, list[InventedStone]]:
+    """Invent the stones of each cemetery, in rows of one orientation; return them with simulated falls."""
     generator = np.random.Generator(np.random.PCG64(47))
     drawn: list[tuple[float, ...]] = []
     for _ in DIRECTION_NOTATION_BY_SITE:
@@ -140,7 +140,7 @@ def survey_csv_text() -> str:
         "# Mara Farm. It shows a file's form, and how the sites of one survey may differ in their notation.",
         ";".join(SURVEY_CSV_COLUMN_NAMES),
     ]
-    for site, stones in invent_stones().items():
+    for site, stones in invent_and_simulate_stones_by_cemetery().items():
         notation, falls = DIRECTION_NOTATION_BY_SITE[site], 0
         for number, stone in enumerate(stones, 1):
             outcome, azimuth = "stands", ""

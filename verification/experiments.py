@@ -44,7 +44,7 @@ from verification.inputs import (
 from verification.measures import (
     MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA,
     Flags,
-    compare_results,
+    differences_from_reference_results,
     percentage,
     run_case_groups,
     wrong_flag_and_outcome_percentages,
@@ -116,7 +116,7 @@ def measure_error_by_scheme_and_step(study_part: PartOfDefaultStudy) -> Markdown
     right = overturning_boundary_b_over_h(exact.overturned)
     for scheme, share in SCHEMES_AND_SHARES_OF_LONGEST_STEP:
         found, seconds = run_case_groups(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
-        far = compare_results(found, exact)
+        far = differences_from_reference_results(found, exact)
         shift = (np.abs(overturning_boundary_b_over_h(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts_of_all_cases.cases}
@@ -168,13 +168,15 @@ def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> M
         for ratio in (0.02, 0.1, 0.25, 1.0, 4.0):
             given: dict[str, Any] = {"model": gravestone(Contact(static_penetration=penetration, damping_ratio=ratio))}
             exact = run_case_groups(groups, threads=2, time_step="0.125 stable", **given).results
-            own = compare_results(exact, exact)
+            own = differences_from_reference_results(exact, exact)
             computed = (
                 own.counts_of_cases_simulated_in_reference.cases + own.counts_of_cases_simulated_in_reference.unanswered
             )
             cells = [f"{percentage(own.unstable_result_count, computed):.2f}"]
             for step in steps.values():
-                far = compare_results(run_case_groups(groups, threads=2, time_step=step, **given).results, exact)
+                far = differences_from_reference_results(
+                    run_case_groups(groups, threads=2, time_step=step, **given).results, exact
+                )
                 cells.append(
                     f"{percentage(far.unstable_result_count, computed):.2f} / "
                     f"{wrong_flag_and_outcome_percentages(far.counts_of_cases_simulated_in_reference)[0]:.2f}"
@@ -229,7 +231,9 @@ def measure_effects_of_step_control_rules(study_part: PartOfDefaultStudy) -> Mar
             (found,) = run_case_groups_in_subprocess(
                 groups, [{}], statements_before_import=before, NUMBA_CACHE_DIR=f"{folder}/{number}"
             )
-            rows[name] = compare_results(found.results, exact).cost_and_error_columns(found.processor_time_s)
+            rows[name] = differences_from_reference_results(found.results, exact).cost_and_error_columns(
+                found.processor_time_s
+            )
             print(name, rows[name], flush=True)
     return {"fine-steps": markdown_table_of_named_rows("", rows, list(next(iter(rows.values()))))}
 
@@ -258,7 +262,9 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
         return tuple(
             f"{share:.2f}"
             for share in wrong_flag_and_outcome_percentages(
-                compare_results(compared_results.results, reference_results.results).counts_of_all_cases
+                differences_from_reference_results(
+                    compared_results.results, reference_results.results
+                ).counts_of_all_cases
             )
         )
 
@@ -267,9 +273,9 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
     exact, lines, costs = run_with_penetration(reference[0], time_step=steps[reference[1]]), [], {}
     if study_part.compared_checkout_folder is not None:
         (before,) = run_case_groups_in_subprocess(groups, [{}], checkout_folder=study_part.compared_checkout_folder)
-        costs["of the other checkout"] = compare_results(before.results, exact.results).cost_and_error_columns(
-            before.processor_time_s
-        )
+        costs["of the other checkout"] = differences_from_reference_results(
+            before.results, exact.results
+        ).cost_and_error_columns(before.processor_time_s)
     for penetration in (2e-5, 2e-6, 5e-7, DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, 2e-8):
         found = {
             name: exact if (penetration, name) == reference else run_with_penetration(penetration, time_step=step)
@@ -279,9 +285,9 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
             "–" if one is exact else " / ".join(wrong_flag_and_outcome_texts(one, exact)) for one in found.values()
         )
         lines.append((f"{penetration:g}", *cells))
-        costs[f"{penetration:g}"] = compare_results(found["auto"].results, exact.results).cost_and_error_columns(
-            found["auto"].processor_time_s
-        )
+        costs[f"{penetration:g}"] = differences_from_reference_results(
+            found["auto"].results, exact.results
+        ).cost_and_error_columns(found["auto"].processor_time_s)
         print(lines[-1], costs[f"{penetration:g}"], flush=True)
     own, finer = (
         run_with_penetration(DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO),
@@ -412,7 +418,7 @@ def measure_effect_of_high_friction(study_part: PartOfDefaultStudy) -> MarkdownB
             found = run_case_groups(groups, threads=2).results
             first = found if first is None else first
             steps = found.block_steps.sum() / first.block_steps.sum()
-            far = compare_results(found, first).counts_of_all_cases
+            far = differences_from_reference_results(found, first).counts_of_all_cases
             unbalanced = percentage((found.status == CaseStatus.UNSTABLE).sum(), found.status.size)
             lines.append(
                 (

@@ -160,14 +160,14 @@ def rocking_case_groups_under_sine_pulses(
     return groups
 
 
-def every_nth_case(groups: Sequence[CaseGroup], case_stride: int) -> list[CaseGroup]:
-    """Return every n-th case of each group."""
+def groups_with_every_nth_case(groups: Sequence[CaseGroup], case_stride: int) -> list[CaseGroup]:
+    """Return the groups, each reduced to every n-th of its cases."""
     return [group.subset(np.arange(0, group.cases.case_count, case_stride)) for group in groups]
 
 
 def values_of_every_nth_case(
     groups: Sequence[CaseGroup], values_of_all_cases: NDArray[Any], case_stride: int
 ) -> NDArray[Any]:
-    """Return the values of the cases that `every_nth_case` selects; `values_of_all_cases` is ordered by group."""
+    """Return the values of the cases that `groups_with_every_nth_case` selects; values are ordered by group."""
     ends = np.cumsum([group.cases.case_count for group in groups])[:-1]
     return np.concatenate([part[::case_stride] for part in np.split(values_of_all_cases, ends)])

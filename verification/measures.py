@@ -133,7 +133,7 @@ class ResultDifference(NamedTuple):
         }
 
 
-def compare_results(
+def differences_from_reference_results(
     results: CaseResults, reference_results: CaseResults, case_grid_shape: Sequence[int] = ()
 ) -> ResultDifference:
     """Compare results with reference results of the same cases.

@@ -120,7 +120,7 @@ def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def compare_with_other_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
+def measure_agreement_with_physics_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
     """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
 
     The engines are physics engines; correct outcomes are given as a share of the cases.
@@ -222,7 +222,7 @@ def reference_results_and_robust_case_mask(
     return fine, firm
 
 
-def table_of_errors_by_time_step() -> str:
+def table_of_errors_and_run_time_by_step() -> str:
     """Return a table of errors and run time by time step, without skipping samples at rest.
 
     The reference has 1/20 of the default step.
@@ -334,14 +334,14 @@ def main(
     """
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredNumber]]]] = {
         "speed": ("scenes.csv", measure_element_steps_per_second),
-        "peers": ("scenes.csv", partial(compare_with_other_engines, peer_cases)),
+        "peers": ("scenes.csv", partial(measure_agreement_with_physics_engines, peer_cases)),
         "pillars": ("scenes.csv", count_pillar_flags_changed_by_skipping_rest),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])
     for name in named_parts_or_all_if_none(parts, (*made, "steps")):
         if name == "steps":
-            insert_markdown_between_markers_in_docs({"scene-steps": table_of_errors_by_time_step()})
+            insert_markdown_between_markers_in_docs({"scene-steps": table_of_errors_and_run_time_by_step()})
             continue
         file, measure = made[name]
         figures = write_measured_numbers(list(measure()), RESULT_TABLE_FOLDER / file, keep_other_stored_numbers=True)

@@ -118,7 +118,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 
 
-def measure_memory() -> Iterator[MeasuredNumber]:
+def measure_memory_by_3d_case_count() -> Iterator[MeasuredNumber]:
     """Measure how the peak memory grows with the number of cases; each number in a separate process."""
     _, few, many = (
         int(run_python_program_and_time_it(_MEMORY_MEASUREMENT_PROGRAM, count)[0]) for count in (1000, 1000, 21000)
@@ -295,7 +295,7 @@ def measure_run_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
     )
 
 
-def compare_with_other_engines(motions: list[Motion], compared_case_count: int) -> Iterator[MeasuredNumber]:
+def measure_agreement_with_physics_engines(motions: list[Motion], compared_case_count: int) -> Iterator[MeasuredNumber]:
     """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
     ours, seconds = run_and_measure_min_processor_time(
         partial(simulate_case_grid_under_motions, motions), 1, partial(simulate_case_grid_under_motions, motions[:1])
@@ -350,12 +350,12 @@ def main(
     every = list(read_motions_of_default_study().values())[:: max(28 // records, 1)]
     chosen, figures = [strong_horizontal_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
     made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
-        "throughput": measure_throughput_and_compile_time_of_3d, "memory": measure_memory,
+        "throughput": measure_throughput_and_compile_time_of_3d, "memory": measure_memory_by_3d_case_count,
         "convergence": measure_convergence_order,
         "study": measure_cost_and_reruns_of_shipped_3d_study,
         "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
         "stack": measure_run_time_of_three_tier_grave,
-        "peers": partial(compare_with_other_engines, chosen, peer_cases),
+        "peers": partial(measure_agreement_with_physics_engines, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.enable_cundall():
         for name in (names := named_parts_or_all_if_none(parts, made)):

@@ -111,8 +111,8 @@ def read_outcomes_of_other_solvers() -> pd.DataFrame:
     return found
 
 
-def collect_outcomes_of_all_solvers(process_count: int = 2) -> pd.DataFrame:
-    """Return the outcomes of all cases in the solvers and in this program, one row per case."""
+def simulate_and_join_outcomes_of_all_solvers(process_count: int = 2) -> pd.DataFrame:
+    """Simulate all cases in this program; return its outcomes and the stored ones of the solvers, one row per case."""
     with ProcessPoolExecutor(process_count) as pool:
         own = pd.DataFrame(
             list(pool.map(outcome_and_robustness_in_this_program, draw_random_stack_cases(), chunksize=10))
@@ -277,7 +277,7 @@ def disagreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence
 
 def publish_agreement_with_solvers() -> None:
     """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
-    table = collect_outcomes_of_all_solvers()
+    table = simulate_and_join_outcomes_of_all_solvers()
     write_csv(table, AGREEMENT_TABLE_FILE)
     differ = list(disagreement_table_rows(table))
     drawn = ("", "cases with an outcome", "fall", "robust", "robust ones that fall", "s per case")

@@ -67,7 +67,7 @@ class TopmostStoneOutcome(NamedTuple):
     max_corner_penetration: float
     """Largest depth of a corner of a base below the face that it stands on, m: an error of the solver's contacts."""
 
-    def table_columns(self) -> dict[str, float]:
+    def as_outcome_table_columns(self) -> dict[str, float]:
         """Return the outcome as columns of the table of a solver's outcomes."""
         names = ("fall_azimuth_deg", "fall_time", "fallen_stone", "tilt_deg", "slip", "sinking")
         return dict(zip(names, self, strict=True))

@@ -66,11 +66,11 @@ def outcome_and_robustness_in_solver(solver_name: str, case: StackCase) -> dict[
             changed = label
             break
     assert nominal is not None
-    return nominal.table_columns() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
+    return nominal.as_outcome_table_columns() | {"robust": int(not changed), "changed_by": changed, "seconds": seconds}
 
 
-def run_all_cases_in_solver(solver_name: str, process_count: int) -> pd.DataFrame:
-    """Run all cases in a solver and return a table, one row per case; finished cases are not run again."""
+def run_unfinished_cases_and_join_outcomes(solver_name: str, process_count: int) -> pd.DataFrame:
+    """Run the cases that a solver has not finished; return a table of the outcomes of all cases, one row per case."""
     cases = draw_random_stack_cases()
     partial_path = partial_results_path(solver_name)
     partial_path.parent.mkdir(parents=True, exist_ok=True)
@@ -104,7 +104,7 @@ def main(
         elif find_spec(MODULE_NAME_BY_STACK_ENGINE[part]) is None:
             raise ArgumentError(f"{part} is not installed: make peers")
         else:
-            write_csv(run_all_cases_in_solver(part, processes), OUTCOME_FILE_BY_SOLVER[part])
+            write_csv(run_unfinished_cases_and_join_outcomes(part, processes), OUTCOME_FILE_BY_SOLVER[part])
 
 
 if __name__ == "__main__":

@@ -45,7 +45,9 @@ reference."""
 RESULT_TABLE_PATH: Final = RESULT_TABLE_FOLDER / "stack-precision.csv"
 
 
-def fall_azimuth_and_run_time_in_program(case: StackCase, step_to_automatic_step_ratio: float) -> tuple[float, float]:
+def fall_azimuth_and_processor_time_in_program(
+    case: StackCase, step_to_automatic_step_ratio: float
+) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
 
     The case is computed together with seven other orientations, which share its time.
@@ -69,10 +71,12 @@ def fall_azimuth_and_run_time_in_program(case: StackCase, step_to_automatic_step
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
 
 
-def fall_azimuth_and_run_time_in_solver(solver_name: str, time_step: float, case: StackCase) -> tuple[float, float]:
+def fall_azimuth_and_processor_time_in_solver(
+    solver_name: str, time_step: float, case: StackCase
+) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
     if solver_name == PROGRAM_LABEL:
-        return fall_azimuth_and_run_time_in_program(case, time_step)
+        return fall_azimuth_and_processor_time_in_program(case, time_step)
     begin = time.process_time()
     found = topmost_stone_outcome_in_engine(
         STACK_ENGINES[solver_name], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, time_step
@@ -83,10 +87,10 @@ def fall_azimuth_and_run_time_in_solver(solver_name: str, time_step: float, case
 def run_solver_with_all_steps(solver_name: str, process_count: int) -> pd.DataFrame:
     """Run all cases in a solver with all its steps; return one row per case and step."""
     cases = draw_random_stack_cases()[:COMPARED_CASE_COUNT]
-    fall_azimuth_and_run_time_in_program(cases[0], 1.0)  # compiles the kernel
+    fall_azimuth_and_processor_time_in_program(cases[0], 1.0)  # compiles the kernel
     with ProcessPoolExecutor(process_count) as pool:
         made = [
-            list(pool.map(partial(fall_azimuth_and_run_time_in_solver, solver_name, step), cases))
+            list(pool.map(partial(fall_azimuth_and_processor_time_in_solver, solver_name, step), cases))
             for step in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE[solver_name]
         ]
     return pd.DataFrame([

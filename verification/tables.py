@@ -70,7 +70,7 @@ VECTOR_BITS_BY_PROCESSOR_FEATURE: Final = {"avx512f": 512, "avx2": 256}
 
 
 @cache
-def machine_label() -> str:
+def processor_and_software_versions_line() -> str:
     """Return a line with the processor and the software versions on which measured figures depend."""
     lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     names = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
@@ -85,7 +85,7 @@ def machine_label() -> str:
 
 def commit_and_machine_line() -> str:
     """Return the line below a table: the commit and the machine that it was measured with."""
-    return f"*Commit {current_commit()}; {machine_label()}.*"
+    return f"*Commit {current_commit()}; {processor_and_software_versions_line()}.*"
 
 
 def wrap_text(text: str, first_line_prefix: str = "") -> str:

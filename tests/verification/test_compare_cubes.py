@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from verification.compare_cubes import outcome_changes_between_cubes
+from verification.compare_cubes import outcome_change_texts_by_quantity
 
 DIMENSIONS = ("record", "azimuth", "b_over_h")
 
@@ -29,7 +29,7 @@ OLD_CUBE = cube_of_flags([[1, 1], [1, 1], [1, 0], [1, 0]])
 
 def test_changes_between_two_cubes_are_counted() -> None:
     new = cube_of_flags([[-1, 1], [0, 1], [np.nan, 0], [1, 0]], rotation=0.6, slip=0.009)
-    found = outcome_changes_between_cubes(OLD_CUBE, new)
+    found = outcome_change_texts_by_quantity(OLD_CUBE, new)
     assert found["cells"] == "8"
     assert found["fall, before"] == "6 (75.00 %)"
     assert found["fall, after"] == "4 (57.14 %)"
@@ -47,12 +47,12 @@ def test_changes_between_two_cubes_are_counted() -> None:
 def test_cubes_with_different_grid_values_are_not_compared() -> None:
     new = cube_of_flags([[1, 1]] * 4).assign_coords(b_over_h=[0.2, 0.4])
     with pytest.raises(ResultError, match="cubes of different b_over_h values; compare those of one study"):
-        outcome_changes_between_cubes(OLD_CUBE, new)
+        outcome_change_texts_by_quantity(OLD_CUBE, new)
 
 
 def test_the_first_and_last_azimuth_of_a_cube_count_as_neighbours() -> None:
     # Beside the first azimuth of B/H 0.3 lies the last one, which stands: neither its fall nor the second's is firm.
-    found = outcome_changes_between_cubes(OLD_CUBE, cube_of_flags([[1, 0], [1, 1], [1, 0], [1, 0]]))
+    found = outcome_change_texts_by_quantity(OLD_CUBE, cube_of_flags([[1, 0], [1, 1], [1, 0], [1, 0]]))
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 
 
@@ -65,23 +65,23 @@ def test_3d_falls_are_robust_only_if_neighbours_fall_in_the_same_direction() -> 
     for one, second in ((old, 90.0), (new, 0.0)):
         one["fall_azimuth"] = DIMENSIONS, np.array([[[0.0, 0.0], [second, second], [0.0, 0.0], [350.0, 350.0]]])
         one["peak_tilt"] = DIMENSIONS, np.full((1, 4, 2), 90.0)
-    found = outcome_changes_between_cubes(old.rename(azimuth="orientation"), new.rename(azimuth="orientation"))
+    found = outcome_change_texts_by_quantity(old.rename(azimuth="orientation"), new.rename(azimuth="orientation"))
     assert found["sides changed, of what falls in both"] == "2 of 8"
     assert found["of these where the neighbours agree"] == "0 of 2"
 
 
 def test_only_records_common_to_both_cubes_are_compared() -> None:
     other = cube_of_flags([[0, 0]] * 4, record="b")
-    assert outcome_changes_between_cubes(
+    assert outcome_change_texts_by_quantity(
         xr.concat([other, OLD_CUBE], "record"), OLD_CUBE
-    ) == outcome_changes_between_cubes(OLD_CUBE, OLD_CUBE)
+    ) == outcome_change_texts_by_quantity(OLD_CUBE, OLD_CUBE)
 
 
 def test_comparing_cubes_of_different_studies_is_refused() -> None:
     with pytest.raises(ResultError, match="of one study"):
-        outcome_changes_between_cubes(OLD_CUBE, OLD_CUBE.isel(azimuth=slice(2)))
+        outcome_change_texts_by_quantity(OLD_CUBE, OLD_CUBE.isel(azimuth=slice(2)))
     with pytest.raises(ResultError, match="of one study"):
-        outcome_changes_between_cubes(OLD_CUBE, cube_of_flags([[1, 1]] * 4, record="b"))
+        outcome_change_texts_by_quantity(OLD_CUBE, cube_of_flags([[1, 1]] * 4, record="b"))
 
 
 def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
@@ -93,5 +93,7 @@ def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
         north, east = (still + share * value for value in (0.004, -0.003))
         return one.drop_vars("peak_slip").assign(residual_slip_north=north, residual_slip_east=east)
 
-    changes = outcome_changes_between_cubes(stack_cube_with_slips(OLD_CUBE, 1.0), stack_cube_with_slips(OLD_CUBE, 1.1))
+    changes = outcome_change_texts_by_quantity(
+        stack_cube_with_slips(OLD_CUBE, 1.0), stack_cube_with_slips(OLD_CUBE, 1.1)
+    )
     assert changes["peak slip of what stands: change in %, median and 95 %"] == "+10, 10"

@@ -7,13 +7,13 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from overturning.motion.motion import Motion
-from verification.inputs import CaseGroup, case_grid, every_nth_case, rocking_case_groups_under_sine_pulses
+from verification.inputs import CaseGroup, case_grid, groups_with_every_nth_case, rocking_case_groups_under_sine_pulses
 from verification.measures import convergence_order, median_peak_rotation_error_over_alpha, run_case_groups
 from verification.work_precision.boundaries import (
     RELATIVE_BRACKET_HALF_WIDTH,
     bisect_boundaries,
+    boundaries_between_falling_and_standing_cases,
     falling_and_standing_b_over_h,
-    find_falling_cases_with_standing_neighbour,
 )
 from verification.work_precision.parts import (
     SchemeSetting,
@@ -102,7 +102,7 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
     """
     cases = case_grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
     groups = [CaseGroup(blocks_under_decaying_sine().motion, cases)]
-    where = find_falling_cases_with_standing_neighbour(groups, run_case_groups(groups).results.overturned, 30)
+    where = boundaries_between_falling_and_standing_cases(groups, run_case_groups(groups).results.overturned, 30)
     assert len(where) >= 12
     low, high = falling_and_standing_b_over_h(where)
     near = bisect_boundaries(groups, where, {}, low, high, 24)
@@ -125,8 +125,8 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
 
 
 def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None:
-    groups = every_nth_case([blocks_under_decaying_sine()], 2)
-    where = find_falling_cases_with_standing_neighbour(groups, run_case_groups(groups).results.overturned, 3)
+    groups = groups_with_every_nth_case([blocks_under_decaying_sine()], 2)
+    where = boundaries_between_falling_and_standing_cases(groups, run_case_groups(groups).results.overturned, 3)
     assert where
     low, high = falling_and_standing_b_over_h(where)
     found = bisect_boundaries(groups, where, {}, low, high)
@@ -142,7 +142,7 @@ def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None
 
 def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
     groups = [blocks_under_decaying_sine()]
-    where = find_falling_cases_with_standing_neighbour(groups, run_case_groups(groups).results.overturned, 2)
+    where = boundaries_between_falling_and_standing_cases(groups, run_case_groups(groups).results.overturned, 2)
     low, high = falling_and_standing_b_over_h(where)
     exact = bisect_boundaries(groups, where, {}, low, high, 3)
     low[0] = np.nan

@@ -15,7 +15,7 @@ from verification.example_survey import (
     ROSE_DIAGRAM_FILE,
     SURVEY_DOCS_PAGE_FILE,
     InventedStone,
-    invent_stones,
+    invent_and_simulate_stones_by_cemetery,
     true_azimuth_in_field_notation,
 )
 
@@ -23,13 +23,13 @@ from verification.example_survey import (
 @pytest.fixture(scope="module")
 def invented_stones() -> dict[str, list[InventedStone]]:
     """The invented stones of the example survey."""
-    return invent_stones()
+    return invent_and_simulate_stones_by_cemetery()
 
 
 def test_the_example_survey_equals_the_output_of_its_script(
     invented_stones: dict[str, list[InventedStone]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(example_survey, "invent_stones", lambda: invented_stones)
+    monkeypatch.setattr(example_survey, "invent_and_simulate_stones_by_cemetery", lambda: invented_stones)
     assert EXAMPLE_SURVEY_FILE.read_text(encoding="utf-8") == example_survey.survey_csv_text(), (
         "python -m verification.example_survey"
     )

@@ -51,10 +51,10 @@ def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psuti
         time.sleep(0.01)
 
 
-def kill_process_group_during_run(
+def start_run_and_kill_its_process_group(
     workflow_copy: StudyWorkflowCopy, random_generator: random.Random, undisturbed_run_time_s: float
 ) -> None:
-    """Kill the process group of a run at a random moment."""
+    """Start a run and kill its process group at a random moment."""
     run = workflow_copy.start()
     time.sleep(random_generator.uniform(0.05, 0.95) * undisturbed_run_time_s)
     os.killpg(run.pid, signal.SIGKILL)
@@ -138,10 +138,10 @@ def fill_disk_during_run(
     other.unlink()
 
 
-def make_results_read_only(
+def run_with_read_only_results(
     workflow_copy: StudyWorkflowCopy, _random_generator: random.Random, _undisturbed_run_time_s: float
 ) -> None:
-    """Make the folder of results read-only for one run."""
+    """Run the study with a read-only folder of results, which the run must report."""
     workflow_copy.cube_path.unlink()
     results = str(workflow_copy.folder / "results")
     _run_mount("--bind", results, results)
@@ -173,17 +173,17 @@ def kill_run_and_simulate_clock_set_back(
     workflow_copy: StudyWorkflowCopy, random_generator: random.Random, undisturbed_run_time_s: float
 ) -> None:
     """Kill a run, then move all file times two hours ahead, as if the clock had been set back."""
-    kill_process_group_during_run(workflow_copy, random_generator, undisturbed_run_time_s)
+    start_run_and_kill_its_process_group(workflow_copy, random_generator, undisturbed_run_time_s)
     for path in (path for name in ("results", ".snakemake") for path in (workflow_copy.folder / name).rglob("*")):
         if path.is_file():
             moment = path.stat().st_mtime + 7200
             os.utime(path, (moment, moment))
 
 
-def kill_dask_worker(
+def run_on_dask_and_kill_worker(
     _workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
 ) -> None:
-    """Kill a worker of a dask cluster while it computes; the outcome must be bit-equal to that of one process."""
+    """Run cases on a dask cluster and kill a worker; the outcome must be bit-equal to that of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
 
@@ -242,10 +242,10 @@ class FaultKind(NamedTuple):
 
 FAULT_KINDS: Final = (
     FaultKind("disk full", fill_disk_during_run, 2, needs_root=True),
-    FaultKind("results read-only", make_results_read_only, 1, needs_finished_study=True, needs_root=True),
+    FaultKind("results read-only", run_with_read_only_results, 1, needs_finished_study=True, needs_root=True),
     FaultKind("two runs at once", start_second_run_during_first, 2),
     FaultKind("clock set back", kill_run_and_simulate_clock_set_back, 2),
-    FaultKind("a worker of a dask cluster killed", kill_dask_worker, 2, needs_finished_study=True),
+    FaultKind("a worker of a dask cluster killed", run_on_dask_and_kill_worker, 2, needs_finished_study=True),
     FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, needs_finished_study=True),
     FaultKind("a partial result emptied", fault_damaging_file(PART_FILES, "emptied"), 2, needs_finished_study=True),
     FaultKind(
@@ -264,7 +264,7 @@ FAULT_KINDS: Final = (
         1,
         needs_finished_study=True,
     ),
-    FaultKind("process group killed", kill_process_group_during_run, 10),
+    FaultKind("process group killed", start_run_and_kill_its_process_group, 10),
     FaultKind(
         "one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_after_job_start_s=1.0), 7
     ),

@@ -61,7 +61,7 @@ class StabilityCase:
     peak_upward_to_horizontal_ratio: float
     """Largest upward over largest horizontal acceleration."""
 
-    def map_columns(self) -> dict[str, Any]:
+    def parameters_as_map_columns(self) -> dict[str, Any]:
         """Return the parameters as columns of a row of the map; see `maps.BLOCK_COLUMN_LONG_NAMES_AND_UNITS`."""
         return {_COLUMN_BY_PARAMETER.get(name, name): value for name, value in vars(self).items()}
 

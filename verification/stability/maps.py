@@ -124,14 +124,14 @@ def simulate_and_check_block_case(
     `case_index_on_map` is the index of the case on the map; it is the seed of the noise.
     """
     motion, contact = motion_of_case(case, case_index_on_map), contact_law_of_block_case(case)
-    row: dict[str, Any] = case.map_columns() | {
+    row: dict[str, Any] = case.parameters_as_map_columns() | {
         "ending": CheckedOutcome.ARGUMENT_REFUSED,
         "reason": "",
         "overturned": INT8_MISSING,
         "block_steps": 0,
     }
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
-    row = case.map_columns() | row | _dimensionless_groups_of_block(case, contact, motion)
+    row = case.parameters_as_map_columns() | row | _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
     given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_argument, "budget": max_block_steps}
     try:

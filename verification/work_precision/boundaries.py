@@ -44,10 +44,10 @@ class OverturningBoundary(NamedTuple):
     """B/H of its standing neighbour."""
 
 
-def find_falling_cases_with_standing_neighbour(
+def boundaries_between_falling_and_standing_cases(
     groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int
 ) -> list[OverturningBoundary]:
-    """Return falling cases whose next larger B/H stands: at most `max_count_per_group` in each group.
+    """Return boundaries: falling cases whose next larger B/H stands, at most `max_count_per_group` in each group.
 
     `flags` are those of all groups, in order.
     """
@@ -69,14 +69,14 @@ def find_falling_cases_with_standing_neighbour(
     return found
 
 
-def boundaries_by_usual_and_finest_settings(
+def boundary_b_over_h_by_usual_and_finest_numerics(
     groups: Sequence[CaseGroup],
     boundaries: Sequence[OverturningBoundary],
     usual_run_cases_arguments: RunCasesArguments,
     finest_run_cases_arguments: RunCasesArguments,
     relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the B/H of overturning boundaries by usual settings, and by fine ones within a bracket around them."""
+    """Return the B/H of overturning boundaries by usual numerics, and by the finest ones within a bracket around it."""
     near = bisect_boundaries(
         groups,
         boundaries,

@@ -23,7 +23,7 @@ from verification.engines import BLOCK_ENGINES, FallSidesOfBlocksFunction, fall_
 from verification.inputs import (
     CaseGroup,
     block_case_groups_under_records,
-    every_nth_case,
+    groups_with_every_nth_case,
     non_sliding_case_groups_under_records,
     rocking_case_groups_under_sine_pulses,
     sliding_block_case_groups,
@@ -33,8 +33,8 @@ from verification.measures import Flags, median_peak_rotation_error_over_alpha, 
 from verification.reference.sliding import peak_and_final_slip
 from verification.timing import run_and_measure_min_processor_time
 from verification.work_precision.boundaries import (
-    boundaries_by_usual_and_finest_settings,
-    find_falling_cases_with_standing_neighbour,
+    boundaries_between_falling_and_standing_cases,
+    boundary_b_over_h_by_usual_and_finest_numerics,
     median_relative_boundary_shift,
 )
 
@@ -186,13 +186,13 @@ def measure_errors_against_finer_steps(sliding_or_rocking_blocks: str) -> Iterat
         block_case_groups_under_records(sliding_or_rocking_blocks),
         SchemeSetting("centred", REFERENCE_STEP_TO_STABLE_STEP_RATIO),
     )
-    right, few = flags_and_peak_rotations_over_alpha(groups, finest), every_nth_case(groups, THINNING)
+    right, few = flags_and_peak_rotations_over_alpha(groups, finest), groups_with_every_nth_case(groups, THINNING)
     right_few = (
         values_of_every_nth_case(groups, right[0], THINNING),
         values_of_every_nth_case(groups, right[1], THINNING),
     )
-    where = find_falling_cases_with_standing_neighbour(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
-    near, exact = boundaries_by_usual_and_finest_settings(groups, where, {}, finest.run_cases_arguments)
+    where = boundaries_between_falling_and_standing_cases(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
+    near, exact = boundary_b_over_h_by_usual_and_finest_numerics(groups, where, {}, finest.run_cases_arguments)
     for setting in scheme_and_step_settings():
         thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_FRACTION
         found, columns = setting.run_and_measure_cost_per_case(few if thin else groups)
@@ -222,10 +222,10 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
     }
     usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, stiffest).run_cases_arguments
     slow = SchemeSetting("centred", 2 * STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, stiffest).run_cases_arguments
-    where = find_falling_cases_with_standing_neighbour(
+    where = boundaries_between_falling_and_standing_cases(
         groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD
     )
-    near, right = boundaries_by_usual_and_finest_settings(
+    near, right = boundary_b_over_h_by_usual_and_finest_numerics(
         groups, where, usual, slow, RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS
     )
     for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS:
@@ -248,7 +248,9 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
 def measure_energy_balance() -> Iterator[ErrorTableRow]:
     """Measure the mean relative residual of work and energy of cases that slide or rock, by scheme and time step."""
     groups = [
-        part for kind in ("sliding", "rocking") for part in every_nth_case(block_case_groups_under_records(kind), 6)
+        part
+        for kind in ("sliding", "rocking")
+        for part in groups_with_every_nth_case(block_case_groups_under_records(kind), 6)
     ]
     for setting in scheme_and_step_settings(includes_finest_step=False):
         found = run_case_groups(groups, **setting.run_cases_arguments).results
@@ -362,7 +364,7 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     for name, every in non_sliding_block_groups_by_set().items():
         kept, right = amplitude_robust_cases_and_their_outcomes(every)
         few, flags = (
-            every_nth_case(kept, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),
+            groups_with_every_nth_case(kept, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),
             values_of_every_nth_case(kept, right[0], EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[name]),
         )
         for (method, engine), step in itertools.product(engines.items(), ENGINE_TIME_STEPS_S):

@@ -24,7 +24,7 @@ from overturning.figures.explore_cells import (
     ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES,
     choose_initial_explorer_case,
     encode_outcomes_of_record,
-    ensemble_fall_probability,
+    ensemble_fall_or_fall_towards_probability,
     explorer_probabilities_towards_and_away,
 )
 from overturning.figures.film_words import record_and_event_text
@@ -136,7 +136,7 @@ def explorer_page_data(
         "radiusEdges": _list_with_nine_decimals(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
         "steps": {"rotation": turn_steps, "azimuth": ENCODED_AZIMUTH_STEP_DEG,
         "chance": 1 / ENCODED_PROBABILITY_STEP_COUNT},
-        "ensemble": ensemble_fall_probability(one) is not None,
+        "ensemble": ensemble_fall_or_fall_towards_probability(one) is not None,
         "film": options | {
             "missing": translate(options["missing"]), "options": options["options"] + _film_language_option_words()
         },

@@ -59,7 +59,7 @@ def encode_outcomes_of_record(
         return np.asarray(record_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
     flag = transpose_to_page_order(record_cube["overturned"])
-    ensemble = ensemble_fall_probability(record_cube)
+    ensemble = ensemble_fall_or_fall_towards_probability(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = (
         towards_and_away_probabilities if ensemble is None else towards_and_away_probabilities.where(ensemble.notnull())
@@ -170,7 +170,7 @@ def choose_initial_explorer_case(
         True if the last direction is next to the first one.
     """
     order = (default_model_for_results_cube(cells_by_direction_and_b_over_h).direction_dimension_name, "b_over_h")
-    ensemble = ensemble_fall_probability(cells_by_direction_and_b_over_h)
+    ensemble = ensemble_fall_or_fall_towards_probability(cells_by_direction_and_b_over_h)
     chance = np.nan_to_num(
         explorer_probabilities_towards_and_away(cells_by_direction_and_b_over_h)["towards"]
         .transpose(*order)
@@ -190,8 +190,10 @@ def choose_initial_explorer_case(
     return InitialExplorerCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
 
 
-def ensemble_fall_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the share of each case's ensemble runs (slightly changed repetitions) that fall.
+def ensemble_fall_or_fall_towards_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
+    """Return the share of each case's ensemble runs that fall (2-D: that fall towards its azimuth).
+
+    Ensemble runs are slightly changed repetitions.
 
     NaN for cases without runs; None if the cube has no ensemble.
     """

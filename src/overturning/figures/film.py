@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film_words import ACCELERATION_TRACE_LABELS, PLAYBACK_SPEED_LABELS, PLAYER_TEXTS
-from overturning.figures.style import indices_and_values_of_extremes_by_group
+from overturning.figures.style import indices_and_values_of_minima_and_maxima
 from overturning.motion.integration import integrate
 from overturning.units import GAL
 
@@ -372,4 +372,4 @@ def _film_acceleration_extremes_and_interval(
     group = max(1, int(np.floor(0.0201 / sampling_interval)))
     if group <= 2 or piece.size < 2 * group:
         return piece, sampling_interval
-    return indices_and_values_of_extremes_by_group(piece, group)[1], sampling_interval * group / 2
+    return indices_and_values_of_minima_and_maxima(piece, group)[1], sampling_interval * group / 2

@@ -14,7 +14,7 @@ from overturning.figures.style import (
     SERIES_COLOURS,
     create_panel_grid,
     format_three_significant_digits,
-    indices_and_values_of_extremes_by_group,
+    indices_and_values_of_minima_and_maxima,
     label_axes,
     label_logarithmic_ticks,
     wrap_name_into_lines,
@@ -147,7 +147,7 @@ def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[Flo
     width = -(-sample_times.size // TIME_BIN_COUNT_OF_DRAWN_ENVELOPE)
     if width <= 2:
         return sample_times, samples
-    places, drawn = indices_and_values_of_extremes_by_group(samples, width)
+    places, drawn = indices_and_values_of_minima_and_maxima(samples, width)
     return sample_times[np.minimum(places, sample_times.size - 1)], drawn
 
 

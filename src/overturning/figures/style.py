@@ -125,10 +125,10 @@ def use_package_matplotlib_settings() -> Iterator[None]:
         _MATPLOTLIB_SETTINGS_LOCK.release()
 
 
-def indices_and_values_of_extremes_by_group(
+def indices_and_values_of_minima_and_maxima(
     samples: FloatArray, samples_per_group: int
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the smallest and largest sample in each group, in order of time.
+    """Return indices and values of the smallest and largest of each group of successive samples, in order of time.
 
     Each group has two values: its minimum and its maximum, in the order of the samples.
     """

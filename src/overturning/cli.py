@@ -10,9 +10,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     See `overturning.commands.application.run_command_line`; `arguments` are those of the process if not given.
     """
     if arguments is None:
-        from overturning.commands.fork_client import run_workflow_step_in_fork_server_if_any
+        from overturning.commands.fork_client import run_workflow_step_in_fork_server_if_possible
 
-        status = run_workflow_step_in_fork_server_if_any(sys.argv[1:])
+        status = run_workflow_step_in_fork_server_if_possible(sys.argv[1:])
         if status is not None:
             sys.exit(status)
     from overturning.commands.application import run_command_line

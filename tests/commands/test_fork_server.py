@@ -19,7 +19,7 @@ from overturning.commands import fork_client
 from overturning.commands.fork_client import (
     SERVER_SOCKET_ENVIRONMENT_VARIABLE,
     STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE,
-    run_workflow_step_in_fork_server_if_any,
+    run_workflow_step_in_fork_server_if_possible,
 )
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the server runs on Linux only")
@@ -265,7 +265,7 @@ def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
     """A step runs in its caller if there is no server, or if the server was started for another number of threads."""
     before = rows_of_steps_run_in_server(step_table_path)
     monkeypatch.setenv(variable, value)
-    assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
+    assert run_workflow_step_in_fork_server_if_possible(["--version"]) is None
     assert rows_of_steps_run_in_server(step_table_path) == before
 
 
@@ -274,7 +274,7 @@ def test_no_fork_server_is_used_if_its_variable_is_off(tmp_path: Path, monkeypat
     monkeypatch.setenv(STEP_THREAD_COUNT_ENVIRONMENT_VARIABLE, "1")
     fork_client.start_fork_server(tmp_path / "steps.tsv")
     assert os.environ[SERVER_SOCKET_ENVIRONMENT_VARIABLE] == "off"
-    assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
+    assert run_workflow_step_in_fork_server_if_possible(["--version"]) is None
 
 
 @pytest.mark.parametrize("folder", ["gone", "long" * 30])
@@ -296,7 +296,7 @@ def test_a_fork_server_of_another_installation_is_not_used(
 ) -> None:
     before = rows_of_steps_run_in_server(step_table_path)
     monkeypatch.setattr(fork_client, "python_executable_and_package_folder", lambda: [sys.executable, "/elsewhere"])
-    assert run_workflow_step_in_fork_server_if_any(["--version"]) is None
+    assert run_workflow_step_in_fork_server_if_possible(["--version"]) is None
     assert rows_of_steps_run_in_server(step_table_path) == before
 
 
@@ -310,14 +310,14 @@ def test_the_fork_server_loads_kernels_once_per_study_variant(tmp_path: Path, mo
         server = fork_server.ForkServer(listener, tmp_path / "steps.tsv")
         for variant in ("nominal", "nominal", "soft", "nominal", "soft", "soft"):
             arguments = ["sweep", "--variant", variant]
-            server._preload_modules_for_command(arguments)
+            server._preload_modules_and_code_for_command(arguments)
             ours, theirs = socket.socketpair()
             process = os.fork()
             if not process:
                 os._exit(0)
             os.waitid(os.P_PID, process, os.WEXITED | os.WNOWAIT)
             server._running_step_by_process_id[process] = fork_server.RunningWorkflowStep(arguments, ours)
-            server._send_exit_statuses_of_ended_steps()
+            server._store_resource_use_and_send_exit_statuses()
             assert theirs.recv(9) == b"0"
             theirs.close()
     assert loaded == ["nominal", "soft"]

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from overturning.model.shapes import Shape
 
 
-def create_body_shape_and_scan_notes(
+def create_body_shape_and_scan_description_lines(
     body_options: BodyOptions, density_kg_m3: float | None
 ) -> "tuple[Shape, list[str]]":
     """Create the shape of a 3-D body from options; also return text lines on a scan."""

@@ -35,7 +35,7 @@ def python_executable_and_package_folder() -> list[str]:
     return [sys.executable, os.path.dirname(os.path.dirname(os.path.abspath(__file__)))]
 
 
-def run_workflow_step_in_fork_server_if_any(arguments: Sequence[str]) -> int | None:
+def run_workflow_step_in_fork_server_if_possible(arguments: Sequence[str]) -> int | None:
     """Run a workflow step in a copy (fork) of the workflow's server process, and return the step's exit status.
 
     Returns None if the step must run in this process: without a server, with a server of another installation, and for

@@ -80,7 +80,7 @@ class ForkServer:
                     self._fork_process_for_workflow_step()
                 elif key.fileobj is ended_step:
                     ended_step.recv(4096)
-                    self._send_exit_statuses_of_ended_steps()
+                    self._store_resource_use_and_send_exit_statuses()
                 elif key.fileobj is sys.stdin:
                     self._selector.unregister(sys.stdin)
                     going_on = False
@@ -103,7 +103,7 @@ class ForkServer:
             if request["installation"] != python_executable_and_package_folder():
                 connection.close()
                 return
-            self._preload_modules_for_command(request["arguments"])
+            self._preload_modules_and_code_for_command(request["arguments"])
             gc.freeze()  # garbage collection of a step need not visit, and so copy, what is loaded
             server_process = os.getpid()
             try:
@@ -118,7 +118,7 @@ class ForkServer:
         self._running_step_by_process_id[process] = RunningWorkflowStep(request["arguments"], connection)
         self._selector.register(connection, selectors.EVENT_READ, process)
 
-    def _preload_modules_for_command(self, command_line_arguments: list[str]) -> None:
+    def _preload_modules_and_code_for_command(self, command_line_arguments: list[str]) -> None:
         """Import the modules that a command needs, before the fork; for a simulation, also load compiled code."""
         with contextlib.suppress(Exception):  # the step reports it
             for name in _PRELOADED_MODULES_BY_COMMAND.get(command_line_arguments[0], ()):
@@ -131,7 +131,7 @@ class ForkServer:
                 self._sweep_arguments_by_variant[variant] = None
                 _load_compiled_simulation_code(last)
 
-    def _send_exit_statuses_of_ended_steps(self) -> None:
+    def _store_resource_use_and_send_exit_statuses(self) -> None:
         """Store processor time and memory of ended steps, and send their exit statuses to their clients."""
         while self._running_step_by_process_id:
             process, wait_status, used = os.wait4(-1, os.WNOHANG)

@@ -53,9 +53,9 @@ def simulate_stone_or_scene_under_one_record(
         )
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:
-        _check_no_other_options_with_stack(planar_model_options, body_options)
+        _check_no_azimuth_or_body_options_with_stack(planar_model_options, body_options)
     elif not body_options.body:
-        _check_azimuth_and_no_body_options(planar_model_options, body_options)
+        _check_azimuth_is_given_and_no_body_options(planar_model_options, body_options)
     shift, factor = start_offset_from_file_start_s(record), motion_options.amplitude_factor
     if body_options.body:
         found = _simulate_body(motion, factor, body_options, stone_options, shift, planar_model_options.density)
@@ -149,7 +149,9 @@ class _SimulatedTrajectories:
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
-def _check_no_other_options_with_stack(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_no_azimuth_or_body_options_with_stack(
+    planar_model_options: PlanarModelOptions, body_options: BodyOptions
+) -> None:
     """Raise an error if options for a 3-D body or a 2-D scene are combined with those for a 3-D stack."""
     from overturning.errors import ArgumentError
 
@@ -159,7 +161,9 @@ def _check_no_other_options_with_stack(planar_model_options: PlanarModelOptions,
         )
 
 
-def _check_azimuth_and_no_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_azimuth_is_given_and_no_body_options(
+    planar_model_options: PlanarModelOptions, body_options: BodyOptions
+) -> None:
     """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 
@@ -190,7 +194,7 @@ def _simulate_stack(
     from overturning.model.stack import Stack
 
     stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
-    model, friction = Stack(stones), _friction_option_or_1_if_allowed_for_scene(stones, stone_options)
+    model, friction = Stack(stones), _checked_friction_option_or_1(stones, stone_options)
     paths = [
         _shift_trajectory_times_to_file_start(
             trajectory(
@@ -211,7 +215,7 @@ def _simulate_stack(
     )  # fmt: skip
 
 
-def _friction_option_or_1_if_allowed_for_scene(scene: "Scene", stone_options: StoneOptions) -> float:
+def _checked_friction_option_or_1(scene: "Scene", stone_options: StoneOptions) -> float:
     """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients."""
     from overturning.errors import ArgumentError
 
@@ -239,7 +243,7 @@ def _simulate_planar_scene(
     own_height, own_ratio = default_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
-    friction = _friction_option_or_1_if_allowed_for_scene(stones, stone_options)
+    friction = _checked_friction_option_or_1(stones, stone_options)
     paths = [
         _shift_trajectory_times_to_file_start(
             trajectory(
@@ -274,13 +278,13 @@ def _simulate_body(
     density_kg_m3: float | None,
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D body at each orientation; times count from the first sample of the record file."""
-    from overturning.commands.body_shape import create_body_shape_and_scan_notes
+    from overturning.commands.body_shape import create_body_shape_and_scan_description_lines
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
 
-    shape, about_scan = create_body_shape_and_scan_notes(body_options, density_kg_m3)
+    shape, about_scan = create_body_shape_and_scan_description_lines(body_options, density_kg_m3)
     height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient_or_1
     if shape.slenderness_is_parameter:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h

@@ -81,14 +81,14 @@ def summarise_or_compare_survey(
         {"--figure": figure, "--rose": rose, "--output": output}, [stones, *cubes.values()]
     )
     table = read_survey_table(stones, declination)
-    _check_survey_has_comparable_stones(table, stones, cubes)
+    _check_survey_has_counted_stones_and_cube_sites(table, stones, cubes)
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
     _print_results_with_template(SurveyCommandResults(observed_surveys=[observed]), "survey_summary")
     if cube is not None:
         print()
-        _compare_survey_with_cube(stones, table, (cubes, record), background, figure, output)
+        _compare_survey_with_cubes_and_write_results(stones, table, (cubes, record), background, figure, output)
     elif figure is not None:
         write_roses_of_observed_falls([observed.all_sites, *observed.sites], figure)
         print(f"figure: {figure}")
@@ -110,7 +110,7 @@ def _parse_cube_path_by_site(site_cube_option_texts: Sequence[str]) -> dict[str,
     return found
 
 
-def _check_survey_has_comparable_stones(
+def _check_survey_has_counted_stones_and_cube_sites(
     survey_table: "SurveyTable", survey_path: Path, cube_path_by_site: Mapping[str, Path]
 ) -> None:
     """Raise an error if a survey has no stone to compare, or the option --site-cube names a site that no stone has.
@@ -129,7 +129,7 @@ def _check_survey_has_comparable_stones(
             raise ArgumentError(f"--site-cube {site}: no stone of the survey has this site; {hint}")
 
 
-def _compare_survey_with_cube(
+def _compare_survey_with_cubes_and_write_results(
     survey_path: Path,
     survey_table: "SurveyTable",
     pair_of_cube_path_by_site_and_record_id: tuple[dict[str, Path], str | None],
@@ -160,7 +160,7 @@ def _compare_survey_with_cube(
     on_soil = {site: one for site, one in grounds.items() if one is not None}
     print(f"{survey_path.name} against {', '.join([name, *variant_label_as_list(default)])}")
     if "residual_twist" in default:
-        _compare_falls_shifts_and_twists(
+        _compare_falls_shifts_and_twists_and_write_results(
             survey_path,
             survey_table,
             (default, cubes),
@@ -200,7 +200,7 @@ def _compare_survey_with_cube(
         print(f"figure: {figure_path}")
 
 
-def _compare_falls_shifts_and_twists(
+def _compare_falls_shifts_and_twists_and_write_results(
     survey_path: Path,
     survey_table: "SurveyTable",
     pair_of_default_cube_and_cube_by_site: "tuple[Dataset, dict[str, Dataset]]",

@@ -24,7 +24,7 @@ from overturning.motion.soil import (
 )
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
-from overturning.records.record import processing_entry_text, source_and_processing_of_record
+from overturning.records.record import processing_entry_text, processing_peaks_and_notes_of_record
 from overturning.records.site import SoilSite
 from overturning.records.store import (
     read_record_from_motion_file,
@@ -245,6 +245,6 @@ def test_motion_files_of_a_variant_with_soil_hold_the_surface_motions(tmp_path: 
     found = read_record_from_motion_file(tmp_path / "soft" / "pulse.nc")
     alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.surface_acceleration, abs=1e-9)
-    assert source_and_processing_of_record(found)["peaks"]["pga"] == pytest.approx(
+    assert processing_peaks_and_notes_of_record(found)["peaks"]["pga"] == pytest.approx(
         [np.abs(record.north).max(), np.abs(alone.surface_acceleration).max()]
     )

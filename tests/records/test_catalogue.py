@@ -12,7 +12,7 @@ from overturning.records.catalogue import (
 from overturning.records.fault_trace import parse_fault_trace
 from overturning.records.read import (
     COORDINATES_WITHOUT_SOURCE_NOTE,
-    add_descriptive_metadata_from_table_row,
+    copy_record_with_metadata_of_table_row,
     read_record,
     read_record_without_descriptive_columns,
 )
@@ -122,7 +122,7 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
     write_record_to_motion_file(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = add_descriptive_metadata_from_table_row(bare, ROW_WITH_ALL_DESCRIPTIVE_COLUMNS)
+    described = copy_record_with_metadata_of_table_row(bare, ROW_WITH_ALL_DESCRIPTIVE_COLUMNS)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES} == {
@@ -151,7 +151,7 @@ def test_record_table_coordinates_without_a_source_are_noted(tmp_path):
     samples = read_record_without_descriptive_columns(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
-        add_descriptive_metadata_from_table_row(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
+        copy_record_with_metadata_of_table_row(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))
         for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
     )
     assert of_file.latitude is not None

@@ -8,7 +8,7 @@ from overturning.cli import main
 from overturning.errors import ArgumentError
 from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
-from overturning.records.record import source_and_processing_of_record
+from overturning.records.record import processing_peaks_and_notes_of_record
 from tests.expect import expect_error
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
 from tests.records.seed_writers import write_mseed, write_stationxml_of_channels
@@ -129,7 +129,7 @@ def test_an_omitted_vertical_axis_is_noted_by_read_and_every_command(tmp_path, c
     with pytest.warns(UserWarning, match=word):
         record = overturning.read(path)
     assert record.up is None
-    assert word in source_and_processing_of_record(record)["notes"][0]
+    assert word in processing_peaks_and_notes_of_record(record)["notes"][0]
     table = tmp_path / "records.tsv"
     place = ("--table", table, "--folder", tmp_path / "data")
     for command in (

@@ -7,7 +7,7 @@ from overturning.errors import RecordError
 from overturning.motion.plausible import clipped_sample_count_and_level, reasons_to_doubt_sampling_interval
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
-from overturning.records.record import source_and_processing_of_record
+from overturning.records.record import processing_peaks_and_notes_of_record
 from tests.expect import expect_error
 
 SAMPLING_RATE_HZ = 100.0
@@ -55,7 +55,7 @@ def test_a_horizontal_component_without_motion_is_refused_unless_trusted(tmp_pat
     with expect_error(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_record_from_columns(path, processed=processed)
     trusted = read_record_from_columns(path, processed=processed, trust_data=True)
-    assert "axis 'east' is dead" in source_and_processing_of_record(trusted)["trusted"][0]
+    assert "axis 'east' is dead" in processing_peaks_and_notes_of_record(trusted)["trusted"][0]
     assert read_record_from_columns(write_columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
@@ -106,7 +106,7 @@ def test_a_clipped_component_is_reported_with_its_number_of_clipped_samples(tmp_
     record = read_record_from_columns(write_columns(tmp_path / "x.csv", clipped, EAST))
     (note,) = record.notes
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
-    assert source_and_processing_of_record(record)["notes"] == [note], "the report prints the account's notes"
+    assert processing_peaks_and_notes_of_record(record)["notes"] == [note], "the report prints the account's notes"
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])

@@ -9,7 +9,7 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files, read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.record import source_and_processing_of_record
+from overturning.records.record import processing_peaks_and_notes_of_record
 from overturning.records.steps import Highpass
 from overturning.records.store import (
     read_record_from_motion_file,
@@ -42,7 +42,7 @@ def test_an_unknown_example_record_is_refused_with_the_known_names(tmp_path):
 def test_the_example_processed_by_its_agency_is_not_processed_by_default(tmp_path):
     raw = read_record(read_record_table(DEFAULT_RECORD_TABLE_PATH)["wtmc"], tmp_path)
     assert process_record(raw, None) is raw
-    told = source_and_processing_of_record(raw)
+    told = processing_peaks_and_notes_of_record(raw)
     assert told["data"] == "processed by GNS Science"
     assert told["agency"].startswith("band-pass filter")
     assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
@@ -57,8 +57,8 @@ def test_the_example_processed_by_its_agency_is_not_processed_by_default(tmp_pat
     assert (before.start, kept.start) == (raw.start, done.start)
     assert kept.start != before.start
     assert (
-        source_and_processing_of_record(kept)["peaks"]["pgd"][0]
-        > 2 * source_and_processing_of_record(kept)["peaks"]["pgd"][1]
+        processing_peaks_and_notes_of_record(kept)["peaks"]["pgd"][0]
+        > 2 * processing_peaks_and_notes_of_record(kept)["peaks"]["pgd"][1]
     )
     write_record_to_motion_file(raw, tmp_path / "m.nc")
     assert read_unprocessed_record_from_motion_file(tmp_path / "m.nc") is None

@@ -15,7 +15,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats import knet
 from overturning.records.processing import process_record
 from overturning.records.read import read_record, read_record_without_processing
-from overturning.records.record import source_and_processing_of_record
+from overturning.records.record import processing_peaks_and_notes_of_record
 from overturning.records.source import SourceFile, read_source_file
 from tests.expect import expect_error, skip_test_unless_skipping_is_forbidden
 from tests.records.record_writers import knet_text, write_knet_component_files
@@ -63,7 +63,7 @@ def test_a_kik_net_borehole_alone_is_refused_unless_declared(tmp_path):
     named = RecordTableRow.model_validate(line | {"sensor": "borehole", "station": "ISKH01 Otani"})
     record = read_record(named, tmp_path)
     assert record.station == "ISKH01 Otani (borehole)"
-    assert source_and_processing_of_record(process_record(record, None))["declared"] == ["borehole sensor"]
+    assert processing_peaks_and_notes_of_record(process_record(record, None))["declared"] == ["borehole sensor"]
 
 
 def test_commands_refuse_a_borehole_record_unless_declared_and_name_it(tmp_path):

@@ -20,7 +20,7 @@ from overturning.records.record import (
     as_record,
     displacement_drift_evidence,
     processing_entry_text,
-    source_and_processing_of_record,
+    processing_peaks_and_notes_of_record,
 )
 from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
 from tests.expect import expect_error
@@ -52,7 +52,7 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     assert "velocity of east ends at 5 % of its peak" in displacement_drift_evidence(more)
     assert "displacement of east is largest at the last sample" in displacement_drift_evidence(more)
     assert "north" not in displacement_drift_evidence(more)
-    assert source_and_processing_of_record(more)["drift"] == displacement_drift_evidence(more)
+    assert processing_peaks_and_notes_of_record(more)["drift"] == displacement_drift_evidence(more)
     axis = RecordComponent(more.east, DT, "E", 90.0, 0, "x", "")
     text = format_record_check(RecordCheckResult(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
     assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
@@ -77,7 +77,7 @@ def test_a_record_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) 
 def test_a_motion_from_python_is_not_labelled_processed() -> None:
     motion = Motion(tapered_sine(1.0), tapered_sine(2.0), sampling_interval=DT)
     given = as_record(motion)
-    assert source_and_processing_of_record(process_record(given, None))["data"] == "as given"
+    assert processing_peaks_and_notes_of_record(process_record(given, None))["data"] == "as given"
     assert process_record(given, None).processing == ()
 
 

@@ -14,7 +14,7 @@ from overturning.findings.processing import (
 )
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
-from overturning.records.record import Record, source_and_processing_of_record
+from overturning.records.record import Record, processing_peaks_and_notes_of_record
 from overturning.report.page import render_report_html_page
 from overturning.report.render import (
     LANGUAGES,
@@ -41,7 +41,7 @@ def write_and_read_record_with_north(path: Path, north: np.ndarray, trust_data: 
 
 def markdown_report_on_record(record: Record, language: str) -> str:
     """Return the Markdown of a report on one record."""
-    processing = processing_finding_of_record(source_and_processing_of_record(record))
+    processing = processing_finding_of_record(processing_peaks_and_notes_of_record(record))
     doubts = [{"doubt": one, "record_count": 1, "records": ["vale"]} for one in processing.doubts]
     notes = RecordNotes.model_validate({"records_with_notes": 1, "doubts": doubts})
     parts = {"records": [RECORD_FINDING | {"processing": processing}], "record_notes": notes}
@@ -69,12 +69,12 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_names_drift_and_trusted_contradictions_of_a_record(tmp_path: Path, language: str) -> None:
     drifting = write_and_read_record_with_north(tmp_path / "x.csv", NORTH_WAVE + 0.003)
-    assert DRIFT_DOUBT_KIND in processing_finding_of_record(source_and_processing_of_record(drifting)).doubts
+    assert DRIFT_DOUBT_KIND in processing_finding_of_record(processing_peaks_and_notes_of_record(drifting)).doubts
     text = markdown_report_on_record(drifting, language)
     assert {"en": "velocity of north ends at", "ja": "北方向の速度が最後に最大値の"}[language] in text
     assert translate_whole_text_by_table(DRIFT_DOUBT_KIND, read_label_translations(language)) in text
     dead = write_and_read_record_with_north(tmp_path / "y.csv", 1e-9 * NORTH_WAVE, trust_data=True)
-    assert processing_finding_of_record(source_and_processing_of_record(dead)).doubts == [
+    assert processing_finding_of_record(processing_peaks_and_notes_of_record(dead)).doubts == [
         TRUSTED_CONTRADICTION_DOUBT_KIND
     ]
     text = markdown_report_on_record(dead, language)

@@ -35,7 +35,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     from overturning.records.check import (
         check_records_in_files,
         format_record_check,
-        names_of_files_skipped_by_extension,
+        names_of_files_skipped_by_name,
     )
     from overturning.records.duplicates import (
         duplicate_record_messages,
@@ -47,7 +47,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     findings = check_records_in_files(paths, file_options.to_declared_file_properties())
     for finding in findings:
         typer.echo(format_record_check(finding))
-    _print_notes_on_record_files(
+    _print_notes_on_assignment_to_earthquakes(
         assign_records_to_earthquakes(f.unprocessed_record for f in findings if f.unprocessed_record is not None).notes
     )
     named = [
@@ -58,7 +58,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     for text in duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
     read = sum(f.unprocessed_record is not None for f in findings)
-    if no_records := names_of_files_skipped_by_extension(paths):
+    if no_records := names_of_files_skipped_by_name(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
     refused = sum(f.unprocessed_record is None and not f.is_skipped_for_no_acceleration for f in findings)
@@ -67,7 +67,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
         raise typer.Exit(1)
 
 
-def _print_notes_on_record_files(earthquake_notes: Iterable[str]) -> None:
+def _print_notes_on_assignment_to_earthquakes(earthquake_notes: Iterable[str]) -> None:
     """Print notes on the assignment of records to earthquakes, each on its own line after "earthquakes:"."""
     for note in earthquake_notes:
         typer.echo(f"earthquakes: {note}")
@@ -165,7 +165,10 @@ def add_record(
 ) -> None:
     """Copy the files of a record into the folder of record files, and add a line for it to the record table."""
     from overturning.errors import ArgumentError
-    from overturning.records.table_line import add_record_to_table, earthquake_and_duplicate_notes_on_new_record
+    from overturning.records.table_line import (
+        copy_files_and_add_record_to_table,
+        earthquake_and_duplicate_notes_on_new_record,
+    )
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
@@ -173,7 +176,7 @@ def add_record(
     given = dict(pairs)
     if twice := next((name for name in given if [one for one, _ in pairs].count(name) > 1), ""):
         raise ArgumentError(f"--set {twice}: given twice; keep one")
-    record = add_record_to_table(paths, given, table, folder)
+    record = copy_files_and_add_record_to_table(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
     _print_record_notes(record)

@@ -119,9 +119,9 @@ def add_station_event_and_site_to_motions(
     for name, entry in read_record_table_rows_of_study(settings, settings.name).items():
         path = motions / f"{name}.nc"
         before = read_unprocessed_record_from_motion_file(path)
-        labelled = None if before is None else read.add_descriptive_metadata_from_table_row(before, entry)
+        labelled = None if before is None else read.copy_record_with_metadata_of_table_row(before, entry)
         write_record_to_motion_file(
-            read.add_descriptive_metadata_from_table_row(read_record_from_motion_file(path), entry),
+            read.copy_record_with_metadata_of_table_row(read_record_from_motion_file(path), entry),
             output / path.name,
             unprocessed_record=labelled,
         )

@@ -26,7 +26,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.noise import SignalNoiseSpectra, shortest_usable_noise_window_s, signal_and_noise_spectra
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import MIN_SIGNAL_TO_NOISE_RATIO
-from overturning.records.record import Record, processing_entry_text, processing_label
+from overturning.records.record import Record, processing_entry_text, raw_or_processed_data_label
 from overturning.study.intensity import ROTD_PERCENTILES, SPECTRUM_PERIODS_S
 from overturning.units import CM, GAL
 
@@ -104,7 +104,7 @@ def _add_title_and_legend(
         ", ".join(
             text for text in (processed_record.station or processed_record.record_id, processed_record.event) if text
         ),
-        "; ".join([processing_label(unprocessed_record), *agency, ahead]),
+        "; ".join([raw_or_processed_data_label(unprocessed_record), *agency, ahead]),
         *(["here: " + steps[0], *steps[1:]] if steps else ["nothing done here"]),
     ]
     wrapped = [part for line in lines for part in wrap_name_into_lines(line, 50 * panels.shape[1])]

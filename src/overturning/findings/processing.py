@@ -81,7 +81,7 @@ def processing_finding_of_record(record_source_and_processing: Mapping[str, Any]
     Parameters
     ----------
     record_source_and_processing : mapping
-        Return value of `overturning.records.record.source_and_processing_of_record`.
+        Return value of `overturning.records.record.processing_peaks_and_notes_of_record`.
     """
     data, _, agency = str(record_source_and_processing["data"]).partition(" by ")
     peaks = {

@@ -19,12 +19,16 @@ from overturning.records.component import (
     find_vertical_by_elimination,
     is_vertical_axis_name_without_up_or_down,
     non_perpendicular_axes_notes,
-    note_on_sensor_in_structure,
+    note_on_sensor_high_in_structure,
 )
 from overturning.records.declared_properties import DeclaredFileProperties, VerticalSense
 from overturning.records.doubts import report_dead_horizontal_axis, sample_quality_notes
 from overturning.records.record import Record
-from overturning.records.window import AssemblyRefusalCollector, common_window_processing_entry, cut_to_common_window
+from overturning.records.window import (
+    AssemblyRefusalCollector,
+    check_and_cut_to_common_window,
+    common_window_processing_entries,
+)
 
 
 def format_iso_utc_time(time_or_none: datetime | None) -> str | None:
@@ -82,12 +86,12 @@ def assemble_record(
         note for component in components if (note := _note_on_ignored_user_properties(component, declared_properties))
     ]
     notes += dict.fromkeys(
-        note for component in components if (note := note_on_sensor_in_structure(component.sensor_location))
+        note for component in components if (note := note_on_sensor_high_in_structure(component.sensor_location))
     )
     differences = _relative_header_peak_difference_by_axis(components, refusals)
     by_files = [c for c in components if not c.vertical_sense]
     with refusals.collect_reason():
-        components = _order_horizontal_first_and_check_components(components, declared_properties.azimuths_deg, name)
+        components = _order_components_set_azimuths_and_check(components, declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_mismatch_notes(components, by_files)
     if not components:
@@ -121,7 +125,7 @@ def assemble_record(
         # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
-        processing=common_window_processing_entry(components, window, north, east),
+        processing=common_window_processing_entries(components, window, north, east),
         extra=extra,
         **(of_files | replaced_fields),
     )
@@ -168,7 +172,7 @@ def _cut_to_window_and_check_samples(
     """
     window = components
     with refusals_out.collect_reason():
-        window = cut_to_common_window(components, refusals_out)
+        window = check_and_cut_to_common_window(components, refusals_out)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
     if not refusals_out.has_refusal_reasons:
         with refusals_out.collect_reason():
@@ -267,12 +271,15 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     )
 
 
-def _order_horizontal_first_and_check_components(
+def _order_components_set_azimuths_and_check(
     components: Sequence[RecordComponent],
     declared_horizontal_azimuths_deg: Sequence[float] | None,
     file_name_for_errors: str,
 ) -> list[RecordComponent]:
-    """Order the components of a record: two horizontal ones, with azimuths given by the user if any, then vertical."""
+    """Order the components of a record: two horizontal ones, then a vertical one; set azimuths that the user gives.
+
+    Raises a RecordError for other numbers of components, unknown azimuths, and horizontal axes not near a right angle.
+    """
     vertical = [c for c in components if c.vertical_sense]
     horizontal = [c for c in components if not c.vertical_sense]
     if len(horizontal) != 2 or len(vertical) > 1:

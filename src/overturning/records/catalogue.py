@@ -100,7 +100,7 @@ class RecordDescriptionInTableRow(BaseModel, extra="forbid", frozen=True, use_at
         return self
 
     @property
-    def coordinate_source_and_fault_trace(self) -> dict[str, str]:
+    def coordinate_source_and_fault_trace_metadata(self) -> dict[str, str]:
         """Fault trace of the record's earthquake, and sources of trace and coordinates, if the table states them.
 
         The key ``coordinates_source`` exists (its text may be empty) if the row of the record states coordinates.
@@ -121,7 +121,10 @@ class RecordDescriptionInTableRow(BaseModel, extra="forbid", frozen=True, use_at
 
 
 METADATA_KEYS_OF_FAULT_TRACE_AND_SOURCES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
-"""Entries of a record's ``extra`` that the cube stores; see `RecordTableRow.coordinate_source_and_fault_trace`."""
+"""Entries of a record's ``extra`` that the cube stores.
+
+See `RecordTableRow.coordinate_source_and_fault_trace_metadata`.
+"""
 
 COLUMNS_NOT_AFFECTING_SAMPLES: Final = tuple(
     name for name in RecordDescriptionInTableRow.model_fields if name not in ("id", "source")

@@ -13,7 +13,7 @@ from overturning.records.formats.table import NO_ACCELERATION_REASON, holds_no_a
 from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
 from overturning.records.read import (
-    add_notes_to_record,
+    copy_record_with_added_notes,
     notes_on_vertical_component_left_out,
     read_components_and_paths_of_file_and_siblings,
 )
@@ -22,7 +22,7 @@ from overturning.records.record import (
     displacement_drift_evidence,
     largest_pga_pgv_pgd_of_components,
     processing_entry_text,
-    processing_label,
+    raw_or_processed_data_label,
 )
 from overturning.records.source import SourceFile, has_non_record_name, read_source_file
 
@@ -49,8 +49,8 @@ def check_records_in_files(
     are checked.
     """
     sources, findings = _read_source_files_and_refusals(paths)
-    declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml(sources)
-    records = [source for source in sources if source not in declared_properties.metadata]
+    declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml_among_files(sources)
+    records = [source for source in sources if source not in declared_properties.stationxml_files]
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
@@ -107,7 +107,7 @@ def _check_record(
     try:
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
         own = [path for path in all_file_paths if path.name in files]
-        record = add_notes_to_record(
+        record = copy_record_with_added_notes(
             record, notes_on_vertical_component_left_out(own, components, declared_properties) if own else []
         )
         return RecordCheckResult(
@@ -169,8 +169,8 @@ def _list_all_and_skipped_files(
     ]
 
 
-def names_of_files_skipped_by_extension(paths: Sequence[Path]) -> list[str]:
-    """Return the names of the files that are skipped since their extension belongs to no record format."""
+def names_of_files_skipped_by_name(paths: Sequence[Path]) -> list[str]:
+    """Return the names of files that are skipped: hidden ones, and those with an extension of no record format."""
     return sorted(
         p.name for path in paths for p in _list_all_and_skipped_files(path, is_only_path_of_command=len(paths) == 1)[1]
     )
@@ -190,7 +190,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         )
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
-    kind = processing_label(record)
+    kind = raw_or_processed_data_label(record)
     lines = [
         head,
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",

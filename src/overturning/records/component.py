@@ -167,7 +167,7 @@ VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE: Final[dict[int, AzimuthAndVerticalSense
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
-def axis_direction_from_name_or_code(
+def checked_axis_direction_from_name_or_code(
     axis_name: str, header_code_direction: AzimuthAndVerticalSense, create_axis_line_error: Callable[[str], RecordError]
 ) -> AzimuthAndVerticalSense:
     """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
@@ -232,7 +232,7 @@ def sensor_location_in_header_line(header_line: str) -> str:
     return " ".join(found[1].split()) if found else ""
 
 
-def note_on_sensor_in_structure(sensor_location: str) -> str:
+def note_on_sensor_high_in_structure(sensor_location: str) -> str:
     """Return a note if a sensor is located high up in a building or other structure; "" for any other location."""
     return (
         f"a sensor at {sensor_location!r} has the motion of a structure, not of the ground"

@@ -31,8 +31,8 @@ def read_components(
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
     files_and_archives = list(files_and_archives)
-    packed = list(_files_paired_with_archives(files_and_archives))
-    declared_properties = declared_properties.with_station_xml(member for member, _ in packed)
+    packed = list(_unpacked_files_with_their_archives(files_and_archives))
+    declared_properties = declared_properties.with_station_xml_among_files(member for member, _ in packed)
     named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
     is_csv = named is not None and named.name == "csv"
     components: list[RecordComponent] = []
@@ -41,7 +41,7 @@ def read_components(
     reasons = RecordRefusalReasons()
     for member, file in packed:
         in_archive = member is not file
-        if member in declared_properties.metadata:
+        if member in declared_properties.stationxml_files:
             continue
         if in_archive and (member.extension in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION_REASON
@@ -62,17 +62,19 @@ def read_components(
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
-        if files_and_archives and not any(member not in declared_properties.metadata for member, _ in packed):
+        if files_and_archives and not any(member not in declared_properties.stationxml_files for member, _ in packed):
             what = "StationXML alone" if packed else "an archive without files"
             raise RecordError(
                 f"{' '.join(file.name for file in files_and_archives)}: {what}; name the file of a record, too"
             )
     reasons.raise_collected_reasons()
-    return _drop_raw_versions_of_processed_components(components, packed, left_out)
+    return _drop_raw_versions_and_add_omission_notes(components, packed, left_out)
 
 
-def _files_paired_with_archives(files_and_archives: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
-    """Yield pairs (file, archive) of all archive members; a file outside an archive is paired with itself."""
+def _unpacked_files_with_their_archives(
+    files_and_archives: Iterable[SourceFile],
+) -> Iterator[tuple[SourceFile, SourceFile]]:
+    """Yield all files, archives unpacked, each in a pair with its archive; a file outside an archive with itself."""
     for file in files_and_archives:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file
@@ -104,7 +106,7 @@ def _read_file_components(
     return (required_format_or_none or detect_format(source_file)).read_components(source_file, declared_properties)
 
 
-def _drop_raw_versions_of_processed_components(
+def _drop_raw_versions_and_add_omission_notes(
     components: Sequence[RecordComponent],
     pairs_of_file_and_archive: Sequence[tuple[SourceFile, SourceFile]],
     omission_reason_by_file: Mapping[SourceFile, str],
@@ -127,13 +129,13 @@ def _drop_raw_versions_of_processed_components(
         (file.name, why) for file, why in omission_reason_by_file.items() if file.extension not in NON_RECORD_EXTENSIONS
     ]
     kept = [c for c in components if not any(c is other for other in twice)]
-    return [_add_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
+    return [_copy_with_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
 
 
-def _add_omission_notes(
+def _copy_with_omission_notes(
     component: RecordComponent, names_and_reasons_of_omitted_files: Sequence[tuple[str, str]]
 ) -> RecordComponent:
-    """Add notes on omitted files to a component: on those with its name stem, or on all if no file has this stem."""
+    """Return a copy of a component with notes on omitted files: on those with its stem, or on all if none has it."""
     own = [
         one
         for one in names_and_reasons_of_omitted_files

@@ -67,10 +67,10 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
         changed = record.with_changed_components(change, sampling_interval=interval)
         if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}, as the line is zero at no time before the fit"
-        record = _append_processing_entry(record, changed, step, chosen, shift)
+        record = _copy_with_processing_entry_and_shifted_start(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.propagate_record_to_surface_with_note(record)
-        record = _append_processing_entry(record, surface, site, chosen)
+        record = _copy_with_processing_entry_and_shifted_start(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.user_trusts_data) and (
@@ -88,14 +88,14 @@ def _unchanged_component_names(record_before: Record, record_after: Record) -> l
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
-def _append_processing_entry(
+def _copy_with_processing_entry_and_shifted_start(
     record_before: Record,
     record_after: Record,
     step_or_site: Step | SoilSite,
     note_on_parameter_choice: str,
     start_shift_to_later_s: float = 0.0,
 ) -> Record:
-    """Append a step, with its parameters and PGA, PGV and PGD before and after it, to a record; shift its start."""
+    """Return a copy of `record_after` with another start and an entry on a step: parameters, peaks before and after."""
     peaks = [
         largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)

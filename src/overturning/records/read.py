@@ -45,7 +45,7 @@ def read_record(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return add_descriptive_metadata_from_table_row(
+    return copy_record_with_metadata_of_table_row(
         read_record_without_descriptive_columns(table_row, data_dir), table_row
     )
 
@@ -72,7 +72,7 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
             components, table_row.id, table_row.declared_file_properties, source=source
         )
         paths = paths_of_record_files(table_row, Path(data_dir))
-        record = add_notes_to_record(
+        record = copy_record_with_added_notes(
             record,
             notes_on_vertical_component_left_out(paths, components, table_row.declared_file_properties)
             if paths
@@ -86,8 +86,8 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
     return record
 
 
-def add_descriptive_metadata_from_table_row(record: Record, table_row: RecordTableRow) -> Record:
-    """Add station, event, fault strike, coordinates and licence from the row of the record table to a record."""
+def copy_record_with_metadata_of_table_row(record: Record, table_row: RecordTableRow) -> Record:
+    """Return a copy of a record with station, earthquake, coordinates etc. from its row of the record table."""
     stated = _drop_empty_values(table_row.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
     stated |= _drop_empty_values(
         {"latitude": table_row.station_latitude_deg, "longitude": table_row.station_longitude_deg}
@@ -103,10 +103,10 @@ def add_descriptive_metadata_from_table_row(record: Record, table_row: RecordTab
         record.extra
         | _drop_empty_values({"pulse": table_row.pulse} | of_event | epicentre)
         | table_row.metadata_for_statistics
-        | table_row.coordinate_source_and_fault_trace
+        | table_row.coordinate_source_and_fault_trace_metadata
     )
     described = replace(record, extra=extra, **stated)
-    return add_notes_to_record(
+    return copy_record_with_added_notes(
         described, [COORDINATES_WITHOUT_SOURCE_NOTE] if extra.get("coordinates_source") == "" else []
     )
 
@@ -184,10 +184,12 @@ def read_record_without_processing(
     record = _assemble_record_of_chosen_sensor(
         components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
     )
-    return add_notes_to_record(record, notes_on_vertical_component_left_out(paths, components, declared_properties))
+    return copy_record_with_added_notes(
+        record, notes_on_vertical_component_left_out(paths, components, declared_properties)
+    )
 
 
-def add_notes_to_record(record: Record, notes: Sequence[str]) -> Record:
+def copy_record_with_added_notes(record: Record, notes: Sequence[str]) -> Record:
     """Return a copy of a record with notes appended to its notes."""
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
@@ -220,10 +222,10 @@ def read_components_and_paths_of_file_and_siblings(
     """
     first = read_source_file(path)
     stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declared_properties = declared_properties.with_station_xml(map(read_source_file, stationxml))
+    declared_properties = declared_properties.with_station_xml_among_files(map(read_source_file, stationxml))
     components = read_components([first], declared_properties)
     stations = (
-        {file.name for file in declared_properties.metadata}
+        {file.name for file in declared_properties.stationxml_files}
         if components[0].format_name in ("miniseed", "sac")
         else set()
     )
@@ -233,7 +235,7 @@ def read_components_and_paths_of_file_and_siblings(
     alike = [
         p
         for p in sorted(path.parent.iterdir())
-        if p != path and p.is_file() and _may_hold_component_of_same_record(path, p)
+        if p != path and p.is_file() and _may_be_of_same_record_by_name(path, p)
     ]
     for other in alike:
         # Ignore neighbours that are damaged or no records.
@@ -259,7 +261,7 @@ def _check_file_order_fits_declared_azimuths(path: Path, components: Sequence[Re
         raise RecordError(f"{path.name}: {why}; name both, in the order of the azimuths")
 
 
-def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
+def _may_be_of_same_record_by_name(path: Path, other_path: Path) -> bool:
     """Return True if two file names are so similar that the files may have components of the same record.
 
     The names have the same stem and another extension, or the same length and differ in one stretch of at most three
@@ -273,7 +275,7 @@ def _may_hold_component_of_same_record(path: Path, other_path: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@refuse_unknown_keywords(*(name for name in DeclaredFileProperties.model_fields if name != "metadata"))
+@refuse_unknown_keywords(*(name for name in DeclaredFileProperties.model_fields if name != "stationxml_files"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,

@@ -160,7 +160,7 @@ def processing_entry_text(entry: Mapping[str, Any]) -> str:
             return str(other)
 
 
-def processing_label(record: Record) -> str:
+def raw_or_processed_data_label(record: Record) -> str:
     """Return a text on the processing of a record: "raw", "processed by AGENCY", "synthetic", "as given" etc."""
     if record.extra.get("given"):
         return "as given"
@@ -202,18 +202,18 @@ def displacement_drift_evidence(record: Record) -> str:
     return "; ".join(said)
 
 
-def source_and_processing_of_record(record: Record) -> dict[str, Any]:
-    """Return source and processing of a record as a dictionary, which the results of a study store.
+def processing_peaks_and_notes_of_record(record: Record) -> dict[str, Any]:
+    """Return processing, peaks and notes of a record as a dictionary, which the results of a study store.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
     `process_record`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see
-    `displacement_drift_evidence`),
-    ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and ``notes`` if there are any.
+    `displacement_drift_evidence`), ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and
+    ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
     now = largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
     return {
-        "data": processing_label(record),
+        "data": raw_or_processed_data_label(record),
         "agency": record.extra.get("agency_processing", ""),
         "steps": list(record.processing),
         "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},

@@ -26,7 +26,7 @@ COLUMNS_OF_NEW_RECORD_TABLE = ("id", "format", "source", "station", "event", "fa
 """Columns of a new table."""
 
 
-def add_record_to_table(
+def copy_files_and_add_record_to_table(
     paths: Sequence[Path], cell_text_by_column_name: dict[str, str], record_table_path: Path, record_folder: Path
 ) -> Record:
     """Copy a record's files and add a row for them to the record table; return the record.

@@ -44,10 +44,10 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
         self.trusted_contradictions.append(contradiction_text)
 
 
-def cut_to_common_window(
+def check_and_cut_to_common_window(
     components: Sequence[RecordComponent], refusals_out: AssemblyRefusalCollector
 ) -> list[RecordComponent]:
-    """Cut the components of a record to the time window that all of them cover.
+    """Check that components belong to one record, and cut them to the time window that all of them cover.
 
     Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
     RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
@@ -189,7 +189,7 @@ def _check_peak_in_common_window(
             refusals_out.refuse_or_store_contradiction(why, remedy)
 
 
-def common_window_processing_entry(
+def common_window_processing_entries(
     components_before_cut: Sequence[RecordComponent],
     components_in_common_window: Sequence[RecordComponent],
     north_acceleration_in_common_window: FloatArray,

@@ -349,7 +349,7 @@ def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
 def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Return source, SHA-256 and licence of each record in a results cube, and the source of its coordinates.
 
-    See `overturning.records.catalogue.RecordTableRow.coordinate_source_and_fault_trace`.
+    See `overturning.records.catalogue.RecordTableRow.coordinate_source_and_fault_trace_metadata`.
     """
     return list(parse_json_attribute(cube, "record_sources", list))
 

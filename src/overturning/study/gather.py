@@ -21,7 +21,7 @@ from overturning.records.catalogue import (
 )
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
-from overturning.records.record import Record, source_and_processing_of_record
+from overturning.records.record import Record, processing_peaks_and_notes_of_record
 from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.netcdf import (
     create_coordinate_variable,
@@ -218,7 +218,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {record.record_id: source_and_processing_of_record(record) for record in records},
+            {record.record_id: processing_peaks_and_notes_of_record(record) for record in records},
             ensure_ascii=False,
             default=str,
         ),

@@ -20,7 +20,7 @@ from overturning.records.component import (
     AzimuthAndVerticalSense,
     HeaderPeak,
     RecordComponent,
-    axis_direction_from_name_or_code,
+    checked_axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
     direction_from_azimuth_code,
     direction_from_channel_code,
@@ -62,10 +62,10 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 }
 
 
-def _parse_number_block_format_and_next_line(
+def _parse_number_block_format_and_line_after_block(
     lines_from_channel_start: TextLines, number_block_heading_line_index: int, number_block_label_for_error: str
 ) -> tuple[dict[str, Any], int]:
-    """Return number count, numbers per line and column width of a number block, and the index of the line after it."""
+    """Return number count, numbers per line and column width of a block, and the index of the line after the block."""
     match = (
         BLOCK_FORMAT_PATTERN.match(lines_from_channel_start.lines[number_block_heading_line_index])
         if number_block_heading_line_index < len(lines_from_channel_start.lines)
@@ -91,10 +91,10 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
     text = lines_from_channel_start.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
-    form, reals_at = _parse_number_block_format_and_next_line(lines_from_channel_start, ints_at, "integers")
+    form, reals_at = _parse_number_block_format_and_line_after_block(lines_from_channel_start, ints_at, "integers")
     header = HeaderFields.find_fields(lines_from_channel_start, HEADER_FIELD_PATTERNS, ints_at)
     whole = lines_from_channel_start.read_fixed_width_integers(ints_at + 1, **form)
-    form, comments_at = _parse_number_block_format_and_next_line(lines_from_channel_start, reals_at, "reals")
+    form, comments_at = _parse_number_block_format_and_line_after_block(lines_from_channel_start, reals_at, "reals")
     real = lines_from_channel_start.read_fixed_width_numbers(reals_at + 1, **form)
     if whole.size < 100 or real.size < 100:
         raise lines_from_channel_start.line_error(
@@ -106,7 +106,7 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
             comments_at, "no line that introduces the comments; get the file again"
         )
     data_at = comments_at + 1 + int(comments[1])
-    form, _ = _parse_number_block_format_and_next_line(lines_from_channel_start, data_at, "samples")
+    form, _ = _parse_number_block_format_and_line_after_block(lines_from_channel_start, data_at, "samples")
     unit = _checked_sample_unit_code(lines_from_channel_start, data_at, int(whole[2]))
     scale = (
         _acceleration_per_count(lines_from_channel_start, reals_at, real)
@@ -148,13 +148,15 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
         sensor_location=sensor_location_in_header_line(text[8]),
         header_peak=peak,
         is_already_corrected=bool(header.field_text("corrected")),
-        extra_metadata=({"magnitude": known[12]} if 12 in known else {}) | places | _agency_processing_metadata(header),
+        extra_metadata=({"magnitude": known[12]} if 12 in known else {})
+        | places
+        | _processing_agency_and_filter_metadata(header),
         notes=notes,
     )
     return component, end + 1
 
 
-def _agency_processing_metadata(header: HeaderFields) -> dict[str, str]:
+def _processing_agency_and_filter_metadata(header: HeaderFields) -> dict[str, str]:
     """Return agency and filter of corrected data as metadata (`Record.extra`); {} if the data are not corrected."""
     if not header.field_text("corrected"):
         return {}
@@ -217,7 +219,7 @@ def _axis_name_and_direction(
     coded = {400: (None, 1), 401: (None, -1)}.get(
         azimuth_or_vertical_code, direction_from_azimuth_code(azimuth_or_vertical_code)
     )
-    direction = axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
+    direction = checked_axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
     if direction == UNKNOWN_DIRECTION and azimuth_or_vertical_code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comment_lines]))
         word = found[1] if found else word

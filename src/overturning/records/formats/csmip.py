@@ -18,7 +18,7 @@ from overturning.records.component import (
     UNKNOWN_DIRECTION,
     VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
     RecordComponent,
-    axis_direction_from_name_or_code,
+    checked_axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
     direction_from_azimuth_code,
     parse_axis_direction,
@@ -105,7 +105,7 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE
-    direction = axis_direction_from_name_or_code(
+    direction = checked_axis_direction_from_name_or_code(
         axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
     introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELD_PATTERNS["number of samples"]), re.IGNORECASE)

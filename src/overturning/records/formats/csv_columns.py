@@ -14,9 +14,9 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.headings import (
     SECONDS_BY_TIME_UNIT,
     first_number_line_index,
-    heading_mismatch_notes_and_refusal,
-    read_heading_cells,
-    unit_mismatch_notes_and_refusal,
+    heading_notes_and_non_acceleration_reason,
+    split_heading_lines_into_cells,
+    unit_line_notes_and_non_acceleration_reason,
 )
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
@@ -166,9 +166,9 @@ def _read_number_rows_first_line_and_notes(
         if (text := line.strip()) and text[0] != "#"
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
-    headings = read_heading_cells(lines.lines[:first], separator, len(axis_and_unit_of_declared_columns))
-    notes, why = heading_mismatch_notes_and_refusal(name, headings, axis_and_unit_of_declared_columns)
-    stated, quantity = unit_mismatch_notes_and_refusal(
+    headings = split_heading_lines_into_cells(lines.lines[:first], separator, len(axis_and_unit_of_declared_columns))
+    notes, why = heading_notes_and_non_acceleration_reason(name, headings, axis_and_unit_of_declared_columns)
+    stated, quantity = unit_line_notes_and_non_acceleration_reason(
         name, lines.lines[:first], separator, axis_and_unit_of_declared_columns
     )
     notes, why = notes + stated, why or quantity

@@ -12,7 +12,7 @@ from typing import Final
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
     RecordComponent,
-    axis_direction_from_name_or_code,
+    checked_axis_direction_from_name_or_code,
     parse_axis_direction,
 )
 from overturning.records.formats.header import (
@@ -77,7 +77,7 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
     end, notes = lines_from_channel_start.skip_surplus_number_lines_with_notes(end, count)
     return header.create_component(
         axis,
-        axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),
+        checked_axis_direction_from_name_or_code(axis, coded, partial(header.line_error, "component")),
         samples * (MILLIMETRE_IN_M if corrected else MILLIMETRE_IN_M * header.number_in_field("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.

@@ -61,7 +61,7 @@ def first_number_line_index(lines: Sequence[str]) -> int:
     return 0
 
 
-def read_heading_cells(
+def split_heading_lines_into_cells(
     lines_above_numbers: Sequence[str], separator: str | None, declared_column_count: int
 ) -> list[list[str]]:
     """Split each heading line (a line above the numbers with one cell per column) into its cells.
@@ -104,7 +104,7 @@ def axis_direction_in_column_heading(column_heading: str) -> AzimuthAndVerticalS
     return named.pop() if len(named) == 1 else UNKNOWN_DIRECTION
 
 
-def unit_mismatch_notes_and_refusal(
+def unit_line_notes_and_non_acceleration_reason(
     file_name: str,
     lines_above_numbers: Sequence[str],
     separator: str | None,
@@ -113,7 +113,7 @@ def unit_mismatch_notes_and_refusal(
     """Return notes on lines with another unit than the user states, and the reason to refuse the file (or "").
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
-    acceleration; "" if there is none. See `heading_mismatch_notes_and_refusal`.
+    acceleration; "" if there is none. See `heading_notes_and_non_acceleration_reason`.
     """
     units = {unit for word, unit in axis_and_unit_of_declared_columns if word not in ("time", "skip")}
     notes, others = [], []
@@ -140,7 +140,7 @@ def unit_mismatch_notes_and_refusal(
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def heading_mismatch_notes_and_refusal(
+def heading_notes_and_non_acceleration_reason(
     file_name: str,
     cells_of_heading_lines: Sequence[Sequence[str]],
     axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],

@@ -39,7 +39,10 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
         raise RecordError(f"{source_file.name}: {why}")
-    stream, inventory = read_obspy_stream(source_file, "MSEED"), read_stationxml_inventory(declared_properties.metadata)
+    stream, inventory = (
+        read_obspy_stream(source_file, "MSEED"),
+        read_stationxml_inventory(declared_properties.stationxml_files),
+    )
     if inventory is None:
         why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         raise RecordError(f"{source_file.name}: {why}")

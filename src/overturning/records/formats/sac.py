@@ -50,7 +50,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
     if what := OTHER_CONTENT_BY_IFTYPE.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source_file.name}: {what} by its header, not evenly sampled acceleration; get that file")
-    inventory = read_stationxml_inventory(declared_properties.metadata)
+    inventory = read_stationxml_inventory(declared_properties.stationxml_files)
     # With a declared unit, ignore StationXML that does not contain this channel.
     if inventory is not None and (
         declared_properties.unit is None or inventory_has_channel_of_trace(stream[0], inventory)

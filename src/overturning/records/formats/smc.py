@@ -15,7 +15,7 @@ from overturning.records.component import (
     AzimuthAndVerticalSense,
     HeaderPeak,
     RecordComponent,
-    axis_direction_from_name_or_code,
+    checked_axis_direction_from_name_or_code,
     direction_from_azimuth_and_dip_with_notes,
 )
 from overturning.records.formats.header import parse_time_as_utc
@@ -111,7 +111,7 @@ def _axis_name_direction_and_notes(
     from_up, azimuth = (None if number == MISSING_VALUE_MARKER else float(number) for number in header_integers[12:14])
     dip = None if from_up is None else from_up - 90.0
     coded, notes = direction_from_azimuth_and_dip_with_notes("", azimuth, dip, f"{lines.source.name}: axis {axis}")
-    return axis, axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
+    return axis, checked_axis_direction_from_name_or_code(axis, coded, partial(lines.line_error, 5)), notes
 
 
 def _sensor_location_in_structure(header_integers: np.ndarray) -> str:

@@ -128,7 +128,7 @@ def find_channel_epoch(
             f"is sampled at {rate:g} Hz, but at {stated:g} Hz in the StationXML", "get the StationXML of that time"
         )
     gain, unit = _channel_gain_in_counts_per_unit_and_unit(channel, name)
-    notes = _compare_gain_with_stage_gains(channel.response, gain, unit, name, refuse_or_store_contradiction)
+    notes = _channel_gain_mismatch_notes(channel.response, gain, unit, name, refuse_or_store_contradiction)
     _check_first_stage_unit(channel.response, unit, refuse_or_store_contradiction)
     direction, unknown, inclined = _channel_direction_unknown_text_and_notes(channel, name)
     notes += inclined
@@ -186,16 +186,16 @@ def _channel_gain_in_counts_per_unit_and_unit(obspy_channel: Any, file_and_chann
     return gain, unit
 
 
-def _compare_gain_with_stage_gains(
+def _channel_gain_mismatch_notes(
     obspy_response: Any,
     channel_gain_in_counts_per_unit: float,
     input_unit: str,
     file_and_channel_label: str,
     report_contradiction_and_remedy: Callable[[str, str], None],
 ) -> tuple[str, ...]:
-    """Compare a channel's gain with the product of its stage gains.
+    """Return a note if a channel's gain differs by over 0.5 % from the product of its stage gains; else ().
 
-    Return a note on a relative difference above 0.5 %; above 5 % (velocity sensors: 100 %), report a contradiction.
+    Above 5 % (velocity sensors: 100 %), report a contradiction instead.
     """
     made, difference = _total_stage_gain_and_relative_difference(obspy_response, channel_gain_in_counts_per_unit)
     stated = f"has a gain of {channel_gain_in_counts_per_unit:g} in the StationXML, whose stages make {made:g}"

@@ -17,7 +17,7 @@ from overturning.arrays import FloatArray
 from overturning.records.component import (
     VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
     RecordComponent,
-    axis_direction_from_name_or_code,
+    checked_axis_direction_from_name_or_code,
     direction_from_azimuth_code,
 )
 from overturning.records.formats.header import (
@@ -85,13 +85,13 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
     if abs(time[-1] - header.number_in_field("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.field_text('DURATION')} s"
         raise header.line_error("DURATION", f"{why}; the file is cut: get it again")
-    samples, interval, resampled = _evenly_spaced_samples_interval_and_notes(
+    samples, interval, resampled = _resample_uneven_samples_with_interval_and_notes(
         lines_from_channel_start, first, per_line // 2, time, samples
     )
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.create_component(
         header.field_text("COMP"),
-        axis_direction_from_name_or_code(
+        checked_axis_direction_from_name_or_code(
             header.field_text("COMP"),
             VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE.get(code, direction_from_azimuth_code(code)),
             partial(header.line_error, "COMP"),
@@ -106,7 +106,7 @@ def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[
     ), end + ends
 
 
-def _evenly_spaced_samples_interval_and_notes(
+def _resample_uneven_samples_with_interval_and_notes(
     lines_from_channel_start: TextLines,
     first_pair_line_index: int,
     pairs_per_line: int,

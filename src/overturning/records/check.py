@@ -14,7 +14,7 @@ from overturning.records.grouping import group_components_by_record
 from overturning.records.processing import process_record
 from overturning.records.read import (
     copy_record_with_added_notes,
-    notes_on_vertical_component_left_out,
+    notes_if_other_file_has_vertical_component,
     read_components_and_paths_of_file_and_siblings,
 )
 from overturning.records.record import (
@@ -108,7 +108,7 @@ def _check_record(
         record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
         own = [path for path in all_file_paths if path.name in files]
         record = copy_record_with_added_notes(
-            record, notes_on_vertical_component_left_out(own, components, declared_properties) if own else []
+            record, notes_if_other_file_has_vertical_component(own, components, declared_properties) if own else []
         )
         return RecordCheckResult(
             files, tuple(components), record, record_after_default_processing=process_record(record, None)

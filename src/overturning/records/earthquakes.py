@@ -159,7 +159,7 @@ class _RecordsOfEarthquake:
         return self.metadata_by_record_index[min(self.metadata_by_record_index)]
 
     @property
-    def name(self) -> str:
+    def name_or_id_or_origin_time(self) -> str:
         """Name of the earthquake in the first of its records that states one; else its id or origin time."""
         named = [
             self.metadata_by_record_index[index].earthquake_name
@@ -221,7 +221,7 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
             homes = [_RecordsOfEarthquake()]
             found += homes
         elif len(homes) > 1:
-            names = " or ".join(f"{one.name!r} ({one.event_id_or_origin_time})" for one in homes)
+            names = " or ".join(f"{one.name_or_id_or_origin_time!r} ({one.event_id_or_origin_time})" for one in homes)
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add_record(index, known[index])
     found.sort(key=lambda one: min(one.metadata_by_record_index))
@@ -239,11 +239,11 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
 
 def _earthquake_label_of_each_record(earthquakes: list[_RecordsOfEarthquake]) -> tuple[str, ...]:
     """Return the earthquake name of each record; id or origin time is added if several earthquakes share the name."""
-    names = Counter(one.name for one in earthquakes)
+    names = Counter(one.name_or_id_or_origin_time for one in earthquakes)
     labels: dict[int, str] = {}
     taken: set[str] = set()
     for one in earthquakes:
-        name, more = one.name, one.event_id_or_origin_time
+        name, more = one.name_or_id_or_origin_time, one.event_id_or_origin_time
         label = f"{name} ({more})" if names[name] > 1 and more and more != name else name
         while label in taken:
             label += "'"
@@ -288,29 +288,32 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
                     ),
                 ]
             )
-        if len(loose) > 1 and not one.name:
+        if len(loose) > 1 and not one.name_or_id_or_origin_time:
             ids = _format_first_three_record_ids(loose)
             yield f"{len(loose)} records ({ids}) name no earthquake and count as one; give event or event_id"
         elif started and started[-1][0] - started[0][0] > MAX_START_DIFFERENCE_WITHOUT_DOUBT_FOR_SAME_NAME:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
             ids = f"{started[0][1]} and {started[-1][1]}"
-            yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
+            apart = f"records {ids} start {hours:.3g} h apart"
+            yield f"{one.name_or_id_or_origin_time!r}: {apart} and count as one earthquake; give event_id"
 
 
 def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
     """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
-        if one.name and not any(each.event_id for each in one.first_metadata_by_id_origin_time_and_epicentre.values()):
-            of_name.setdefault(one.name.casefold(), []).append(one)
+        if one.name_or_id_or_origin_time and not any(
+            each.event_id for each in one.first_metadata_by_id_origin_time_and_epicentre.values()
+        ):
+            of_name.setdefault(one.name_or_id_or_origin_time.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
             origins = ", ".join(
                 f"{one.event_id_or_origin_time} {one.first_record_metadata.record_id}" for one in several
             )
             yield (
-                f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if "
-                "it is one"
+                f"{several[0].name_or_id_or_origin_time!r} names {len(several)} earthquakes by their origins "
+                f"({origins}); give event_id if it is one"
             )
 
 
@@ -325,7 +328,7 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
     named = [
         (one, _name_words_year_and_day_month(one))
         for one in earthquakes
-        if one.name and not one.first_record_metadata.is_synthetic
+        if one.name_or_id_or_origin_time and not one.first_record_metadata.is_synthetic
     ]
     for (first, words), (second, others) in combinations(named, 2):
         if words[1] and others[1] and words[1] != others[1]:
@@ -345,7 +348,8 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
         if together or _may_name_same_earthquake(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
-                f"{first.name!r} ({first.first_record_metadata.record_id}) and {second.name!r} "
+                f"{first.name_or_id_or_origin_time!r} ({first.first_record_metadata.record_id}) and "
+                f"{second.name_or_id_or_origin_time!r} "
                 f"({second.first_record_metadata.record_id}) {why} and "
                 "count as two earthquakes; give both one event_id, or each its own"
             )
@@ -353,7 +357,7 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
 
 def _name_words_year_and_day_month(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
     """Return an earthquake's name in three parts: words, year, and day and month (the smaller number first)."""
-    name = earthquake.name.casefold()
+    name = earthquake.name_or_id_or_origin_time.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
     if match := next((found for pattern in _DATE_PATTERNS if (found := pattern.search(name))), None):

@@ -65,7 +65,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
         )
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         changed = record.with_changed_components(change, sampling_interval=interval)
-        if isinstance(step, Baseline) and (still := _unchanged_component_names(record, changed)):
+        if isinstance(step, Baseline) and (still := _names_of_unchanged_nonzero_components(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}, as the line is zero at no time before the fit"
         record = _copy_with_processing_entry_and_shifted_start(record, changed, step, chosen, shift)
     if site is not None:
@@ -82,7 +82,7 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite 
     return record
 
 
-def _unchanged_component_names(record_before: Record, record_after: Record) -> list[str]:
+def _names_of_unchanged_nonzero_components(record_before: Record, record_after: Record) -> list[str]:
     """Return the names of the non-zero components of a record that a processing step left unchanged."""
     pairs = zip(("north", "east", "up"), record_before.components, record_after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]

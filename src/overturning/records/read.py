@@ -74,7 +74,7 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
         paths = paths_of_record_files(table_row, Path(data_dir))
         record = copy_record_with_added_notes(
             record,
-            notes_on_vertical_component_left_out(paths, components, table_row.declared_file_properties)
+            notes_if_other_file_has_vertical_component(paths, components, table_row.declared_file_properties)
             if paths
             else [],
         )
@@ -185,7 +185,7 @@ def read_record_without_processing(
         components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
     )
     return copy_record_with_added_notes(
-        record, notes_on_vertical_component_left_out(paths, components, declared_properties)
+        record, notes_if_other_file_has_vertical_component(paths, components, declared_properties)
     )
 
 
@@ -194,7 +194,7 @@ def copy_record_with_added_notes(record: Record, notes: Sequence[str]) -> Record
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
-def notes_on_vertical_component_left_out(
+def notes_if_other_file_has_vertical_component(
     paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
 ) -> list[str]:
     """Return a note if a record has no vertical component, although a file in its folder contains this component."""

@@ -90,7 +90,7 @@ class SourceFile:
         return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
     @property
-    def first_bytes(self) -> bytes:
+    def first_bytes_for_format_detection(self) -> bytes:
         """Beginning of the file, from which its format is recognised; UTF-16 is converted to UTF-8."""
         begin = self.data[:4000]
         if begin.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):

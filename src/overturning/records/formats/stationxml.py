@@ -67,7 +67,7 @@ def is_metre_per_second(unit: str) -> bool:
     return normalise_unit(unit) == "M/S"
 
 
-def is_acceleration_or_velocity_unit(unit: str) -> bool:
+def is_acceleration_or_metre_per_second_unit(unit: str) -> bool:
     """Return True if a unit is one of acceleration, or metres per second."""
     return acceleration_unit_in_m_s2(unit) is not None or is_metre_per_second(unit)
 
@@ -218,7 +218,7 @@ def _check_first_stage_unit(
     first = (obspy_response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
     differ = (acceleration_unit_in_m_s2(input_unit) is None) != (acceleration_unit_in_m_s2(other) is None)
-    if differ and is_acceleration_or_velocity_unit(other):
+    if differ and is_acceleration_or_metre_per_second_unit(other):
         report_contradiction_and_remedy(
             f"is in {input_unit} in the StationXML, whose first stage is in {other}", "find out which is right"
         )

@@ -61,7 +61,7 @@ class RecordFileFormat:
         """Return True if the content of a file is in this format."""
         if callable(self.content_pattern_or_test):
             return self.content_pattern_or_test(source_file.data)
-        return bool(re.match(self.content_pattern_or_test, source_file.first_bytes))
+        return bool(re.match(self.content_pattern_or_test, source_file.first_bytes_for_format_detection))
 
     def read_components(
         self, source_file: SourceFile, declared_properties: DeclaredFileProperties
@@ -148,7 +148,7 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
     """Return True if a file seems to hold velocities, displacements, spectra or search results, not acceleration."""
     if source_file.name.lower() == "_searchresults.csv":
         return True
-    return bool(_NO_ACCELERATION_PATTERN.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes)))
+    return bool(_NO_ACCELERATION_PATTERN.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes_for_format_detection)))
 
 
 RECORD_FILE_FORMATS: Final = (

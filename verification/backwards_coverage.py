@@ -25,7 +25,7 @@ from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import write_ground_motion_posterior_figure
 from overturning.report.render import parse_markdown, render_template_as_markdown
-from overturning.report.terminal import plain_paragraphs
+from overturning.report.terminal import plain_text_of_uncollapsed_paragraphs
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
@@ -159,7 +159,7 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
         prior = np.array(
             [float(one.earthquake_name != truth.true_motion_as_recorded.earthquake_name) for one in library]
         )[:, None, None]
-        logs = inversion.log_likelihoods_of_survey_by_motion(truth.stones)
+        logs = inversion.fall_and_direction_log_likelihoods_of_survey(truth.stones)
         for power in CANDIDATE_LIKELIHOOD_EXPONENTS:
             one = inversion.compute_posterior(logs, prior_weights=prior, direction_likelihood_exponent=power)
             checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_EVERY_NTH_SURVEY == 0
@@ -308,7 +308,7 @@ def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
             SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), template_name="motions"
         )
     )
-    return "\n".join(wrap_text(text, "- ") for text in (*plain_paragraphs(tree), fit))
+    return "\n".join(wrap_text(text, "- ") for text in (*plain_text_of_uncollapsed_paragraphs(tree), fit))
 
 
 def main(

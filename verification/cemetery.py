@@ -30,7 +30,7 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file
-from overturning.report.drawings import write_fall_rates_figure
+from overturning.report.drawings import write_population_fall_rates_figure
 from overturning.report.filters import format_percent
 from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes, shares_of_agreeing_2d_and_3d_outcomes
 from overturning.study.cube import open_cube
@@ -166,7 +166,7 @@ def draw_population_fall_rates_and_return_markdown(results: StudyResults) -> str
     """Draw the figure of the population's fall rates for the docs, and return the rates as Markdown."""
     found = population_findings(results)
     assert found is not None
-    write_fall_rates_figure(results, ROOT / "docs" / "images" / "fall-rate.svg")
+    write_population_fall_rates_figure(results, ROOT / "docs" / "images" / "fall-rate.svg")
     low, middle, high = (
         100 * (one or 0.0)
         for one in (found.lower_quartile_fall_rate, found.median_fall_rate, found.upper_quartile_fall_rate)
@@ -235,7 +235,7 @@ def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     stones, rates = sample_stones(population_), []
     planes = np.concatenate([stones.face_azimuth_deg, stones.face_azimuth_deg + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
-    for name in results.record_names:
+    for name in results.record_ids_and_names:
         motion = ground_motion_for_variant(
             results.study, read_record_from_motion_file(NEAR_FAULT_STUDY_RESULT_FOLDER / "motion" / f"{name.id}.nc")
         )

@@ -7,7 +7,11 @@ from typing import Final
 
 import pandas as pd
 
-from overturning.findings.contrast import SiteFallRates, population_fall_rates_by_soil, unconverged_soil_analyses
+from overturning.findings.contrast import (
+    SiteFallRates,
+    notes_on_unconverged_soil_analyses,
+    population_fall_rates_by_soil,
+)
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL_VARIANT, variant_settings
@@ -52,7 +56,7 @@ def ground_name(rates: SiteFallRates) -> str:
 
 def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     """Return tables and sentences on soft ground as Markdown, by marker."""
-    found, failed = population_fall_rates_by_soil(results), unconverged_soil_analyses(results)
+    found, failed = population_fall_rates_by_soil(results), notes_on_unconverged_soil_analyses(results)
     rows, answers = [], []
     for one in found:
         turned = (

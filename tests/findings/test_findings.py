@@ -27,11 +27,15 @@ from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
 from overturning.findings.contrast import compare_study_with_variants, population_fall_rates_by_soil
 from overturning.findings.direction import fall_direction_findings
-from overturning.findings.extent import choose_fall_maps_for_report, count_records_blocks_and_directions
+from overturning.findings.extent import choose_fall_maps_for_report, count_records_and_blocks_with_direction_range
 from overturning.findings.lines import finding_text_lines
 from overturning.findings.processing import DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND
 from overturning.findings.results import StudyResults, open_study_results
-from overturning.findings.study import case_counts_and_overturned_shares, numerical_quality, record_facts
+from overturning.findings.study import (
+    case_counts_and_overturned_shares,
+    numerical_errors_and_software_versions,
+    peaks_and_fall_directions_of_records,
+)
 from overturning.findings.values import Estimate
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.soil import RockHalfSpace, SoilLayer
@@ -122,7 +126,7 @@ def test_earthquakes_with_records_with_and_without_a_pulse_are_counted(study_fol
         first = opened.default_element_cube.isel(record=[0] * 6)
         events, pulses = list("AABCDA"), [1.0, 0.0, 1.0, 0.0, np.nan, 0.0]
         cube = first.assign_coords(event=("record", events), pulse=("record", pulses))
-        extent = count_records_blocks_and_directions(replace(opened, default_element_cube=cube))
+        extent = count_records_and_blocks_with_direction_range(replace(opened, default_element_cube=cube))
     assert (extent.earthquakes_in_several_groups, extent.records) == (1, 6)
 
 
@@ -314,7 +318,10 @@ def test_hash_in_findings_changes_only_if_the_outcomes_change(
         cube = opened.load()
     cube.to_netcdf(path)
     with open_study_results(path) as results:
-        assert (numerical_quality(results).results_cube_sha256, results.names_of_cubes_changed_after_run) == (
+        assert (
+            numerical_errors_and_software_versions(results).results_cube_sha256,
+            results.names_of_cubes_changed_after_run,
+        ) == (
             stated,
             (),
         )
@@ -349,7 +356,7 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
         )
         half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
         found = StudyResults(**values | {"default_element_cube": half})
-        missing, extent = fall_direction_findings(found), count_records_blocks_and_directions(found)
+        missing, extent = fall_direction_findings(found), count_records_and_blocks_with_direction_range(found)
     assert direction.reason_for_no_axis_comparable_with_fault == "every direction or none"
     assert not direction.has_fall_axis_comparable_with_fault
     assert (
@@ -392,7 +399,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
         sector = StudyResults(**values | {"default_element_cube": results.default_element_cube.sel(azimuth=planes)})
         direction, records, maps = (
             fall_direction_findings(sector),
-            record_facts(sector),
+            peaks_and_fall_directions_of_records(sector),
             choose_fall_maps_for_report(sector),
         )
     assert direction.reason_for_no_axis_comparable_with_fault == reason

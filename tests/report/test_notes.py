@@ -23,7 +23,7 @@ from overturning.report.render import (
     render_template_as_markdown,
     translate_whole_text_by_table,
 )
-from overturning.report.terminal import plain_paragraphs
+from overturning.report.terminal import plain_text_of_uncollapsed_paragraphs
 from tests.report.by_hand import RECORD_FINDING, STUDY_FINDINGS
 from tests.report.test_rendering import elements_of_well_formed_page
 
@@ -60,7 +60,7 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
     assert item.startswith("vale")
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
-    unfolded = plain_paragraphs(parse_markdown(text))
+    unfolded = plain_text_of_uncollapsed_paragraphs(parse_markdown(text))
     assert any(
         translate_whole_text_by_table("clipped samples", read_label_translations(language)) in one for one in unfolded
     )

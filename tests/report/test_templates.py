@@ -24,7 +24,7 @@ from overturning.report.render import (
     render_template_as_markdown,
     translate_whole_text_by_table,
 )
-from overturning.report.terminal import plain_paragraphs, terminal_lines_of_markdown
+from overturning.report.terminal import plain_text_of_uncollapsed_paragraphs, terminal_lines_of_markdown
 from overturning.statistics.criteria import OVERTURNING_CRITERIA, SLENDERNESS_ONLY_RULE_NAME
 from overturning.statistics.falls import BLOCK_SELECTION_RULES_IN_REPORT
 from overturning.translation.texts import translate
@@ -168,7 +168,9 @@ def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str
 
     def text_outside_collapsed_sections(data: Any) -> str:
         return "\n".join(
-            plain_paragraphs(parse_markdown(render_template_as_markdown(Findings.model_validate(data), language)))
+            plain_text_of_uncollapsed_paragraphs(
+                parse_markdown(render_template_as_markdown(Findings.model_validate(data), language))
+            )
         )
 
     labels, text = read_label_translations(language), text_outside_collapsed_sections(data)

@@ -81,7 +81,7 @@ def predicted_azimuth_and_side_probabilities(cube: xr.Dataset) -> np.ndarray:
     site = SiteFallPrediction(cube.isel(record=[0]))
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=252)
     return np.concatenate(
-        [site.fall_sector_probabilities_for_unknown_face(), site.standing_and_side_probabilities(stone)]
+        [site.sector_probabilities_given_fall_for_unknown_face(), site.standing_and_side_probabilities(stone)]
     )
 
 
@@ -183,7 +183,7 @@ def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() 
     prediction = SiteFallPrediction(
         cube_of_stone_in_front_of_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), random_outcome_share=0
     )
-    density = prediction.fall_sector_probabilities_for_unknown_face()
+    density = prediction.sector_probabilities_given_fall_for_unknown_face()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 

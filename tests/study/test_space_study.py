@@ -10,7 +10,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError, ResultError
-from overturning.findings.study import scanned_stone_facts
+from overturning.findings.study import scanned_stone_volume_tilt_and_relief
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
@@ -302,7 +302,7 @@ def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Pat
     volume, centre, _ = mass_properties_of_solid_from_its_boxes("statue")
     assert (study.body.scan.volume, study.body.scan.tilt) == pytest.approx((volume, 4.0), abs=1e-3)
     assert (study.body.relief, study.height) == (0.001, pytest.approx((0.8,)))
-    facts = scanned_stone_facts(study)
+    facts = scanned_stone_volume_tilt_and_relief(study)
     assert facts is not None
     assert (
         facts.volume_m3,

@@ -44,7 +44,7 @@ def random_fallen_stones(n: int, centre: float, half_width_deg: float, seed: int
 
 def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_azimuth_60) -> None:
     prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, random_outcome_share=0)
-    density = prediction.fall_sector_probabilities_for_unknown_face()
+    density = prediction.sector_probabilities_given_fall_for_unknown_face()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
     assert density[inside].sum() == pytest.approx(1)
@@ -218,13 +218,15 @@ def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
         sides = prediction.standing_and_side_probabilities(standing_stone_of_known_face(face, front, side))
         for turn in range(4):
             counts[(face // 10 + 9 * turn) % 36] += sides[1 + turn]
-    assert prediction.fall_sector_probabilities_for_unknown_face(front, side) == pytest.approx(counts / counts.sum())
+    assert prediction.sector_probabilities_given_fall_for_unknown_face(front, side) == pytest.approx(
+        counts / counts.sum()
+    )
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
         stones = StonePopulation(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
         octants = population_outcome_rates_by_record(cube, stones)["fall_octant"].to_numpy().ravel()
         assert prediction.octant_probabilities_from_sectors(
-            prediction.fall_sector_probabilities_for_unknown_face(front)
+            prediction.sector_probabilities_given_fall_for_unknown_face(front)
         ) == pytest.approx(octants / octants.sum(), abs=0.02)
 
 
@@ -370,7 +372,7 @@ def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube_from_
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
     unknown = prediction.azimuth % 90 == 0
     towards[unknown] = towards[~unknown].mean()
-    assert prediction.fall_sector_probabilities_for_unknown_face() == pytest.approx(towards / towards.sum())
+    assert prediction.sector_probabilities_given_fall_for_unknown_face() == pytest.approx(towards / towards.sum())
 
 
 def test_falls_normal_to_the_known_faces_are_not_tested_for_fit(cube_of_falls_around_azimuth_60) -> None:

@@ -104,7 +104,7 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     """
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 60), azimuth=range(0, 360, 5))
     predicted, generator = SiteFallPrediction(site), np.random.default_rng(1)
-    share, width = predicted.fall_sector_probabilities_for_unknown_face(), np.diff(predicted.borders)
+    share, width = predicted.sector_probabilities_given_fall_for_unknown_face(), np.diff(predicted.borders)
     p = []
     for _ in range(surveys):
         place = generator.choice(share.size, count, p=share)

@@ -120,7 +120,7 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
     one = inversion_with_known_outcomes.compute_posterior(
-        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([])
+        inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey([])
     )
     assert one.posterior_probability == pytest.approx(one.prior_probability)
     # Even over the levels: the middle 90 % of the logarithm, each level a cell about it.
@@ -142,13 +142,13 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
         stone_of_round_column(ROUND_COLUMN_SIZES[2], count=8),
     ]
     one = inversion_with_known_outcomes.compute_posterior(
-        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
+        inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(stones)
     )
     low, high = one.credible_interval(one.pgv_by_motion_and_level)
     assert 0.5 < low < 1.14
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
-    logs = inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
+    logs = inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
         [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
@@ -168,7 +168,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
             for size, way in zip(ROUND_COLUMN_SIZES, (0, 10, 180), strict=True)
         ]
         return inversion_with_known_outcomes.compute_posterior(
-            inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones)
+            inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(stones)
         ).credible_axis_arc_middle_and_width_deg()
 
     first, turned = axis_arc_middle_and_width_of_rotated_survey(0), axis_arc_middle_and_width_of_rotated_survey(70)
@@ -183,14 +183,14 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     octant = Stone(True, 45.0, True, b_over_h=0.2, height_m=0.9, has_round_plan=True)
     assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
-        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
+        inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
             [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(25, 70, 5)
     ]
-    assert inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([octant]).sum(axis=0) == pytest.approx(
-        np.log(np.exp(ways).sum(axis=0)), abs=1e-5
-    )
+    assert inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey([octant]).sum(
+        axis=0
+    ) == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
 
 
 def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
@@ -198,12 +198,12 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
 ) -> None:
     lost = Stone(True, math.nan, False, b_over_h=0.2, height_m=0.9, has_round_plan=True)
     ways = [
-        inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(
+        inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
             [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(0, 360, 5)
     ]
-    fell = inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion([lost])
+    fell = inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey([lost])
     assert fell[0] == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
     assert not fell[1].any()
     answers = [
@@ -308,11 +308,13 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
         stone_of_round_column(ROUND_COLUMN_SIZES[2], 180, 1),
         stone_of_round_column(ROUND_COLUMN_SIZES[2], count=8),
     ]
-    logs = replace(inversion_with_known_outcomes, random_outcome_share=0.0).log_likelihoods_of_survey_by_motion(stones)
+    logs = replace(
+        inversion_with_known_outcomes, random_outcome_share=0.0
+    ).fall_and_direction_log_likelihoods_of_survey(stones)
     assert np.isfinite(logs).all()
     one, other = (
         inversion_with_known_outcomes.compute_posterior(each)
-        for each in (logs, inversion_with_known_outcomes.log_likelihoods_of_survey_by_motion(stones))
+        for each in (logs, inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(stones))
     )
     assert one.credible_interval(one.pgv_by_motion_and_level) == pytest.approx(
         other.credible_interval(other.pgv_by_motion_and_level), rel=0.3
@@ -323,7 +325,7 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
     stones = [stone_of_round_column(size, count=4) for size in ROUND_COLUMN_SIZES]
     loose = SurveyInversion(inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.8)
     bound, less = (
-        one.compute_posterior(one.log_likelihoods_of_survey_by_motion(stones))
+        one.compute_posterior(one.fall_and_direction_log_likelihoods_of_survey(stones))
         for one in (inversion_with_known_outcomes, loose)
     )
     assert less.posterior_probability[:, 6:].sum() > 2 * bound.posterior_probability[:, 6:].sum()
@@ -391,9 +393,9 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
             thread_count=2,
         )
     )
-    low, high = (one := asked.compute_posterior(asked.log_likelihoods_of_survey_by_motion(stones))).credible_interval(
-        one.pgv_by_motion_and_level
-    )
+    low, high = (
+        one := asked.compute_posterior(asked.fall_and_direction_log_likelihoods_of_survey(stones))
+    ).credible_interval(one.pgv_by_motion_and_level)
     assert low < factors.mean() * truth.pgv_m_s < high
     assert high / low < 8  # before the survey 15
 

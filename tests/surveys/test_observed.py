@@ -9,7 +9,7 @@ import scipy
 
 from overturning.cli import main
 from overturning.findings.observed import ObservedFallsFinding, ObservedSurveyFindings, observed_survey_findings
-from overturning.surveys.observed import falls_by_sector, rose_sector_count, summarise_survey
+from overturning.surveys.observed import fall_counts_by_rose_sector, rose_sector_count, summarise_survey
 from overturning.surveys.stones import Stone, read_survey_table
 
 
@@ -102,8 +102,8 @@ def test_falls_noted_as_compass_points_are_shared_among_rose_sectors() -> None:
     exact = Stone(True, 355.0, has_octant_direction=False)
     assert rose_sector_count([octant, exact]) == 8
     assert rose_sector_count([wind, exact, Stone(False, math.nan, has_octant_direction=False)]) == 16
-    np.testing.assert_allclose(falls_by_sector([octant, wind, exact], 8), [1.5, 3.5, 0, 0, 0, 0, 0, 0])
-    np.testing.assert_allclose(falls_by_sector([wind, exact], 16), [1, 1, *[0] * 14])
+    np.testing.assert_allclose(fall_counts_by_rose_sector([octant, wind, exact], 8), [1.5, 3.5, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(fall_counts_by_rose_sector([wind, exact], 16), [1, 1, *[0] * 14])
 
 
 FIELD_TABLES = {

@@ -21,7 +21,7 @@ from overturning.surveys.population import (
     choose_neighbouring_grid_indices_at_random,
     fall_rates_of_stones_with_outcome_in_both_cubes,
     fit_population_fragility_curves,
-    outcome_rates_by_amplitude,
+    outcome_rates_at_each_amplitude_factor,
     outcomes_of_sampled_stones,
     population_outcome_rates_by_record,
     sample_stones,
@@ -86,7 +86,7 @@ def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
         b_over_h=np.arange(0.1, 0.51, 0.025),
         friction=[0.5, 0.7, 0.9],
     )
-    found = outcome_rates_by_amplitude(outcomes_of_sampled_stones(cells, stones), population)
+    found = outcome_rates_at_each_amplitude_factor(outcomes_of_sampled_stones(cells, stones), population)
     # The motion has no component across, so the plane along it decides alone.
     alone = run_cases(motion, Cases(0.0, stones.height, stones.b_over_h, stones.friction))
     assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
@@ -108,10 +108,10 @@ def test_2d_model_gives_no_shift_rate_where_the_3d_model_finds_sliding() -> None
     motion = Motion(along, along, sampling_interval=SAMPLING_INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
     stone, few = equal_stones(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
-    planes = outcome_rates_by_amplitude(
+    planes = outcome_rates_at_each_amplitude_factor(
         outcomes_of_sampled_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
     )
-    space = outcome_rates_by_amplitude(
+    space = outcome_rates_at_each_amplitude_factor(
         outcomes_of_sampled_stones(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few
     )
     assert planes["fall_rate"] == space["fall_rate"] == [0]
@@ -173,7 +173,7 @@ def test_stone_with_an_unknown_outcome_in_one_plane_has_no_outcome(flag: float) 
 
 def test_stones_without_an_outcome_have_no_fall_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
-    found = outcome_rates_by_amplitude(
+    found = outcome_rates_at_each_amplitude_factor(
         StoneOutcomesByAmplitudeFactor(~known & known, known, untold, untold, untold), StonePopulation()
     )
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
@@ -216,7 +216,9 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face_azimuth_deg=face)
-        found = outcome_rates_by_amplitude(outcomes_of_sampled_stones(site, stones), StonePopulation(fixed=fixed))
+        found = outcome_rates_at_each_amplitude_factor(
+            outcomes_of_sampled_stones(site, stones), StonePopulation(fixed=fixed)
+        )
         assert found["fall_rate"] == pytest.approx([0.25 * free], rel=1e-15)
         assert found["free_fall_rate"] == [0.25]
         assert found["shift_rate"] == found["rotation_rate"] == [0.5 * free]
@@ -243,7 +245,7 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
     )
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_outcome_rates_by_record(both, population)
-    alone = outcome_rates_by_amplitude(
+    alone = outcome_rates_at_each_amplitude_factor(
         outcomes_of_sampled_stones(simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
     )
     assert (

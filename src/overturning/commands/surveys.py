@@ -220,14 +220,14 @@ def _compare_falls_shifts_and_twists_and_write_results(
     from overturning.findings.survey_displacements import survey_displacement_findings
     from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.stored import write_result_as_json
-    from overturning.surveys.comparison import survey_file_hash_and_comments
+    from overturning.surveys.comparison import survey_file_hash_and_user_comments
     from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
     from overturning.surveys.observed import summarise_survey
 
     default, by_site = pair_of_default_cube_and_cube_by_site
     record, grounds = pair_of_record_id_and_soil_by_site
     parts = {one: survey_table.select_site(one) for one in survey_table.site_names if len(survey_table.site_names) > 1}
-    sha256, remarks = survey_file_hash_and_comments(survey_path)
+    sha256, remarks = survey_file_hash_and_user_comments(survey_path)
     result = StoredDisplacementComparison(
         survey_file_name=survey_path.name,
         sha256=sha256,

@@ -276,19 +276,20 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutc
             computed_overturns=overturns,
         )
         for variant in results.cubes_by_variant
-        for (height, friction), found in computed_outcomes_of_published_cases(results, variant).items()
+        for (height, friction), found in computed_outcomes_by_height_and_friction(results, variant).items()
         for row, overturns in zip(results.study.published, found, strict=True)
     ]
 
 
-def computed_outcomes_of_published_cases(
+def computed_outcomes_by_height_and_friction(
     results: StudyResults, variant_name: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return, by (height, friction), the computed outcomes of the cases whose outcome is published.
+    """Return, by (height, friction), the computed outcomes of the cases whose outcome is published, in their order.
 
-    An outcome is True if the block overturns, False if it stands, None if it is unknown.
+    A published case has a record, azimuth and B/H. An outcome is True if the block overturns, False if it
+    stands, None if it is unknown.
     """
-    cube, ids = results.cube_of_default_element(variant_name), [name.id for name in results.record_names]
+    cube, ids = results.cube_of_default_element(variant_name), [name.id for name in results.record_ids_and_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [
         cube["overturned"]

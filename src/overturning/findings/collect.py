@@ -22,9 +22,9 @@ from overturning.findings.contrast import (
     VariantContrast,
     compare_study_with_variants,
     element_fall_findings,
+    notes_on_soil_strain_beyond_curves,
+    notes_on_unconverged_soil_analyses,
     population_fall_rates_by_soil,
-    soil_analyses_with_strain_beyond_curves,
-    unconverged_soil_analyses,
 )
 from overturning.findings.direction import (
     FallDirection,
@@ -50,7 +50,7 @@ from overturning.findings.extent import (
     StudyCounts,
     case_counts_by_status,
     choose_fall_maps_for_report,
-    count_records_blocks_and_directions,
+    count_records_and_blocks_with_direction_range,
     source_and_licence_of_records,
 )
 from overturning.findings.inferred_motion import InferredMotion, all_inferred_motion_findings
@@ -69,8 +69,8 @@ from overturning.findings.study import (
     RecordFacts,
     StudyQuestionAndParameters,
     case_counts_and_overturned_shares,
-    numerical_quality,
-    record_facts,
+    numerical_errors_and_software_versions,
+    peaks_and_fall_directions_of_records,
     study_question_and_parameters,
 )
 from overturning.findings.survey_displacements import SurveyDisplacementFindings, all_survey_displacement_findings
@@ -143,10 +143,10 @@ class Findings(FindingBaseClass):
 
 def findings_from_results(results: StudyResults) -> Findings:
     """Compute all numbers in the report of a study from its opened results files."""
-    records = record_facts(results)
+    records = peaks_and_fall_directions_of_records(results)
     return Findings(
         study=study_question_and_parameters(results),
-        study_counts=count_records_blocks_and_directions(results),
+        study_counts=count_records_and_blocks_with_direction_range(results),
         cases=case_counts_and_overturned_shares(results),
         direction=fall_direction_findings(results),
         contrasts=compare_study_with_variants(results),
@@ -155,8 +155,8 @@ def findings_from_results(results: StudyResults) -> Findings:
         element_outcomes=element_fall_findings(results),
         element_displacements=final_slip_and_rotation_of_elements(results),
         site_fall_rates=population_fall_rates_by_soil(results),
-        unconverged_soil_responses=unconverged_soil_analyses(results),
-        soil_responses_with_strain_beyond_curves=soil_analyses_with_strain_beyond_curves(results),
+        unconverged_soil_responses=notes_on_unconverged_soil_analyses(results),
+        soil_responses_with_strain_beyond_curves=notes_on_soil_strain_beyond_curves(results),
         surveys=all_survey_prediction_findings(results),
         survey_displacements=all_survey_displacement_findings(results),
         inferred_motions=all_inferred_motion_findings(results),
@@ -174,7 +174,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         record_notes=summarise_record_notes_and_doubts({one.id: one.processing for one in records}),
         status_case_counts=case_counts_by_status(results),
         sources=source_and_licence_of_records(results),
-        numerical_quality=numerical_quality(results),
+        numerical_quality=numerical_errors_and_software_versions(results),
     )
 
 

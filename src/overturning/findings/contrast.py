@@ -157,7 +157,7 @@ SHARE_OVERTURNED_DESCRIPTION = "share of the cases that overturn"
 FALL_RATE_DESCRIPTION = "share of the stones of a cemetery that fall under the records as they are"
 
 
-def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.intp]:
+def indices_of_records_to_compare_with_variant(results: StudyResults, variant: str) -> NDArray[np.intp]:
     """Return the indices of the records under which outcomes of the study and of its variant `variant` are compared.
 
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
@@ -172,7 +172,7 @@ def compared_record_indices(results: StudyResults, variant: str) -> NDArray[np.i
 
 def compare_study_with_variants(results: StudyResults) -> list[VariantContrast]:
     """Compare the outcomes of the study with those of each variant that has records to compare."""
-    places = {name: compared_record_indices(results, name) for name in results.study.variants}
+    places = {name: indices_of_records_to_compare_with_variant(results, name) for name in results.study.variants}
     return [_compare_study_with_variant(results, name, some) for name, some in places.items() if some.size]
 
 
@@ -335,7 +335,7 @@ def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
             rates = [rates_by_variant[each].sel(amplitude=factor) for each in (name, NOMINAL_VARIANT)]
             rate = rates[0]["fall_rate"]
             accounts = record_sources_and_processing_by_id(results.cubes_by_variant[name]).values()
-            has_two_axes = site is not None and not results.plane_choice_imposes_fall_axis
+            has_two_axes = site is not None and not results.simulated_azimuths_impose_fall_axis
             angles = angles_between_fall_axes_deg(*rates) if has_two_axes else np.empty(0)
             layers = site.layers if site is not None else ()
             found.append(
@@ -377,18 +377,18 @@ def angles_between_fall_axes_deg(outcome_rates_on_soil: xr.Dataset, outcome_rate
     return np.asarray(apart[np.isfinite(apart)])
 
 
-def unconverged_soil_analyses(results: StudyResults) -> list[str]:
-    """Return variant, record and components of each soil-response analysis that did not converge."""
-    return _soil_analyses_with_note(results, "not converged")
+def notes_on_unconverged_soil_analyses(results: StudyResults) -> list[str]:
+    """Return a note, "variant, record: components", on each soil-response analysis that did not converge."""
+    return _soil_analysis_notes_that_contain(results, "not converged")
 
 
-def soil_analyses_with_strain_beyond_curves(results: StudyResults) -> list[str]:
-    """Return variant, record and components of each soil-response analysis whose strain exceeds a curve."""
-    return _soil_analyses_with_note(results, STRAIN_BEYOND_CURVE_PHRASE)
+def notes_on_soil_strain_beyond_curves(results: StudyResults) -> list[str]:
+    """Return a note, "variant, record: components", on each soil-response analysis whose strain exceeds a curve."""
+    return _soil_analysis_notes_that_contain(results, STRAIN_BEYOND_CURVE_PHRASE)
 
 
-def _soil_analyses_with_note(results: StudyResults, note_text: str) -> list[str]:
-    """Return variant, record and components of each soil-response analysis whose processing steps contain a note."""
+def _soil_analysis_notes_that_contain(results: StudyResults, note_text: str) -> list[str]:
+    """Return the notes that contain a text, "variant, record: notes", for each soil-response analysis with any."""
     found = []
     for variant in results.study.variants:
         if variant_settings(results.study, variant).site is None:

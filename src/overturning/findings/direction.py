@@ -194,11 +194,11 @@ def _reason_for_no_comparable_fall_axis(results: StudyResults) -> str:
         return "no outcome"
     if results.share_overturned <= 0:
         return "no falls"
-    if results.plane_choice_imposes_fall_axis:
-        return "uneven planes" if np.unique(_plane_azimuths_deg(results)).size > 1 else "one plane"
-    if results.every_2d_case_overturns:
+    if results.simulated_azimuths_impose_fall_axis:
+        return "uneven planes" if np.unique(_plane_azimuths_modulo_180_deg(results)).size > 1 else "one plane"
+    if results.is_2d_and_every_case_overturns:
         return "falls in every plane"
-    imposed = bool(results.records_with_imposed_axis)
+    imposed = bool(results.ids_of_records_with_imposed_fall_axis)
     if not results.any_record_has_fall_axis:
         return "unknown outcomes" if imposed else "every direction or none"
     if results.has_falls_with_known_fault_normal:
@@ -206,14 +206,14 @@ def _reason_for_no_comparable_fall_axis(results: StudyResults) -> str:
     return "unknown outcomes" if imposed and results.any_fault_normal_is_stated else "no fault normal"
 
 
-def _plane_azimuths_deg(results: StudyResults) -> FloatArray:
+def _plane_azimuths_modulo_180_deg(results: StudyResults) -> FloatArray:
     """Return the azimuth modulo 180°, degrees, of each simulated vertical plane of a 2-D study."""
     return np.asarray(results.default_element_cube["azimuth"].to_numpy().astype(np.float64) % PLANE_SYMMETRY_PERIOD_DEG)
 
 
 def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
     """Return the share of the cases that overturn in each vertical plane of a 2-D study."""
-    falls, planes = overturning_indicator(results.default_element_cube), _plane_azimuths_deg(results)
+    falls, planes = overturning_indicator(results.default_element_cube), _plane_azimuths_modulo_180_deg(results)
     others = [name for name in falls.dims if name != "azimuth"]
     fallen, known = (part.sum(others).compute().to_numpy() for part in (falls, falls.notnull()))
     shares = []
@@ -235,8 +235,8 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         record_masks_by_group(cube),
         "plane" if results.model.is_planar else results.model.direction_dimension_name,
     )
-    for name, summary in results.fall_axis_summaries.items():
-        axes = results.fall_axes_by_group[name]
+    for name, summary in results.fall_axis_summary_by_record_group.items():
+        axes = results.fall_axes_by_record_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.record_events)
         rules = [
@@ -284,9 +284,9 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     for dim in (results.model.direction_dimension_name, "b_over_h"):
         changed, pairs = count_changed_and_all_neighbour_pairs(cube, dim)
         changes[dim] = changed / pairs if pairs else None
-    difference, reason = results.first_minus_second_group_alignment, _reason_for_no_comparable_fall_axis(results)
+    difference, reason = results.first_minus_second_record_group_alignment, _reason_for_no_comparable_fall_axis(results)
     return FallDirection(
-        has_fall_axis_comparable_with_fault=results.has_fall_axis_and_fault_normal,
+        has_fall_axis_comparable_with_fault=results.has_fall_axis_comparable_with_fault_normal,
         reason_for_no_axis_comparable_with_fault=reason,
         groups=groups,
         first_minus_second_group_alignment=estimate_from_mean(difference, f"difference of {ALIGNMENT_DESCRIPTION}")

@@ -172,7 +172,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     if "members" not in cube:
         return None
     found = apply_to_record_batches(
-        partial(count_ensemble_cases_by_record, results.model, settings),
+        partial(count_ensemble_cases_and_runs_by_record, results.model, settings),
         cube,
         (*results.model.variable_names_read_for_fall_probability, "members"),
     )
@@ -199,10 +199,12 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     )
 
 
-def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset) -> xr.Dataset:
-    """Count cases by record: all, with ensemble runs, with runs that disagree, and with falls to both sides.
+def count_ensemble_cases_and_runs_by_record(
+    model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset
+) -> xr.Dataset:
+    """Count by record the cases (all, with runs, with disagreeing runs, with falls to both sides) and ensemble runs.
 
-    Runs are slightly changed repetitions of a case, and are counted, too. Disagreement is estimated for the cases
+    Runs are slightly changed repetitions of a case. Disagreement is estimated for the cases
     ``with_first_batch``, in which at least as many runs as those of the first batch have an outcome.
     """
     found, half = (
@@ -211,7 +213,7 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def estimate_statistic_of_each_case(run_statistic: RunCountStatistic) -> xr.DataArray:
+    def estimate_first_run_batch_statistic_by_case(run_statistic: RunCountStatistic) -> xr.DataArray:
         """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
         return run.copy(
             data=estimate_statistic_of_first_run_batch(
@@ -220,7 +222,7 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
         )
 
     over = [name for name in run.dims if name != "record"]
-    divided = estimate_statistic_of_each_case(indicator_that_runs_disagree_on_fall)
+    divided = estimate_first_run_batch_statistic_by_case(indicator_that_runs_disagree_on_fall)
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
@@ -229,7 +231,7 @@ def count_ensemble_cases_by_record(model: Model, ensemble_settings: EnsembleSett
         "agree": found.get("agree", divided.notnull()),
         "apart": (
             found["apart"] if "apart" in found else
-            estimate_statistic_of_each_case(indicator_that_most_runs_fall_to_both_sides)
+            estimate_first_run_batch_statistic_by_case(indicator_that_most_runs_fall_to_both_sides)
         ),
         "members": members,
         "with_members": members.notnull(),

@@ -96,7 +96,7 @@ class RecordSource(FindingBaseClass):
     licence: str
 
 
-def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
+def count_records_and_blocks_with_direction_range(results: StudyResults) -> StudyCounts:
     """Return the numbers of records, earthquakes and blocks of a study, and the range of azimuths or orientations."""
     study, cube, model = results.study, results.default_element_cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
@@ -108,7 +108,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
     mirrored = not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG
     plan = study.body
     return StudyCounts(
-        records=len(results.record_names),
+        records=len(results.record_ids_and_names),
         earthquakes=results.earthquake_count,
         earthquakes_in_several_groups=sum(number > 1 for number in Counter(in_group).values()),
         heights=sizes["height"],
@@ -119,7 +119,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         smallest_azimuth_or_orientation_deg=directions.min(),
         largest_azimuth_or_orientation_deg=directions.max(),
         unsimulated_azimuth_ranges_deg=unsimulated_azimuth_ranges_deg(cube),
-        records_with_imposed_fall_axis=results.records_with_imposed_axis,
+        records_with_imposed_fall_axis=results.ids_of_records_with_imposed_fall_axis,
         has_mirrored_falls=mirrored,
         free_elements=len(variant_scene(study).free_element_names),
         reported_element=element_name_to_show(cube),
@@ -130,7 +130,7 @@ def count_records_blocks_and_directions(results: StudyResults) -> StudyCounts:
         records_with_applied_vertical_motion=results.count_of_records_with_applied_vertical,
         records_with_unused_vertical_motion=results.count_of_records_with_unused_vertical,
         records_without_stated_pulse=[
-            name.id for name, alone in zip(results.record_names, neither, strict=True) if alone
+            name.id for name, alone in zip(results.record_ids_and_names, neither, strict=True) if alone
         ],
         doubts_about_earthquake_assignment=earthquake_assignment_notes(cube),
         other_amplitude_factor_count=len(study.amplitude) - 1,
@@ -144,7 +144,7 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
     block = default_height_and_friction_of_figures(cube, results.study)
-    names, shares = results.record_names, overturned_shares_by_record(cube).to_numpy()
+    names, shares = results.record_ids_and_names, overturned_shares_by_record(cube).to_numpy()
     return ReportMaps(
         height_m=block["height"][0] if "height" in block else float("nan"),
         friction=block["friction"][0] if "friction" in block else float("nan"),

@@ -114,7 +114,7 @@ def observed_survey_findings(survey_summary: SurveySummary) -> ObservedSurveyFin
     )
 
 
-def observed_share(matching_stone_count: int, stone_count: int) -> ObservedStoneShare:
+def observed_stone_share_with_interval(matching_stone_count: int, stone_count: int) -> ObservedStoneShare:
     """Return `matching_stone_count`/`stone_count`, a share of stones, with its exact 95 % interval; None for 0/0."""
     low, high = exact_share_interval(matching_stone_count, stone_count)
     return ObservedStoneShare(value=matching_stone_count / stone_count if stone_count else None, low=low, high=high)
@@ -136,14 +136,14 @@ def _observed_falls_finding(observed_falls: ObservedOutcomesAndFallDirections) -
         not_counted=not_counted,
         not_counted_by_reason=observed_falls.uncounted_stones_by_reason,
         fell_in_unknown_direction=observed_falls.fell_in_unknown_direction,
-        fell_share_of_counted=observed_share(
+        fell_share_of_counted=observed_stone_share_with_interval(
             observed_falls.fallen_count_at_sites_with_standing_stones,
             observed_falls.stone_count_at_sites_with_standing_stones,
         )
         if observed_falls.stone_count_at_sites_with_standing_stones
         else None,
         stands_share_of_counted=(
-            observed_share(
+            observed_stone_share_with_interval(
                 observed_falls.stone_count_at_sites_with_standing_stones
                 - observed_falls.fallen_count_at_sites_with_standing_stones,
                 observed_falls.stone_count_at_sites_with_standing_stones,
@@ -151,7 +151,7 @@ def _observed_falls_finding(observed_falls: ObservedOutcomesAndFallDirections) -
             if observed_falls.stone_count_at_sites_with_standing_stones
             else None
         ),
-        not_counted_share=observed_share(not_counted, counted + not_counted),
+        not_counted_share=observed_stone_share_with_interval(not_counted, counted + not_counted),
         direction=_finding_from_mean_fall_direction(observed_falls.mean_fall_direction),
         axis=_finding_from_mean_fall_direction(observed_falls.mean_fall_axis),
         falls_by_sector=observed_falls.falls_by_sector.tolist(),

@@ -216,17 +216,21 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         median_fall_rate=quantiles[2],
         upper_quartile_fall_rate=quantiles[3],
         largest_fall_rate=quantiles[4],
-        by_record=[_record_fall_rate(results, index) for index in range(len(results.record_names))],
+        by_record=[
+            _population_fall_rate_under_record(results, index) for index in range(len(results.record_ids_and_names))
+        ],
         records_without_vertical_motion=int(horizontal.sum()),
         by_intensity=[
             FallRateAtIntensity(
-                jma_degree=degree, median_fall_rate=float(np.median(rates[at])), count=_count_motions(at, events)
+                jma_degree=degree,
+                median_fall_rate=float(np.median(rates[at])),
+                count=_count_motions_records_and_earthquakes(at, events),
             )
             for degree, low, high in JMA_DEGREES_WITH_INTENSITY_RANGES
             if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
         survey_rules=[
-            _check_jma_survey_rule(rule, known, free_rates, jma, horizontal, events)
+            _compare_jma_survey_rule_with_motions(rule, known, free_rates, jma, horizontal, events)
             for rule in JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION
             if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
@@ -250,14 +254,14 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     )
 
 
-def _record_fall_rate(results: StudyResults, record_index_in_cube: int) -> RecordFallRate:
+def _population_fall_rate_under_record(results: StudyResults, record_index_in_cube: int) -> RecordFallRate:
     """Return the share of the stone population that falls under one record, with its interval."""
     own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index_in_cube).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
     twists = results.model.can_rotate_about_vertical
     return RecordFallRate(
-        record=results.record_names[record_index_in_cube].id,
+        record=results.record_ids_and_names[record_index_in_cube].id,
         fall_rate=rate,
         low=ends[0],
         high=ends[1],
@@ -282,7 +286,7 @@ def _motions_with_fall_rate_in_rule_range(
     )
 
 
-def _check_jma_survey_rule(
+def _compare_jma_survey_rule_with_motions(
     fall_rate_and_jma_range_of_rule: tuple[float, float, float, float, str],
     mask_of_motions_with_known_rate_and_jma: BoolArray,
     fall_rate_of_free_stones_by_motion: FloatArray,
@@ -317,7 +321,7 @@ def _check_jma_survey_rule(
         fall_rate_upper_limit=high if high < 1 else math.inf,
         inferred_jma_degree=text,
         median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))),
-        count=_count_motions(selected, earthquake_by_record),
+        count=_count_motions_records_and_earthquakes(selected, earthquake_by_record),
         share_agreeing=share_of_agreeing_motions(agreeing, selected, earthquake_by_record),
         share_with_higher_intensity=share_of_agreeing_motions(above, selected, earthquake_by_record)
         if math.isfinite(most) and most < 99
@@ -328,7 +332,9 @@ def _check_jma_survey_rule(
     )
 
 
-def _count_motions(mask_of_counted_motions: BoolArray, earthquake_by_record: StrArray) -> MotionCount:
+def _count_motions_records_and_earthquakes(
+    mask_of_counted_motions: BoolArray, earthquake_by_record: StrArray
+) -> MotionCount:
     """Return the numbers of motions selected by a mask, and of their records and earthquakes.
 
     The mask has shape (records, amplitudes), and `earthquake_by_record` shape (records,).

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from overturning.findings.causes import computed_outcomes_of_published_cases
+from overturning.findings.causes import computed_outcomes_by_height_and_friction
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass
 from overturning.units import CM, GAL
@@ -43,7 +43,7 @@ class BlockAgreementWithPublished(FindingBaseClass):
 
 def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakComparison]:
     """Compare PGA, PGV and other peaks of the study's motions with published peaks along the same azimuths."""
-    ids, rows = [name.id for name in results.record_names], []
+    ids, rows = [name.id for name in results.record_ids_and_names], []
     for row in results.study.published:
         measures = results.intensity_measures.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
         for variable, key, measure, unit, factor, tolerance in PUBLISHED_PEAK_MEASURES_UNITS_TOLERANCES:
@@ -74,7 +74,7 @@ def count_blocks_that_agree_with_published(results: StudyResults) -> list[BlockA
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []
     for variant in results.cubes_by_variant if wanted else ():
-        found = computed_outcomes_of_published_cases(results, variant)
+        found = computed_outcomes_by_height_and_friction(results, variant)
         agreeing = [block for block, overturns in found.items() if overturns == wanted]
         rows.append(
             BlockAgreementWithPublished(

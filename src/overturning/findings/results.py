@@ -100,7 +100,7 @@ class StudyResults:
     other_amplitudes_cube: xr.Dataset | None = None
 
     @cached_property
-    def record_names(self) -> tuple[RecordIdAndNames, ...]:
+    def record_ids_and_names(self) -> tuple[RecordIdAndNames, ...]:
         """Identifier, station and earthquake of each record, in the order of the results."""
         cube = self.default_element_cube
         texts = (cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
@@ -132,7 +132,7 @@ class StudyResults:
         return default_model_for_results_cube(self.default_element_cube)
 
     @cached_property
-    def plane_choice_imposes_fall_axis(self) -> bool:
+    def simulated_azimuths_impose_fall_axis(self) -> bool:
         """True if the fall axis is imposed by simulating only one vertical plane or a sector of azimuths."""
         return azimuths_in_results_bias_mean_fall_axis(self.default_element_cube)
 
@@ -190,19 +190,19 @@ class StudyResults:
         return earthquakes.mean_fall_directions_by_record(self.default_element_cube)
 
     @cached_property
-    def fall_axes_by_group(self) -> dict[str, xr.Dataset]:
+    def fall_axes_by_record_group(self) -> dict[str, xr.Dataset]:
         """Mean fall axis of each earthquake relative to its fault normal, by name of the group of records."""
         return earthquakes.fall_axes_from_fault_normal_by_group(self.default_element_cube)
 
     @cached_property
-    def fall_axis_summaries(self) -> dict[str, earthquakes.FallAxisSummary]:
-        """Mean fall axis over earthquakes, relative to the fault normals, by name of the group of records."""
-        return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_group.items()}
+    def fall_axis_summary_by_record_group(self) -> dict[str, earthquakes.FallAxisSummary]:
+        """Summary over earthquakes of the fall axes relative to the fault normals, by name of the group of records."""
+        return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_record_group.items()}
 
     @cached_property
-    def first_minus_second_group_alignment(self) -> MeanOverEarthquakes | None:
+    def first_minus_second_record_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
-        groups = self.fall_axes_by_group.values()
+        groups = self.fall_axes_by_record_group.values()
         return earthquakes.first_minus_second_mean_fall_alignment(*groups) if len(groups) == 2 else None
 
     @cached_property
@@ -214,7 +214,7 @@ class StudyResults:
 
     @cached_property
     def fall_alignments_and_range_labels(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
-        """Alignment of falls with reference directions, by group of records; and the labels of the B/H ranges.
+        """Alignments of falls with reference directions, by name of the group of records; and labels of B/H ranges.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """
@@ -241,7 +241,7 @@ class StudyResults:
     @property
     def has_falls_with_known_fault_normal(self) -> bool:
         """True if at least one earthquake has both falls and a known fault normal."""
-        summaries = self.fall_axis_summaries.values()
+        summaries = self.fall_axis_summary_by_record_group.values()
         return any(one.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count > 0 for one in summaries)
 
     @property
@@ -250,8 +250,8 @@ class StudyResults:
         return bool(np.isfinite(self.default_element_cube["fault_normal"].to_numpy().astype(np.float64)).any())
 
     @property
-    def every_2d_case_overturns(self) -> bool:
-        """True if every case of a 2-D model with known outcome overturns, so that falls show no axis."""
+    def is_2d_and_every_case_overturns(self) -> bool:
+        """True if the model is 2-D and every case with known outcome overturns, so that falls show no axis."""
         return self.model.is_planar and self.share_overturned >= 1
 
     @property
@@ -264,20 +264,20 @@ class StudyResults:
         return bool((resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION).any())
 
     @property
-    def records_with_imposed_axis(self) -> list[str]:
+    def ids_of_records_with_imposed_fall_axis(self) -> list[str]:
         """Ids of the records whose mean fall axis may reflect only at which azimuths outcomes are unknown."""
         imposed = self.mean_fall_directions_by_record["is_imposed"].to_numpy()
-        return [name.id for name, one in zip(self.record_names, imposed, strict=True) if one]
+        return [name.id for name, one in zip(self.record_ids_and_names, imposed, strict=True) if one]
 
     @property
-    def has_fall_axis_and_fault_normal(self) -> bool:
+    def has_fall_axis_comparable_with_fault_normal(self) -> bool:
         """True if falls have an axis that can be compared with a known fault normal."""
         return (
             self.has_falls_with_known_fault_normal
             and self.any_record_has_fall_axis
             and self.share_overturned > 0
-            and not self.plane_choice_imposes_fall_axis
-            and not self.every_2d_case_overturns
+            and not self.simulated_azimuths_impose_fall_axis
+            and not self.is_2d_and_every_case_overturns
         )
 
     def cube_of_default_element(self, variant_name: str) -> xr.Dataset:
@@ -343,8 +343,8 @@ def open_study_results(
     cube_path = folder_or_cube_path / "cube.nc" if os.path.isdir(folder_or_cube_path) else folder_or_cube_path
     folder, changed = cube_path.parent, list[str]()
 
-    def open_variant_cube(variant_name: str) -> xr.Dataset:
-        """Open the results cube of the study or of a variant; note if its outcomes were changed after the run."""
+    def open_cube_and_note_changes(variant_name: str) -> xr.Dataset:
+        """Open the cube of the study or of a variant; add its name to `changed` if outcomes changed after the run."""
         path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
         outcome_hash = hash_of_outcomes_in_cube(path)
         cube = open_cube_for_reading_by_record(path, element_name=None, motion_amplitude_factor=None)
@@ -360,7 +360,7 @@ def open_study_results(
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
-        nominal = open_variant_cube(NOMINAL_VARIANT)
+        nominal = open_cube_and_note_changes(NOMINAL_VARIANT)
         if not (measures := folder / "intensity.nc").is_file():
             raise ResultError(f"{measures}: no intensity measures; {cube_path.name} must be in its folder of results")
         intensity = stack.enter_context(xr.open_dataset(measures))
@@ -372,7 +372,7 @@ def open_study_results(
         )
         own = {name: getattr(presented, name) for name in STUDY_KEYS_NOT_AFFECTING_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
-        whole = {NOMINAL_VARIANT: nominal} | {name: open_variant_cube(name) for name in study.variants}
+        whole = {NOMINAL_VARIANT: nominal} | {name: open_cube_and_note_changes(name) for name in study.variants}
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         in_space = study.body is not None or study.is_stack

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.findings.processing import RecordProcessing, processing_by_record
+from overturning.findings.processing import RecordProcessing, processing_findings_by_record_id
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.status import CaseStatus
@@ -179,11 +179,11 @@ def study_question_and_parameters(results: StudyResults) -> StudyQuestionAndPara
         amplitude_factors=[float(one) for one in study.amplitude],
         max_ensemble_members_per_case=study.ensemble.members,
         applies_vertical_motion=bool(results.count_of_records_with_applied_vertical),
-        scan=scanned_stone_facts(study),
+        scan=scanned_stone_volume_tilt_and_relief(study),
     )
 
 
-def scanned_stone_facts(study: Study) -> ScannedStoneFacts | None:
+def scanned_stone_volume_tilt_and_relief(study: Study) -> ScannedStoneFacts | None:
     """Return volume, tilt and relief of a study's scanned stone; None if it has none.
 
     The relief is the height above the lowest point of the base up to which its points bear load.
@@ -224,14 +224,14 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     )
 
 
-def record_facts(results: StudyResults) -> list[RecordFacts]:
-    """Return the peaks of each record, and the mean direction and mean axis of the falls under it."""
+def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFacts]:
+    """Return, for each record, its names, peaks and processing, and mean direction and axis of the falls under it."""
     cube, intensity, found = (
         results.default_element_cube,
         results.intensity_measures,
         results.mean_fall_directions_by_record,
     )
-    azimuth, processing = intensity["azimuth"].to_numpy(), processing_by_record(results)
+    azimuth, processing = intensity["azimuth"].to_numpy(), processing_findings_by_record_id(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
     at_rest = cube["status"] == CaseStatus.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
@@ -239,7 +239,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
     angles = {kind: found[f"mean_{kind}"].to_numpy() for kind in ("direction", "axis")}
     lengths = {kind: found[f"{kind}_resultant"].to_numpy() for kind in ("direction", "axis")}
     records = []
-    for index, name in enumerate(results.record_names):
+    for index, name in enumerate(results.record_ids_and_names):
         peaks: dict[str, Any] = {}
         for measure, unit in (("pga", "m_s2"), ("pgv", "m_s"), ("pgd", "m")):
             along = intensity[measure].isel(record=index).to_numpy()
@@ -276,7 +276,7 @@ def record_facts(results: StudyResults) -> list[RecordFacts]:
     return records
 
 
-def numerical_quality(results: StudyResults) -> NumericalQuality:
+def numerical_errors_and_software_versions(results: StudyResults) -> NumericalQuality:
     """Return energy error (share of the input) and penetration (m) of the cases, cube hash and software versions."""
     cube = results.default_element_cube
     simulated = cube["status"] == CaseStatus.SIMULATED

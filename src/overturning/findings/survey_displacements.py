@@ -5,7 +5,7 @@ import math
 from pydantic import Field
 
 from overturning.findings.results import StudyResults
-from overturning.findings.surveys import CemeteryGroundFinding, cemetery_ground_findings
+from overturning.findings.surveys import CemeteryGroundFinding, soil_findings_of_survey_sites
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
@@ -150,7 +150,7 @@ def survey_displacement_findings(stored_comparison: StoredDisplacementComparison
         survey_file_comments=list(stored_comparison.survey_file_comments),
         all_sites=_site_displacement_findings("", stored_comparison.all_sites_comparison),
         sites=[_site_displacement_findings(site, one) for site, one in stored_comparison.comparisons_by_site],
-        cemetery_soil_findings=cemetery_ground_findings(stored_comparison.soil_by_site),
+        cemetery_soil_findings=soil_findings_of_survey_sites(stored_comparison.soil_by_site),
     )
 
 

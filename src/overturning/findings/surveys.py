@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from overturning.findings.observed import ObservedStoneShare, observed_share
+from overturning.findings.observed import ObservedStoneShare, observed_stone_share_with_interval
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
@@ -226,7 +226,7 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
             else math.nan
         ),
         predicted_fall_direction_resultant=found.predicted_resultant_length,
-        observed_fall_share=observed_share(
+        observed_fall_share=observed_stone_share_with_interval(
             found.fallen_count_at_sites_with_standing_stones, found.stone_count_at_sites_with_standing_stones
         )
         if found.stone_count_at_sites_with_standing_stones
@@ -274,11 +274,11 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
             for site, one in stored_survey_comparison.comparisons_by_site
             if one.fallen and not one.stood and found.stood
         ],
-        cemetery_soil_findings=cemetery_ground_findings(stored_survey_comparison.soil_by_site),
+        cemetery_soil_findings=soil_findings_of_survey_sites(stored_survey_comparison.soil_by_site),
     )
 
 
-def cemetery_ground_findings(
+def soil_findings_of_survey_sites(
     site_names_and_soils: Sequence[tuple[str, SoilBelowSurveySite]],
 ) -> list[CemeteryGroundFinding]:
     """Return the report's numbers on the soil layers below the sites of a survey."""
@@ -304,7 +304,7 @@ def _site_prediction_findings(site_name: str, comparison: SurveyPredictionCompar
         fell=comparison.fallen,
         stood=comparison.stood,
         falls_in_known_direction=comparison.fallen_count_in_known_direction,
-        observed_fall_share=observed_share(
+        observed_fall_share=observed_stone_share_with_interval(
             comparison.fallen_count_at_sites_with_standing_stones, comparison.stone_count_at_sites_with_standing_stones
         )
         if comparison.stone_count_at_sites_with_standing_stones

@@ -38,7 +38,7 @@ from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_height_and_friction_of_figures
 from overturning.study.scenes import NOMINAL_VARIANT, variant_scene
-from overturning.surveys.population import intensities_by_measure, jma_intensities_of_scaled_motions
+from overturning.surveys.population import intensities_of_motions_by_measure_name, jma_intensities_of_scaled_motions
 from overturning.surveys.posterior import SurveyInversionResult
 from overturning.surveys.stones import OCTANTS
 from overturning.translation.texts import ENGLISH
@@ -56,8 +56,8 @@ RECORD_CHAPTER_FIGURE_FOLDERS: Final = ("polar", "intensity")
 """Folders with a figure of each record, in the order of its chapter."""
 
 
-def list_study_figures(figures_folder: Path) -> dict[str, Path]:
-    """Return the SVG files in a study's folder of figures, by name such as ``rose`` or ``polar/rinaldi``."""
+def svg_path_by_study_figure_name(figures_folder: Path) -> dict[str, Path]:
+    """Return paths of the SVG files in a study's folder of figures, by name such as ``rose`` or ``polar/rinaldi``."""
     return {
         str(path.relative_to(figures_folder).with_suffix("")): path for path in sorted(figures_folder.rglob("*.svg"))
     }
@@ -155,8 +155,8 @@ _REQUIREMENT_BY_FIGURE: Final = {
 """Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
-def draw_figures_with_report(results: StudyResults, findings: Findings, output_folder: Path) -> dict[str, Path]:
-    """Draw the figures that only the report shows into a folder, also in a version for phones; return them by name."""
+def write_figures_drawn_with_report(results: StudyResults, findings: Findings, output_folder: Path) -> dict[str, Path]:
+    """Write the figures that only the report shows, and phone versions, into a folder; return their paths by name."""
     draw: dict[str, Callable[[], Figure]] = {}
     for kind, functions in FIGURES_DRAWN_WITH_REPORT.items():
         for number, function in enumerate(functions(results, findings), 1):
@@ -176,7 +176,7 @@ def draw_figures_with_report(results: StudyResults, findings: Findings, output_f
 
 def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
-    groups = results.fall_axes_by_group
+    groups = results.fall_axes_by_record_group
     draw = all_records_figure_functions_by_name(
         results.default_element_cube, results.intensity_measures, results.logistic_fit, groups
     )
@@ -189,7 +189,7 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
     if results.model.is_planar:
         yield "plane", draw["plane"]()
         return
-    ids = [name.id for name in results.record_names]
+    ids = [name.id for name in results.record_ids_and_names]
     for record in findings.maps.records:
         one = results.default_element_cube.isel(record=ids.index(record.record)).load()
         title = station_and_event_text(record.station or record.record, record.event)
@@ -329,7 +329,7 @@ def write_roses_of_observed_falls(observed_falls: Sequence[ObservedFallsFinding]
 
 def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure":
     """Draw the polar maps of falls for the records that the report shows, on one radial scale."""
-    ids = [name.id for name in results.record_names]
+    ids = [name.id for name in results.record_ids_and_names]
     places = [ids.index(one.record) for one in findings.maps.records]
     block = results.default_element_cube.sel(
         default_height_and_friction_of_figures(results.default_element_cube, results.study)
@@ -353,7 +353,9 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     )
     return overturned_fraction_by_intensity_figure(
         rates,
-        intensities_by_measure(fall_rates, results.intensity_measures)[FALL_RATE_FIGURE_INTENSITY_MEASURE],
+        intensities_of_motions_by_measure_name(fall_rates, results.intensity_measures)[
+            FALL_RATE_FIGURE_INTENSITY_MEASURE
+        ],
         curve,
         jma,
     )
@@ -363,7 +365,7 @@ def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
     fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
     curves = [one for one in results.fragility_curves if one.stone_class == "all stones" and one.measure != "PGV/PGA"]
-    levels = intensities_by_measure(fall_rates, results.intensity_measures)
+    levels = intensities_of_motions_by_measure_name(fall_rates, results.intensity_measures)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
 
 
@@ -394,7 +396,7 @@ def write_ground_motion_posterior_figure(inversion_result: SurveyInversionResult
         save_figure_files(draw_ground_motion_posterior(inversion_result), path)
 
 
-def write_fall_rates_figure(results: StudyResults, path: Path) -> None:
+def write_population_fall_rates_figure(results: StudyResults, path: Path) -> None:
     """Write the figure of the fall rates of a study's population of stones to a file."""
     with use_package_matplotlib_settings():
         save_figure_files(_draw_population_fall_rates(results), path)

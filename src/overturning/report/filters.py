@@ -109,7 +109,7 @@ def format_share_with_interval(share_estimate: Any, min_percent_decimals: int = 
 
 def format_fragility_median(fragility_curve: Any, shows_median: bool = True, *, word_between_ends: str) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
-    decimals = _decimals_to_show_in_interval(fragility_curve)
+    decimals = _decimals_of_fragility_median_and_interval(fragility_curve)
 
     def format_value_or_limit_of_data(median_or_interval_end: float | None) -> str:
         """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
@@ -134,7 +134,7 @@ def format_fragility_median(fragility_curve: Any, shows_median: bool = True, *, 
     )
 
 
-def _decimals_to_show_in_interval(fragility_curve: Any) -> int:
+def _decimals_of_fragility_median_and_interval(fragility_curve: Any) -> int:
     """Return the decimals that show two significant digits of half an interval's width (without one: of the value)."""
     ends = [
         bound
@@ -166,7 +166,7 @@ def format_percentage_points(share_difference: Estimate, *, word_between_ends: s
     return f"{format_number(None if share_difference.value is None else 100 * share_difference.value, 1)}{interval}"
 
 
-def format_data_range(logistic_coefficient: Any, *, word_between_ends: str) -> str:
+def format_predictor_data_range(logistic_coefficient: Any, *, word_between_ends: str) -> str:
     """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
     if _is_none_or_nan(logistic_coefficient.data_minimum):
         return NO_VALUE
@@ -217,6 +217,6 @@ FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS: Final[dict[str, Callable[..., str]]] = 
     "censored": format_fragility_median,
     "censored_interval": format_fragility_median_interval,
     "points": format_percentage_points,
-    "data_range": format_data_range,
+    "data_range": format_predictor_data_range,
 }
 """Filters that take the word between the ends of an interval."""

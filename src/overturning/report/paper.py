@@ -54,7 +54,7 @@ def compile_report_pdf(
 
     files: dict[str, str] = {}
     check_font_is_installed(language, "PDF of the report")
-    blocks = _convert_to_pdf_blocks(markdown_tree.children, figure_path_by_name, files)
+    blocks = _convert_to_pdf_blocks_and_name_figure_files(markdown_tree.children, figure_path_by_name, files)
     figure_files = [figure_path_by_name[each] for each in files]
     fonts = installed_fonts_of_language(language) or _installed_japanese_fonts_if_needed(
         document_title, blocks, figure_files
@@ -111,7 +111,7 @@ def _advice_after_pdf_failure(figure_paths: Iterable[Path]) -> str:
     return "draw the figures again"
 
 
-def _convert_to_pdf_blocks(
+def _convert_to_pdf_blocks_and_name_figure_files(
     nodes: list[SyntaxTreeNode],
     figure_path_by_name: Mapping[str, Path],
     short_file_name_by_figure: dict[str, str],
@@ -131,16 +131,16 @@ def _convert_to_pdf_blocks(
             caption = {"number": node.meta["table"], "caption": _convert_to_pdf_text_parts(parse_markdown_line(text))}
             blocks += [
                 one | caption
-                for one in _convert_to_pdf_blocks(
+                for one in _convert_to_pdf_blocks_and_name_figure_files(
                     node.children, figure_path_by_name, short_file_name_by_figure, nodes_are_in_figure_pair
                 )
             ]
         elif name == "paper":
-            blocks += _convert_to_pdf_blocks(
+            blocks += _convert_to_pdf_blocks_and_name_figure_files(
                 node.children, figure_path_by_name, short_file_name_by_figure, nodes_are_in_figure_pair
             )
         elif name:
-            inner = _convert_to_pdf_blocks(
+            inner = _convert_to_pdf_blocks_and_name_figure_files(
                 node.children,
                 figure_path_by_name,
                 short_file_name_by_figure,
@@ -171,7 +171,7 @@ def _convert_to_pdf_blocks(
                 {
                     "kind": "list",
                     "items": [
-                        _convert_to_pdf_blocks(
+                        _convert_to_pdf_blocks_and_name_figure_files(
                             item.children,
                             figure_path_by_name,
                             short_file_name_by_figure,
@@ -184,7 +184,7 @@ def _convert_to_pdf_blocks(
         elif node.type == "paragraph":
             blocks.append({"kind": "paragraph", "text": _convert_to_pdf_text_parts(node)})
         else:
-            blocks += _convert_to_pdf_blocks(
+            blocks += _convert_to_pdf_blocks_and_name_figure_files(
                 node.children, figure_path_by_name, short_file_name_by_figure, nodes_are_in_figure_pair
             )
     return blocks

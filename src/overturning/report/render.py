@@ -137,7 +137,7 @@ def parse_markdown(markdown_text: str) -> SyntaxTreeNode:
         parser.use(container_plugin, name=name)
     tree = SyntaxTreeNode(parser.parse(markdown_text))
     numbers = {"figure": count(1), "table": count(1)}
-    for node, is_collapsed in _nodes_and_whether_collapsed(tree):
+    for node, is_collapsed in _nodes_and_whether_collapsed_or_in_one_format(tree):
         kind = (
             "figure"
             if single_image_of_paragraph(node)
@@ -150,13 +150,13 @@ def parse_markdown(markdown_text: str) -> SyntaxTreeNode:
     return tree
 
 
-def _nodes_and_whether_collapsed(
+def _nodes_and_whether_collapsed_or_in_one_format(
     node: SyntaxTreeNode, node_is_collapsed: bool = False
 ) -> Iterator[tuple[SyntaxTreeNode, bool]]:
     """Yield the nodes of a Markdown tree, each with True if collapsed or shown only on the HTML page or in the PDF."""
     for one in node.children:
         yield one, node_is_collapsed
-        yield from _nodes_and_whether_collapsed(
+        yield from _nodes_and_whether_collapsed_or_in_one_format(
             one, node_is_collapsed or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
         )
 

@@ -17,7 +17,7 @@ def terminal_lines_of_markdown(markdown_tree: SyntaxTreeNode) -> Iterator[str]:
     yield from chain.from_iterable(["", *block] if place else block for place, block in enumerate(blocks))
 
 
-def plain_paragraphs(markdown_tree: SyntaxTreeNode) -> Iterator[str]:
+def plain_text_of_uncollapsed_paragraphs(markdown_tree: SyntaxTreeNode) -> Iterator[str]:
     """Yield the paragraphs of a Markdown text outside collapsible sections, without markup."""
     for node in markdown_tree.children:
         if markdown_container_name_and_text(node)[0] in (
@@ -28,7 +28,7 @@ def plain_paragraphs(markdown_tree: SyntaxTreeNode) -> Iterator[str]:
         if node.type == "paragraph":
             yield plain_text(node)
         elif node.type not in ("heading", "table"):
-            yield from plain_paragraphs(node)
+            yield from plain_text_of_uncollapsed_paragraphs(node)
 
 
 def _terminal_lines_by_block(nodes: list[SyntaxTreeNode]) -> Iterator[list[str]]:

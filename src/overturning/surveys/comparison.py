@@ -160,11 +160,11 @@ class SurveyPredictionComparison:
         return self.fallen - self.falls_without_direction
 
 
-def _fall_sector_probabilities(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
-    """Return the predicted probabilities that a stone falls into each azimuth sector, shape (sectors,)."""
+def _sector_probabilities_given_fall(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
+    """Return the predicted probabilities that a stone, if it falls, falls into each sector, shape (sectors,)."""
     if not has_known_face_and_b_over_h(stone):
-        return site_prediction.fall_sector_probabilities_for_unknown_face(*stone.b_over_h_in_both_planes)
-    if site_prediction.stone_never_falls(stone):
+        return site_prediction.sector_probabilities_given_fall_for_unknown_face(*stone.b_over_h_in_both_planes)
+    if site_prediction.no_simulated_block_like_stone_falls(stone):
         return site_prediction.share
     sides = site_prediction.standing_and_side_probabilities(stone)[1:]
     # Distribution function from the first border over two circles; each cell gets its part of each sector.
@@ -205,7 +205,7 @@ def compare_survey_with_prediction(
         raise ArgumentError("stones: none; a survey needs at least one row")
     predictions = SurveyFallPrediction(cube, results_cube_by_site, random_outcome_share=random_outcome_share)
     site = predictions.default  # sectors and octants are the same at all sites
-    fallen = _fallen_stones_with_predictions(predictions, stones)
+    fallen = _stones_fallen_in_known_direction_with_predictions(predictions, stones)
     uniform_octant = site.octant_probabilities_from_sectors(site.share)
     directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, random_survey_seed)
     observed, predicted = directions["observed_count_by_octant"], directions["predicted_count_by_octant"]
@@ -237,7 +237,7 @@ def compare_survey_with_prediction(
     )
 
 
-def _fallen_stones_with_predictions(
+def _stones_fallen_in_known_direction_with_predictions(
     predictions: SurveyFallPrediction, stones: Sequence[Stone]
 ) -> list[FallenStoneWithDirectionProbabilities]:
     """Return the stones that fell in a known direction, with their predicted sector and octant probabilities.
@@ -248,7 +248,7 @@ def _fallen_stones_with_predictions(
     for stone in stones:
         if stone.fell_in_known_direction:
             site_prediction = predictions.site_prediction_for_stone(stone)
-            density = _fall_sector_probabilities(site_prediction, stone)
+            density = _sector_probabilities_given_fall(site_prediction, stone)
             fallen += stone.stone_count * [(stone, density, site_prediction.octant_probabilities_from_sectors(density))]
     return fallen
 
@@ -305,7 +305,8 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
         "stones_outside_height_grid": count_stones_with(predictions.default.has_height_outside_grid),
         "falls_without_any_computed_fall": count_stones_with(
             lambda stone: (
-                stone.fell_in_known_direction and predictions.site_prediction_for_stone(stone).stone_never_falls(stone)
+                stone.fell_in_known_direction
+                and predictions.site_prediction_for_stone(stone).no_simulated_block_like_stone_falls(stone)
             )
         ),
         "stones_without_computed_outcome": count_stones_with(lacks_computed_outcome),
@@ -374,7 +375,7 @@ def make_stored_survey_comparison(
     soil_by_site: Mapping[str, SoilBelowSurveySite] | None = None,
 ) -> StoredSurveyComparison:
     """Add the survey file's name and hash, record id and warnings to the comparison of a survey with a prediction."""
-    sha256, remarks = survey_file_hash_and_comments(survey_path)
+    sha256, remarks = survey_file_hash_and_user_comments(survey_path)
     sites = tuple((comparison_by_site or {}).items())
     return StoredSurveyComparison(
         survey_path.name,
@@ -388,7 +389,7 @@ def make_stored_survey_comparison(
     )
 
 
-def survey_file_hash_and_comments(survey_path: Path) -> tuple[str, tuple[str, ...]]:
+def survey_file_hash_and_user_comments(survey_path: Path) -> tuple[str, tuple[str, ...]]:
     """Return the SHA-256 hash of a survey file, and the comment lines that the user wrote at its start."""
     sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
     return sha256, remarks_without_template_text(read_text_table(survey_path, "survey").leading_comments)

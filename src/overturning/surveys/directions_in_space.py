@@ -101,7 +101,7 @@ def compare_fall_directions(
         Share of stones that fall in a random direction, 0 to below 1.
     random_survey_seed : int
         Seed of the surveys with random directions (parametric bootstrap; see
-        `overturning.surveys.fall_directions.log_likelihood_ratio_and_p_value`).
+        `overturning.surveys.fall_directions.direction_log_likelihood_ratio_and_p_value`).
 
     Returns
     -------

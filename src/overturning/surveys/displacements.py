@@ -212,7 +212,7 @@ def compare_displacements(
             fall_azimuths.append(None)
             continue
         chosen = nearest_grid_indices_of_stone(arrays[own].grid_values_by_dimension, seen)
-        flags, azimuths, cells = _outcomes_of_cases_nearest_in_size_and_face(arrays[own], chosen, used[own])
+        flags, azimuths, cells = _select_and_mark_cases_nearest_in_size_and_face(arrays[own], chosen, used[own])
         fall_shares.append((one.stone.stone_count, _fall_share_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
@@ -247,14 +247,14 @@ def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: Sur
     return _ObservedStone(survey_table.create_stone_from_row(line_number, row), shift, twist)
 
 
-def _outcomes_of_cases_nearest_in_size_and_face(
+def _select_and_mark_cases_nearest_in_size_and_face(
     outcomes: _CaseOutcomeArrays,
     nearest_grid_indices: Mapping[str, NDArray[np.intp]],
     used_cases_mask: NDArray[np.bool_],
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
-    """Select the simulated cases that resemble a stone, and mark them in `used_cases_mask`.
+    """Return outcomes of the simulated cases that resemble a stone, and set these cases True in `used_cases_mask`.
 
-    Return the flags (fall or stand) of all these cases, the fall azimuths (degrees) of those that fall in a known
+    The outcomes are flags (fall or stand) of all these cases, fall azimuths (degrees) of those that fall in a known
     direction, and displacements of those that stand, with weights whose sum is 1. `nearest_grid_indices`, by
     dimension of the grid, are those of `nearest_grid_indices_of_stone`.
     """

@@ -156,7 +156,7 @@ def _direction_probabilities_and_observed_class_index(
     return density, uniform, sectors.nearest_sector_index(stone.fall_azimuth_deg)
 
 
-def log_likelihood_ratio_and_p_value(
+def direction_log_likelihood_ratio_and_p_value(
     sectors: FallSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     random_survey_count: int,
@@ -198,7 +198,9 @@ def compare_observed_and_predicted_directions(
     )
     density = sum((of_stone for _, of_stone, _ in fallen_stones), np.zeros(sectors.azimuth.size))
     predicted_mean, predicted_length = mean_angle_deg_and_mean_resultant_length(sectors.azimuth, density)
-    ratio, p_value = log_likelihood_ratio_and_p_value(sectors, fallen_stones, random_survey_count, random_survey_seed)
+    ratio, p_value = direction_log_likelihood_ratio_and_p_value(
+        sectors, fallen_stones, random_survey_count, random_survey_seed
+    )
     return {
         "observed_mean_direction_deg": mean,
         "observed_resultant_length": length,

@@ -42,7 +42,7 @@ class TextTable:
     line_numbers_of_row_like_comments: tuple[int, ...] = ()
 
     @property
-    def line_numbers_of_rows_pasted_into_cells(self) -> tuple[int, ...]:
+    def line_numbers_of_rows_with_pasted_row_in_cell(self) -> tuple[int, ...]:
         """Line numbers of rows with a cell that seems to contain a whole row, with as many separators as the header."""
         least = len(self.header.cells) - 1
         lines = [
@@ -52,7 +52,7 @@ class TextTable:
         return tuple(dict.fromkeys(found))
 
     @property
-    def separator_name(self) -> str:
+    def plural_separator_name(self) -> str:
         """Plural name of the table's separator for messages, such as "semicolons"."""
         return _SEPARATORS[self.cell_separator]
 
@@ -172,8 +172,8 @@ def _rows_with_first_line_numbers(
     """Yield for each row its first line number and its cells; comments and empty lines are skipped."""
     place = 0
 
-    def remaining_lines() -> Iterator[str]:
-        """Yield the lines from the current one on, and count them, so that a row may span several lines."""
+    def advance_through_remaining_lines() -> Iterator[str]:
+        """Yield the lines from the current one on, and advance `place` with each, so that a row may span lines."""
         nonlocal place
         while place < len(text_lines):
             place += 1
@@ -185,7 +185,7 @@ def _rows_with_first_line_numbers(
             continue
         start = place + 1
         try:
-            cells = next(csv.reader(remaining_lines(), delimiter=cell_separator, strict=True))
+            cells = next(csv.reader(advance_through_remaining_lines(), delimiter=cell_separator, strict=True))
         except csv.Error as problem:  # a cell of more than 131,072 characters, or an open quote
             remedy = (
                 "close the quote"

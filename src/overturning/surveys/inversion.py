@@ -103,7 +103,7 @@ class SurveyInversion:
             + np.float32(self.fixed_stone_share) * (requested_outcome_indices == STANDING_OUTCOME_INDEX)
         )
 
-    def log_likelihoods_of_survey_by_motion(self, stones: Sequence[Stone]) -> FloatArray:
+    def fall_and_direction_log_likelihoods_of_survey(self, stones: Sequence[Stone]) -> FloatArray:
         """Compute log-likelihoods of falls and fall directions in a survey, (2, motions, levels, rotations).
 
         Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
@@ -135,7 +135,7 @@ class SurveyInversion:
         Parameters
         ----------
         log_likelihoods_of_falls_and_directions : ndarray, shape (2, s, l, r)
-            Result of `log_likelihoods_of_survey_by_motion`.
+            Result of `fall_and_direction_log_likelihoods_of_survey`.
         prior_weights : array_like
             Prior weights that broadcast to (s, l, r); default: uniform.
         direction_likelihood_exponent : float
@@ -165,7 +165,9 @@ class SurveyInversion:
         parts = {
             site: [one for one in stones if one.site == site] for site in dict.fromkeys(one.site for one in stones)
         }
-        log_likelihoods = {site: self.log_likelihoods_of_survey_by_motion(part) for site, part in parts.items()}
+        log_likelihoods = {
+            site: self.fall_and_direction_log_likelihoods_of_survey(part) for site, part in parts.items()
+        }
         together = self._inversion_result_for_stones(
             survey_name, stones, np.sum(list(log_likelihoods.values()), axis=0)
         )

@@ -27,7 +27,9 @@ def label_of_line_numbers(line_numbers: list[int]) -> str:
     return f"line{'s' * (len(unique) > 1)} {', '.join(map(str, unique[:12]))}{more}"
 
 
-def notes_on_unused_stones(line_numbers_and_survey_rows: Sequence[tuple[int, SurveyRow]]) -> Iterator[str]:
+def notes_on_unused_stones_and_directions(
+    line_numbers_and_survey_rows: Sequence[tuple[int, SurveyRow]],
+) -> Iterator[str]:
     """Yield notes on surveyed stones that statistics do not count, and on fall directions of standing stones."""
     reasons = Counter[str]()
     for _, row in line_numbers_and_survey_rows:
@@ -85,10 +87,10 @@ def warnings_on_survey_table(
                 "overturning survey also has the option --declination"
             )
     yield from _warnings_on_implausible_stone_sizes(survey_file_name, line_numbers_and_survey_rows)
-    if text_table.line_numbers_of_rows_pasted_into_cells:
+    if text_table.line_numbers_of_rows_with_pasted_row_in_cell:
+        lines_label = label_of_line_numbers(list(text_table.line_numbers_of_rows_with_pasted_row_in_cell))
         yield (
-            f"{survey_file_name}: {label_of_line_numbers(list(text_table.line_numbers_of_rows_pasted_into_cells))}: "
-            "a cell in quotation marks contains "
+            f"{survey_file_name}: {lines_label}: a cell in quotation marks contains "
             "whole rows of the table; if a quotation mark is there by mistake, remove it"
         )
     if text_table.line_numbers_of_row_like_comments:

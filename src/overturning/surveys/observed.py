@@ -100,8 +100,8 @@ def rose_sector_count(stones: Sequence[Stone]) -> int:
     return 8 if any(stone.has_octant_direction for stone in stones if stone.fell_in_known_direction) else 16
 
 
-def falls_by_sector(stones: Sequence[Stone], number_of_rose_sectors: int) -> FloatArray:
-    """Return the number of falls towards each sector of a rose, shape (`number_of_rose_sectors`,).
+def fall_counts_by_rose_sector(stones: Sequence[Stone], number_of_rose_sectors: int) -> FloatArray:
+    """Return the number of stones that fell towards each sector of a rose, shape (`number_of_rose_sectors`,).
 
     A direction that is known to an interval (one of 16 compass points) is shared between the sectors that it overlaps.
     """
@@ -151,5 +151,5 @@ def _summarise_observed_falls(
         stone_count_at_sites_with_standing_stones=share_stones,
         mean_fall_direction=mean_direction_with_interval(angles, steps),
         mean_fall_axis=mean_direction_with_interval(angles, steps, axial=True),
-        falls_by_sector=falls_by_sector(stones, number_of_rose_sectors),
+        falls_by_sector=fall_counts_by_rose_sector(stones, number_of_rose_sectors),
     )

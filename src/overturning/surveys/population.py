@@ -41,7 +41,7 @@ _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS: Final = {
 """Variables of `population_outcome_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
 INTENSITY_MEASURES_AND_UNITS: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
-"""Intensity measures of every population's fragility curves, with units; `intensities_by_measure` adds SA."""
+"""Intensity measures of every population's fragility curves; `intensities_of_motions_by_measure_name` adds SA."""
 
 
 @dataclass(frozen=True)
@@ -152,10 +152,10 @@ def outcomes_of_sampled_stones(cube_of_one_record: xr.Dataset, stones: SampledSt
     )
 
 
-def outcome_rates_by_amplitude(
+def outcome_rates_at_each_amplitude_factor(
     stone_outcomes_by_amplitude: StoneOutcomesByAmplitudeFactor, population: StonePopulation
 ) -> dict[str, FloatArray]:
-    """Compute the shares of stones that fall, shift and rotate, for each amplitude factor of the motion.
+    """Compute, by name, shares of stones that fall, shift and rotate, as arrays over amplitude factors of the motion.
 
     Stones with an unknown outcome do not count. Shares are of all stones, including the share `population.fixed`
     that neither falls, shifts nor rotates; only ``free_fall_rate`` is of the stones that are not fixed.
@@ -224,9 +224,10 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     Returns
     -------
     Dataset
-        Results of `outcome_rates_by_amplitude` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` and
-        ``class_unknown(…, stones)`` for `SampledStones.stone_class_masks`. The attribute ``outside`` is the share of
-        stones outside the grid, which take its nearest value; ``members`` are numbers of stones.
+        Results of `outcome_rates_at_each_amplitude_factor` over ``record`` and ``amplitude``, and
+        ``class_rate(…, stones)`` and ``class_unknown(…, stones)`` for `SampledStones.stone_class_masks`. The attribute
+        ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are numbers of
+        stones.
     """
     stones = sample_stones(population)
     classes, reads = (
@@ -236,12 +237,14 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS}
     for record in range(cube.sizes["record"]):
         outcomes = outcomes_of_sampled_stones(load_outcomes_of_records(cube, record, reads), stones)
-        of_class = [outcome_rates_by_amplitude(outcomes.select_stones(own), population) for own in classes.values()]
+        of_class = [
+            outcome_rates_at_each_amplitude_factor(outcomes.select_stones(own), population) for own in classes.values()
+        ]
         by_class = {
             name: np.stack([one[of] for one in of_class], axis=1)
             for name, of in (("class_rate", "free_fall_rate"), ("class_unknown", "unknown"))
         }
-        for name, values in (outcome_rates_by_amplitude(outcomes, population) | by_class).items():
+        for name, values in (outcome_rates_at_each_amplitude_factor(outcomes, population) | by_class).items():
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
@@ -292,7 +295,7 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     return here, there
 
 
-def intensities_by_measure(
+def intensities_of_motions_by_measure_name(
     population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
 ) -> dict[str, FloatArray]:
     """Return PGA (g), PGV (cm/s), PGV/PGA (s) and SA(T) (g) of each motion, by name, shape (records, amplitudes).
@@ -369,6 +372,8 @@ def fit_population_fragility_curves(
             record_label_by_motion=record,
             stone_count_by_motion=stones.ravel(),
         )
-        for measure, level in intensities_by_measure(population_outcome_rates, intensity_measures_by_record).items()
+        for measure, level in intensities_of_motions_by_measure_name(
+            population_outcome_rates, intensity_measures_by_record
+        ).items()
         for name, (share, stones) in shares.items()
     ]

@@ -148,11 +148,11 @@ class MotionPosterior:
         The credible arc is the shortest arc with probability `CREDIBLE_INTERVAL_PROBABILITY`, widened to
         `CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG` if every stone of the survey fell (`all_stones_of_survey_fell`).
         """
-        middle, width = self._shortest_axis_arc_middle_and_width_deg()
+        middle, width = self._shortest_credible_axis_arc_middle_and_width_deg()
         return middle, max(width, CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG) if all_stones_of_survey_fell else width
 
-    def _shortest_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the arc of the velocity axis (`CREDIBLE_INTERVAL_PROBABILITY`)."""
+    def _shortest_credible_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
+        """Return middle and width, degrees, of the shortest velocity-axis arc (`CREDIBLE_INTERVAL_PROBABILITY`)."""
         share = self.posterior_probabilities_of_velocity_axis()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
@@ -258,15 +258,17 @@ def read_inversion_result(path: Path) -> SurveyInversionResult:
             },
         )
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
-        return SurveyInversionResult(str(about["survey"]), *numbers, posterior, _read_site_results(table, posterior))
+        return SurveyInversionResult(
+            str(about["survey"]), *numbers, posterior, _site_results_from_stored_dataset(table, posterior)
+        )
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None
 
 
-def _read_site_results(
+def _site_results_from_stored_dataset(
     stored_inversion_result: xr.Dataset, whole_survey_posterior: MotionPosterior
 ) -> tuple[SurveyInversionResult, ...]:
-    """Return the inversion results of the single sites of a survey from a stored file; empty for one site."""
+    """Return the inversion results of the single sites from the dataset stored for a survey; empty for one site."""
     if "site" not in stored_inversion_result:
         return ()
     fixed = float(stored_inversion_result.attrs["fixed"])

@@ -109,10 +109,10 @@ class SiteFallPrediction(FallSectors):
             np.isnan(self.fall_probability_by_height_and_friction(stone)).all()
         )
 
-    def fall_sector_probabilities_for_unknown_face(
+    def sector_probabilities_given_fall_for_unknown_face(
         self, b_over_h_in_plane_of_face_normal: float = math.nan, b_over_h_in_perpendicular_plane: float = math.nan
     ) -> FloatArray:
-        """Return the probabilities that a stone of unknown orientation falls into each azimuth sector.
+        """Return the probabilities that a stone of unknown orientation, if it falls, falls into each azimuth sector.
 
         The shape is (sectors,), and the sum is 1. The probabilities are means of `standing_and_side_probabilities` over
         all face azimuths. Without ``b_over_h_in_plane_of_face_normal`` all B/H of the cube have equal weight, and
@@ -156,7 +156,7 @@ class SiteFallPrediction(FallSectors):
         self._densities[of] = found
         return found
 
-    def stone_never_falls(self, stone: Stone) -> bool:
+    def no_simulated_block_like_stone_falls(self, stone: Stone) -> bool:
         """True if no simulated block with the stone's B/H (and face azimuth, if known) falls.
 
         The cube then predicts no direction of its fall.
@@ -170,7 +170,7 @@ class SiteFallPrediction(FallSectors):
                     == 0
                 ).all()
             )
-        self.fall_sector_probabilities_for_unknown_face(*stone.b_over_h_in_both_planes)
+        self.sector_probabilities_given_fall_for_unknown_face(*stone.b_over_h_in_both_planes)
         return _b_over_h_cache_key(*stone.b_over_h_in_both_planes) in self._never
 
     def standing_and_side_probabilities(self, stone: Stone) -> FloatArray:

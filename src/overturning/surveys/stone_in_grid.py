@@ -32,7 +32,7 @@ def stone_dimensions_from_side_nearest_to_grid(
             "face_azimuth_deg": azimuth_of_described_side_deg,
         }  # fmt: skip
 
-    def distance_from_grid(stone_value_by_dimension: dict[str, float]) -> float:
+    def shape_distance_from_grid(stone_value_by_dimension: dict[str, float]) -> float:
         """Return the sum of |ln(nearest grid value/value)| for B/H and D/B of a described stone, rounded."""
         apart = (
             np.abs(np.log(grid_values_by_dimension[name] / stone_value_by_dimension[name])).min()
@@ -46,7 +46,7 @@ def stone_dimensions_from_side_nearest_to_grid(
         stone_dimensions_seen_from_side(side, front, stone.face_azimuth_deg + 90.0),
     ]
     known = "aspect" in grid_values_by_dimension and math.isfinite(front) and front > 0.0 and side > 0.0
-    return min(views, key=distance_from_grid) if known else views[0]
+    return min(views, key=shape_distance_from_grid) if known else views[0]
 
 
 def has_shape_far_outside_grid(

@@ -18,7 +18,7 @@ from overturning.surveys.notation import OCTANTS, UNKNOWN_VALUE_TEXTS, largest_c
 from overturning.surveys.notes import (
     AZIMUTH_COLUMNS,
     label_of_line_numbers,
-    notes_on_unused_stones,
+    notes_on_unused_stones_and_directions,
     warnings_on_survey_table,
 )
 from overturning.surveys.row import SURVEY_COLUMNS, SurveyRow
@@ -297,7 +297,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
         raise RecordError(_format_row_errors(path, faults))
-    notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_unused_stones(rows))]
+    notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_unused_stones_and_directions(rows))]
     return SurveyTable(
         path.name, tuple(rows), tuple(notes),
         tuple(warnings_on_survey_table(path.name, rows, table, plan.standard_names, declination_deg)),
@@ -347,7 +347,7 @@ def _validate_row(
         hint = "; with decimal commas, separate cells by semicolons, and end no line with a comma" if comma else ""
         return None, [
             f"{len(cells)} cells, the header names {len(standard_names)} columns; "
-            f"separate cells by {table.separator_name}{hint}"
+            f"separate cells by {table.plural_separator_name}{hint}"
         ]
     filled = [cell for cell in cells if cell]
     if len(filled) > 1 and all(cell.strip("[]()").lower() in _UNIT_CELLS for cell in filled):

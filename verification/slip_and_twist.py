@@ -20,7 +20,7 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.scene import load_scene
 from overturning.model.stack import Stack
-from overturning.surveys.library import shipped_candidate_motions
+from overturning.surveys.library import candidate_motions_from_shipped_records
 from overturning.units import CM
 from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
@@ -51,7 +51,7 @@ def simulate_flag_slip_and_twist_of_shaft(
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
-    for record, candidate in enumerate(shipped_candidate_motions()[:NEAR_FIELD_RECORD_COUNT]):
+    for record, candidate in enumerate(candidate_motions_from_shipped_records()[:NEAR_FIELD_RECORD_COUNT]):
         for refinement in TIME_STEP_DIVISORS:
             found = simulate_cases(
                 model, candidate.motion, cases, NumericalOptions(refinement=refinement, threads=threads)

@@ -10,7 +10,7 @@ import pandas as pd
 from overturning.findings.contrast import (
     SiteFallRates,
     notes_on_unconverged_soil_analyses,
-    population_fall_rates_by_soil,
+    population_fall_rates_by_soil_and_amplitude,
 )
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
@@ -56,7 +56,7 @@ def ground_name(rates: SiteFallRates) -> str:
 
 def markdown_by_marker(results: StudyResults) -> dict[str, str]:
     """Return tables and sentences on soft ground as Markdown, by marker."""
-    found, failed = population_fall_rates_by_soil(results), notes_on_unconverged_soil_analyses(results)
+    found, failed = population_fall_rates_by_soil_and_amplitude(results), notes_on_unconverged_soil_analyses(results)
     rows, answers = [], []
     for one in found:
         turned = (

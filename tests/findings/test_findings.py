@@ -25,7 +25,7 @@ from overturning.errors import ArgumentError
 from overturning.figures.fall_rate import fragility_curves_figure
 from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
-from overturning.findings.contrast import compare_study_with_variants, population_fall_rates_by_soil
+from overturning.findings.contrast import compare_study_with_variants, population_fall_rates_by_soil_and_amplitude
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_fall_maps_for_report, count_records_and_blocks_with_direction_range
 from overturning.findings.lines import finding_text_lines
@@ -480,7 +480,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
         study = opened.study.model_copy(update={"variants": {"soft": Variant(site=soil)}})
         both = dict.fromkeys(("nominal", "soft"), (cube, rates))
         cubes, populations = ({name: pair[part] for name, pair in both.items()} for part in (0, 1))
-        found = population_fall_rates_by_soil(
+        found = population_fall_rates_by_soil_and_amplitude(
             replace(
                 opened,
                 study=study,

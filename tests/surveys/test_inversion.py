@@ -22,8 +22,8 @@ from overturning.surveys.inversion import SurveyInversion, outcome_indices_match
 from overturning.surveys.library import (
     CandidateMotion,
     candidate_motions,
+    candidate_motions_from_shipped_records,
     read_records_and_make_ids_unique,
-    shipped_candidate_motions,
 )
 from overturning.surveys.posterior import MOTION_ROTATION_COUNT, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
@@ -372,7 +372,7 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
 
     Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
     """
-    every = shipped_candidate_motions()
+    every = candidate_motions_from_shipped_records()
     truth = next(one for one in every if "Parachute" in one.name)
     names = ("Petrolia", "Sturno", "Array #6", "Erzincan", "Karakyr", "Corralitos", "Yermo", "TCU102")
     others = [one for one in every if any(name in one.name for name in names)]
@@ -411,8 +411,10 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
 
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
     one, kind = elliptic_candidate_motion(0.5), StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0)
-    first = StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).table(kind)
-    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).table(kind), first)
+    first = StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind)
+    assert np.array_equal(
+        StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind), first
+    )
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
     StoneOutcomeProbabilities(
@@ -423,7 +425,9 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
     assert calls[2] == calls[0]
     for path in tmp_path.iterdir():
         path.write_bytes(path.read_bytes()[:100])
-    assert np.array_equal(StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).table(kind), first)
+    assert np.array_equal(
+        StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind), first
+    )
     assert len(calls) == 4
 
 

@@ -19,7 +19,7 @@ def test_published_tottori_values_are_compared_for_every_size_and_contact(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Which motions came along is asked in tests/surveys: here that of the study is enough.
-    for name in ("shipped_candidate_motions", "synthetic_pulse_motions"):
+    for name in ("candidate_motions_from_shipped_records", "synthetic_pulse_motions"):
         monkeypatch.setattr(f"overturning.surveys.library.{name}", lambda: ())
     study = (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8")
     study = study.replace("stop: 360, step: 1,", "stop: 360, step: 45,").replace("step: 0.1", "step: 0.55")

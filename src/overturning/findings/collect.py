@@ -24,7 +24,7 @@ from overturning.findings.contrast import (
     element_fall_findings,
     notes_on_soil_strain_beyond_curves,
     notes_on_unconverged_soil_analyses,
-    population_fall_rates_by_soil,
+    population_fall_rates_by_soil_and_amplitude,
 )
 from overturning.findings.direction import (
     FallDirection,
@@ -154,7 +154,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_fall_findings(results),
         element_displacements=final_slip_and_rotation_of_elements(results),
-        site_fall_rates=population_fall_rates_by_soil(results),
+        site_fall_rates=population_fall_rates_by_soil_and_amplitude(results),
         unconverged_soil_responses=notes_on_unconverged_soil_analyses(results),
         soil_responses_with_strain_beyond_curves=notes_on_soil_strain_beyond_curves(results),
         surveys=all_survey_prediction_findings(results),

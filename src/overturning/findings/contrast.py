@@ -322,7 +322,7 @@ def _fall_outcomes_of_element(
     )  # fmt: skip
 
 
-def population_fall_rates_by_soil(results: StudyResults) -> list[SiteFallRates]:
+def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[SiteFallRates]:
     """Compute the fall rates of a stone population by soil and amplitude; empty without soil variant or population."""
     sites: dict[str, SoilSite | None] = {NOMINAL_VARIANT: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}

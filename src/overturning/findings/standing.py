@@ -97,7 +97,7 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
         exposure_time_years=survival.exposure_time_years,
         hazard_unit_warnings=_check_hazard_units_and_list_warnings(survival),
         survival_of_stone_classes=[
-            _survival_of_class(survival, place, bound)
+            _survival_finding_of_stone_class(survival, place, bound)
             for place in range(len(survival.curves_with_standing_probabilities))
         ],
         classes_without_fragility_curve=[
@@ -139,7 +139,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
     return list(doubts.values())
 
 
-def _survival_of_class(
+def _survival_finding_of_stone_class(
     survival: SurvivalByStoneClass, stone_class_index: int, max_fall_rate_per_year: float
 ) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""

@@ -204,7 +204,7 @@ def compare_survey_with_prediction(
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
     predictions = SurveyFallPrediction(cube, results_cube_by_site, random_outcome_share=random_outcome_share)
-    site = predictions.default  # sectors and octants are the same at all sites
+    site = predictions.default_prediction  # sectors and octants are the same at all sites
     fallen = _stones_fallen_in_known_direction_with_predictions(predictions, stones)
     uniform_octant = site.octant_probabilities_from_sectors(site.share)
     directions = compare_observed_and_predicted_directions(site, fallen, random_survey_count, random_survey_seed)
@@ -298,11 +298,11 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.b_over_h_in_both_planes[0])
         ),
         "falls_without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
-        "stones_outside_b_over_h_grid": count_stones_with(predictions.default.has_b_over_h_outside_grid),
+        "stones_outside_b_over_h_grid": count_stones_with(predictions.default_prediction.has_b_over_h_outside_grid),
         "stones_far_outside_b_over_h_grid": count_stones_with(
             lambda stone: predictions.site_prediction_for_stone(stone).has_b_over_h_far_outside_grid(stone)
         ),
-        "stones_outside_height_grid": count_stones_with(predictions.default.has_height_outside_grid),
+        "stones_outside_height_grid": count_stones_with(predictions.default_prediction.has_height_outside_grid),
         "falls_without_any_computed_fall": count_stones_with(
             lambda stone: (
                 stone.fell_in_known_direction

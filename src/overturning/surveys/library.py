@@ -84,7 +84,7 @@ class CandidateMotion:
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
 
-def shipped_candidate_motions() -> list[CandidateMotion]:
+def candidate_motions_from_shipped_records() -> list[CandidateMotion]:
     """Return candidate motions from records in the package: FEMA P-695 sets and Te Mara Farm (Kaikoura).
 
     The records are processed as in a study.
@@ -131,7 +131,7 @@ def candidate_motions(user_records: Iterable[Record] = (), *, only_user_records:
     zero.
     """
     every = [CandidateMotion.from_motion(one.record_id, one.event, Motion.of(one)) for one in user_records]
-    every += [] if only_user_records else [*shipped_candidate_motions(), *synthetic_pulse_motions()]
+    every += [] if only_user_records else [*candidate_motions_from_shipped_records(), *synthetic_pulse_motions()]
     if not every:
         raise ArgumentError("--alone: no motion; name one by --motion, or leave --alone out")
     return list({one.samples_sha256: one for one in reversed(every)}.values())[::-1]

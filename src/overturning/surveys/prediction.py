@@ -54,26 +54,27 @@ class SiteFallPrediction(FallSectors):
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
         super().__init__(fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64))
-        self._densities: dict[str, FloatArray] = {}
-        self._never: set[str] = set()
+        self._sector_probabilities_by_b_over_h_key: dict[str, FloatArray] = {}
+        self._b_over_h_keys_without_falls: set[str] = set()
         self._fall_probabilities: dict[str, FloatArray] = {}
         self._side_probabilities: dict[tuple[bytes, tuple[float, float]], FloatArray] = {}
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
         site = add_opposite_azimuths(site)
         p = fall_probabilities_towards_and_away(site).transpose(*dims)
-        self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
+        self.plane_azimuths_deg: FloatArray = p["azimuth"].values.astype(np.float64)
         # For interpolation round the circle: planes in ascending order between the last one and the first one.
-        ascending = np.argsort(self.plane % 360.0)
+        ascending = np.argsort(self.plane_azimuths_deg % 360.0)
         self._plane_order = np.concatenate([ascending[-1:], ascending, ascending[:1]])
-        self._plane_ends = self.plane[self._plane_order] % 360.0
+        self._plane_ends = self.plane_azimuths_deg[self._plane_order] % 360.0
         self._plane_ends[[0, -1]] += -360.0, 360.0
         times = site["overturning_time"].transpose(*dims) if "overturning_time" in site else p["towards"] * math.nan
         blocks = [
-            one.values.reshape(self.plane.size, self.b_over_h.size, -1) for one in (p["towards"], p["away"], times)
+            one.values.reshape(self.plane_azimuths_deg.size, self.b_over_h.size, -1)
+            for one in (p["towards"], p["away"], times)
         ]
-        self.blocks: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
-        self.times: FloatArray = blocks[2].astype(np.float64)
+        self.fall_probabilities: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
+        self.fall_times_s: FloatArray = blocks[2].astype(np.float64)
 
     def _interpolate_fall_probabilities_and_times(
         self, fall_azimuths_deg: FloatArray, stone_b_over_h: float
@@ -87,16 +88,20 @@ class SiteFallPrediction(FallSectors):
         place = float(np.interp(stone_b_over_h, self.b_over_h, np.arange(self.b_over_h.size)))
         # A B/H of the grid has its own outcomes, also next to a B/H without outcomes.
         low, high = math.floor(round(place, 9)), math.ceil(round(place, 9))
-        by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
-        lines = by_azimuth.reshape(self.plane.size, -1).T[:, self._plane_order]
+        by_azimuth = self.fall_probabilities[:, low] + (place - low) * (
+            self.fall_probabilities[:, high] - self.fall_probabilities[:, low]
+        )
+        lines = by_azimuth.reshape(self.plane_azimuths_deg.size, -1).T[:, self._plane_order]
         p = np.array([np.interp(fall_azimuths_deg % 360.0, self._plane_ends, line) for line in lines])
         p = p.reshape(*by_azimuth.shape[1:], -1)
         if stone_b_over_h > LARGEST_FACTOR_BEYOND_GRID * self.b_over_h[-1]:
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
         elif LARGEST_FACTOR_BEYOND_GRID * stone_b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
-        cell = nearest_simulated_directions(self.plane, fall_azimuths_deg, FULL_TURN_DEG).simulated_direction_index
-        return p, self.times[cell, round(place)].T
+        cell = nearest_simulated_directions(
+            self.plane_azimuths_deg, fall_azimuths_deg, FULL_TURN_DEG
+        ).simulated_direction_index
+        return p, self.fall_times_s[cell, round(place)].T
 
     def has_b_over_h_outside_grid(self, stone: Stone) -> bool:
         """True if a B/H of a stone lies outside the simulated range."""
@@ -119,8 +124,8 @@ class SiteFallPrediction(FallSectors):
         without ``b_over_h_in_perpendicular_plane`` the footprint is square.
         """
         of = _b_over_h_cache_key(b_over_h_in_plane_of_face_normal, b_over_h_in_perpendicular_plane)
-        if of in self._densities:
-            return self._densities[of]
+        if of in self._sector_probabilities_by_b_over_h_key:
+            return self._sector_probabilities_by_b_over_h_key[of]
         shapes = [
             (
                 b_over_h_in_plane_of_face_normal,
@@ -150,10 +155,10 @@ class SiteFallPrediction(FallSectors):
         mass = values * self.share
         total = mass.sum()
         if directed.any() and not total > 0:
-            self._never.add(of)
+            self._b_over_h_keys_without_falls.add(of)
         model = mass / total if total > 0 else self.share
         found = np.asarray((1 - self.random_outcome_share) * model + self.random_outcome_share * self.share)
-        self._densities[of] = found
+        self._sector_probabilities_by_b_over_h_key[of] = found
         return found
 
     def no_simulated_block_like_stone_falls(self, stone: Stone) -> bool:
@@ -171,7 +176,7 @@ class SiteFallPrediction(FallSectors):
                 ).all()
             )
         self.sector_probabilities_given_fall_for_unknown_face(*stone.b_over_h_in_both_planes)
-        return _b_over_h_cache_key(*stone.b_over_h_in_both_planes) in self._never
+        return _b_over_h_cache_key(*stone.b_over_h_in_both_planes) in self._b_over_h_keys_without_falls
 
     def standing_and_side_probabilities(self, stone: Stone) -> FloatArray:
         """Return the probabilities that a stone with known face azimuth and B/H stands or falls to each side.
@@ -312,14 +317,14 @@ class SurveyFallPrediction:
         *,
         random_outcome_share: float = RANDOM_OUTCOME_SHARE,
     ) -> None:
-        self.default = SiteFallPrediction(cube, random_outcome_share=random_outcome_share)
-        self._by_site = {
+        self.default_prediction = SiteFallPrediction(cube, random_outcome_share=random_outcome_share)
+        self._prediction_by_site = {
             site: SiteFallPrediction(one, random_outcome_share=random_outcome_share)
             for site, one in (results_cube_by_site or {}).items()
         }
-        for site, one in self._by_site.items():
+        for site, one in self._prediction_by_site.items():
             for name in ("azimuth", "b_over_h", "height"):
-                if not np.array_equal(getattr(one, name), getattr(self.default, name)):
+                if not np.array_equal(getattr(one, name), getattr(self.default_prediction, name)):
                     raise ArgumentError(
                         f"site {site!r}: its cube has other values of {name} than the other sites; compute the cubes "
                         "of one survey with one grid"
@@ -327,7 +332,7 @@ class SurveyFallPrediction:
 
     def site_prediction_for_stone(self, stone: Stone) -> SiteFallPrediction:
         """Return the prediction for the survey site at which a stone stands."""
-        return self._by_site.get(stone.site, self.default)
+        return self._prediction_by_site.get(stone.site, self.default_prediction)
 
 
 def _b_over_h_cache_key(b_over_h_in_plane_of_face_normal: float, b_over_h_in_perpendicular_plane: float) -> str:

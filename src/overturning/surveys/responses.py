@@ -189,19 +189,19 @@ class StoneOutcomeProbabilities:
             )
         self.motions = tuple(candidate_motions)
         outcome_cache_folder = outcome_cache_folder or stone_outcome_cache_folder()
-        self._weights = size_grid_weights_by_dimensions(stone_kinds, population_for_unknown_sizes)
-        needed = masks_of_needed_sizes_by_d_over_b(self._weights)
-        self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
+        self._size_weights_by_dimensions = size_grid_weights_by_dimensions(stone_kinds, population_for_unknown_sizes)
+        needed = masks_of_needed_sizes_by_d_over_b(self._size_weights_by_dimensions)
+        self._outcomes_by_d_over_b: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(candidate_motions):
             if report_count_of_finished_and_all_motions:
                 report_count_of_finished_and_all_motions(done, len(candidate_motions))
             for aspect, nodes in needed.items():
-                self._ways[aspect].append(
+                self._outcomes_by_d_over_b[aspect].append(
                     outcomes_of_needed_sizes(one, aspect, nodes, outcome_cache_folder, thread_count)
                 )
         if report_count_of_finished_and_all_motions:
             report_count_of_finished_and_all_motions(len(candidate_motions), len(candidate_motions))
-        self.table = lru_cache(64)(self._outcome_probability_table)
+        self.outcome_probability_table = lru_cache(64)(self._outcome_probability_table)
 
     def _outcome_probability_table(self, stone_kind: StoneDimensions) -> NDArray[np.float32]:
         """Return the probabilities of each fall direction, relative to the motion's north, and of standing.
@@ -209,7 +209,10 @@ class StoneOutcomeProbabilities:
         The shape is (motions, levels, orientations, bins + 1), for direction bins and standing.
         """
         return np.stack(
-            [_outcome_probabilities(one, self._weights[stone_kind]) for one in self._ways[stone_kind.d_over_b]]
+            [
+                _outcome_probabilities_under_one_motion(one, self._size_weights_by_dimensions[stone_kind])
+                for one in self._outcomes_by_d_over_b[stone_kind.d_over_b]
+            ]
         )
 
 
@@ -286,7 +289,7 @@ def case_count_and_processor_time_s(
     return cases, seconds
 
 
-def _outcome_probabilities(
+def _outcome_probabilities_under_one_motion(
     outcome_arrays_by_size_key: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.

@@ -37,14 +37,14 @@ def run_subcommand_and_measure_resource_use(*command: object) -> ResourceUse:
 
 
 def run_program_and_measure_resource_use(
-    program_and_arguments: list[str], measured_line_prefix: bytes = b"", **where: Any
+    args: list[str], measured_line_prefix: bytes = b"", **popen_arguments: Any
 ) -> ResourceUse:
     """Run a program; return its resource use and the longest output line that begins with `measured_line_prefix`.
 
-    Raises a RuntimeError if it fails.
+    `args` and `popen_arguments` have the names of `subprocess.Popen`. Raises a RuntimeError if the program fails.
     """
     begin = time.perf_counter()
-    process = subprocess.Popen(program_and_arguments, stdout=subprocess.PIPE, **where)
+    process = subprocess.Popen(args, stdout=subprocess.PIPE, **popen_arguments)
     assert process.stdout
     longest = max(
         (len(line) for line in process.stdout if measured_line_prefix and line.startswith(measured_line_prefix)),
@@ -53,7 +53,7 @@ def run_program_and_measure_resource_use(
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise RuntimeError(f"{program_and_arguments[-1]} failed")
+        raise RuntimeError(f"{args[-1]} failed")
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 

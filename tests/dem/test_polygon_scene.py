@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.numerics import NumericalOptions
-from overturning.dem.polygon.arrays import nearest_faces_never_change
+from overturning.dem.polygon.arrays import is_upright_rectangle_on_wide_driven_ground
 from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate, simulate_as_arrays
@@ -262,7 +262,7 @@ def test_the_boulder_has_its_closed_form_critical_angle() -> None:
 def test_contact_faces_of_a_lone_block_on_wide_ground_are_never_searched(
     elements: list[dict[str, object]], alone: bool
 ) -> None:
-    assert nearest_faces_never_change(place_elements(scene_of_elements(*elements))) == alone
+    assert is_upright_rectangle_on_wide_driven_ground(place_elements(scene_of_elements(*elements))) == alone
 
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])

@@ -16,7 +16,7 @@ from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import cundall, rows, submatrices
 from overturning.dem.polygon.centred import add_pair_contact_terms_to_equations
 from overturning.dem.polygon.centred_solution import (
-    add_solved_pair_forces_and_store_new_state,
+    add_solved_pair_forces_and_store_trial_history,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import PairSubmatrices
@@ -62,11 +62,13 @@ ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
         (True, True, True),
     ),
     "correct": create_function_yielding_loop_assembly(
-        add_solved_pair_forces_and_store_new_state, PAIR, ELEMENT, ELEMENT.copy(), CASE
+        add_solved_pair_forces_and_store_trial_history, PAIR, ELEMENT, ELEMENT.copy(), CASE
     ),
     "keep": create_function_yielding_loop_assembly(store_accepted_pair_history, PAIR, CASE),
     "invert": create_function_yielding_loop_assembly(submatrices.invert_submatrix_in_place, BLOCK),
-    "divide": create_function_yielding_loop_assembly(submatrices.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
+    "divide": create_function_yielding_loop_assembly(
+        submatrices.right_multiply_submatrix_by_pivot_inverse, BLOCK, BLOCK.copy()
+    ),
     "eliminate": create_function_yielding_loop_assembly(
         submatrices.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False
     ),

@@ -7,7 +7,7 @@ from overturning.dem.kernel.lanes import view_without_reference_counts
 from overturning.dem.kernel.queue import allocate_workspace, start_case, update_sample_and_load_motion
 from overturning.dem.polygon import equations, rows, submatrices
 from overturning.dem.polygon.rules import view_scene_arrays_without_reference_counts
-from overturning.dem.polygon.slip import store_sample_results_and_start_next_sample
+from overturning.dem.polygon.slip import store_slips_and_last_times_and_advance_samples
 from overturning.dem.polygon.step import advance_scene_one_step
 from overturning.dem.polygon.suspended_pairs import resume_contact_tests_after_motion
 from overturning.kernel_cache import cache_compiled_kernel
@@ -54,7 +54,7 @@ def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: 
     submatrices.subtract_submatrix_product(fresh, one, other, True)
     submatrices.subtract_submatrix_product(added, one, other, False)
     submatrices.invert_submatrix_in_place(other)
-    submatrices.multiply_by_pivot_inverse(one, other)
+    submatrices.right_multiply_submatrix_by_pivot_inverse(one, other)
 
 
 @cache_compiled_kernel
@@ -80,7 +80,7 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.active_pairs.active_pair_count[0])
-        store_sample_results_and_start_next_sample(
+        store_slips_and_last_times_and_advance_samples(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
     found = state[: rows.CASE_SIZE + scene.element_fall_limits.shape[1] * rows.ELEMENT_SIZE].copy()

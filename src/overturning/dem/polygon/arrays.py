@@ -162,18 +162,18 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
         for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_geometry_and_contact_flag_table
     return SceneArrays(
-        initial_state_column_by_scene_variant=np.stack([state_column_at_rest(item) for item in scene_variants]),
+        initial_state_column_by_scene_variant=np.stack([case_state_column_at_rest(item) for item in scene_variants]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
         lowest_and_last_index_of_rocking_groups=one.lowest_and_last_index_of_rocking_groups,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
-        element_fall_limits=np.stack([fall_limits_and_supports_of_elements(item) for item in scene_variants]),
+        element_fall_limits=np.stack([fall_limits_supports_and_energies_of_elements(item) for item in scene_variants]),
         termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in scene_variants]),
         gravity=one.scene.gravity,
     )
 
 
-def state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
+def case_state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     """Return the state array's values for one case, with the scene at rest: one column of the array, shape (rows,)."""
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.elements))]
     pieces = convex_pieces_of_each_pair(prepared_scene.elements, prepared_scene.pairs)
@@ -254,7 +254,7 @@ def _pair_state_at_rest(
             carrier = k.VERTEX_OF_A if of_a else k.VERTEX_OF_B
             ends[end.point_number] = k.PlanarContactPointHistory(end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0)
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
-    settled = np.inf if nearest_faces_never_change(placed) else 0.0
+    settled = np.inf if is_upright_rectangle_on_wide_driven_ground(placed) else 0.0
     return k.PairState(
         nearest_face_of_a=face,
         nearest_face_of_b=face,
@@ -303,8 +303,8 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], element_index_a: 
     )
 
 
-def nearest_faces_never_change(elements: list[PlacedElement]) -> bool:
-    """True for an upright rectangle on wide driven ground: which faces are in contact stays the same until a fall.
+def is_upright_rectangle_on_wide_driven_ground(elements: list[PlacedElement]) -> bool:
+    """True for a scene of one upright rectangle on wide driven ground: its touching faces do not change until it falls.
 
     Only the lower corners of the rectangle can touch the ground until it lies on its side, when it has fallen.
     """
@@ -353,8 +353,8 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     )
 
 
-def fall_limits_and_supports_of_elements(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return fall limits, support, overturning energy by element (`ELEMENT_FALL_LIMITS_DTYPE`), shape (elements,)."""
+def fall_limits_supports_and_energies_of_elements(prepared_scene: PreparedScene) -> NDArray[np.void]:
+    """Return fall limits, support and energy to overturn by element: `ELEMENT_FALL_LIMITS_DTYPE`, shape (elements,)."""
     return np.array(
         [
             (

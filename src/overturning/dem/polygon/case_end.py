@@ -16,7 +16,7 @@ from overturning.dem.polygon.energy import (
     scene_energy,
 )
 from overturning.dem.polygon.resting import (
-    all_elements_upright,
+    all_free_elements_tilt_less_than_rest_limit,
     any_element_can_still_land,
     count_closed_points_of_standing_elements,
     element_has_tipped,
@@ -89,7 +89,7 @@ def case_status(
     )
     if standing == 0 or (
         calm
-        and no_element_can_fall_later(
+        and no_standing_group_can_move_nor_element_land(
             case_states, lane, scene_arrays, element_fall_limits, rocking_groups_immovable_from_sample, gap
         )
     ):
@@ -112,7 +112,7 @@ def case_status(
     if (
         fallen == 0
         and not slid
-        and outcomes_of_standing_elements_are_final(
+        and all_elements_stand_and_outcomes_are_final(
             case_states, lane, scene_arrays, element_fall_limits, limits.min_overturning_energy, gap
         )
     ):
@@ -121,9 +121,9 @@ def case_status(
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
-    if all_elements_upright(case_states, lane, element_fall_limits) and no_element_tipped_dropped_or_unsupported(
-        case_states, lane, scene_arrays, element_fall_limits, gap
-    ):
+    if all_free_elements_tilt_less_than_rest_limit(
+        case_states, lane, element_fall_limits
+    ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, element_fall_limits, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
     if update_slide_end_and_check_case_continues(
         case_states, rows.SLIDE_END + lane, case.current_sample, sliding_time, sampling_interval
@@ -140,7 +140,7 @@ def case_status(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def no_element_can_fall_later(
+def no_standing_group_can_move_nor_element_land(
     case_states: Any,
     lane: int,
     scene_arrays: Any,
@@ -148,9 +148,9 @@ def no_element_can_fall_later(
     rocking_groups_immovable_from_sample: Any,
     max_support_gap: float,
 ) -> bool:
-    """True if the rest of the record cannot lift or slide standing elements, and none in the air may still land."""
+    """True if the remaining record cannot lift or slide a standing group, and no element in the air can still land."""
     sample = rows.load_case(case_states, lane).current_sample
-    weak = remaining_base_motion_cannot_move_groups(
+    weak = remaining_motion_cannot_move_standing_groups(
         case_states,
         lane,
         rocking_groups_immovable_from_sample,
@@ -164,7 +164,7 @@ def no_element_can_fall_later(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def outcomes_of_standing_elements_are_final(
+def all_elements_stand_and_outcomes_are_final(
     case_states: Any,
     lane: int,
     scene_arrays: Any,
@@ -202,7 +202,7 @@ def store_fall_sides_and_count_elements(
             item.rest_position.base_point_z_in_element_axes
         )
         if item.slip_and_fall.fall_side == 0.0:
-            e[rows.SIDE + lane] = fall_side_by_rotation(item, fall_limits_by_element[i])
+            e[rows.SIDE + lane] = fall_side_by_peak_rotation_or_zero(item, fall_limits_by_element[i])
         stands = e[rows.SIDE + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and element_stands_safely(item, fall_limits_by_element[i].overturning_energy))
@@ -218,8 +218,8 @@ def peak_rotation_to_either_side(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def fall_side_by_rotation(element: ElementState, fall_limits_of_element: Any) -> float:
-    """Return the side (±1) to which an element has rotated far enough to count as fallen; 0 if it has not fallen.
+def fall_side_by_peak_rotation_or_zero(element: ElementState, fall_limits_of_element: Any) -> float:
+    """Return the side (±1) to which an element's peak rotation so far counts as a fall; 0 if it has not fallen.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
@@ -304,7 +304,7 @@ def fall_side_by_rotation_or_displacement(element: ElementState, fall_limits_of_
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def remaining_base_motion_cannot_move_groups(
+def remaining_motion_cannot_move_standing_groups(
     case_states: Any,
     lane: int,
     rocking_groups_immovable_from_sample: Any,

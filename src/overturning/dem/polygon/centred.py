@@ -20,13 +20,13 @@ from overturning.dem.kernel.lanes import (
     create_elementwise_tuple_functions,
 )
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.equations import add_pair_force_to_right_sides, add_pair_matrix_to_submatrices
+from overturning.dem.polygon.equations import add_pair_matrix_to_submatrices, right_hand_sides_with_pair_force_added
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
     pair_lands_flat,
-    slides_in_flat_landing_and_signed_friction,
+    slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
     AssumedPlanarContactSlip,
@@ -111,7 +111,7 @@ def predict_planar_contact_point(
     signed_friction_coefficient = (
         math.copysign(contact_law.friction_coefficient, t) if fine else previous_signed_friction_coefficient
     )
-    drifts, drift = slides_in_flat_landing_and_signed_friction(
+    drifts, drift = slides_in_landing_and_signed_friction_coefficient(
         contact_law, contact_point, pair_motion_and_inertia.relative_velocity, a, b, held
     )
     signed_friction_coefficient = drift if held else signed_friction_coefficient
@@ -280,6 +280,6 @@ def add_pair_contact_terms_to_equations(
         )
         action = sum_contact_point_forces(point_1, point_2, f1, f2)
         on, by = first.predicted.step_end_velocity_correction, second.predicted.step_end_velocity_correction
-        on, by = add_pair_force_to_right_sides(on, by, action, half, first.constants, second.constants)
+        on, by = right_hand_sides_with_pair_force_added(on, by, action, half, first.constants, second.constants)
         rows.store_change(element_a_state_rows, j, on)
         rows.store_change(element_b_state_rows, j, by)

@@ -20,17 +20,17 @@ from overturning.dem.polygon.faces import PlanarContactPoint
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
-    correct_slip_for_friction_work,
     pair_lands_flat,
-    slides_in_flat_landing_and_signed_friction,
+    results_with_slip_corrected_for_friction_work,
+    slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
     AssumedPlanarContactSlip,
     PairRelativeVelocityOrDirection,
     PlanarContactPointForce,
     PlanarContactPointResult,
-    add_pair_force_to_elements,
-    friction_force_limit_and_slip_flag,
+    element_force_sums_with_pair_force_added,
+    friction_force_and_its_limit_and_slip_flag,
     opening_and_slip_rates,
     owner_code_of_contact_vertex,
     pair_history_after_step,
@@ -103,9 +103,9 @@ def solved_planar_contact_point(
         u.angular_velocity_or_lever_arm_of_b + d.angular_velocity_or_lever_arm_of_b,
     )
     (drifts, drift), loaded = (
-        slides_in_flat_landing_and_signed_friction(contact_law, contact_point, whole, a, b, held), most > 0.0,
+        slides_in_landing_and_signed_friction_coefficient(contact_law, contact_point, whole, a, b, held), most > 0.0,
     )  # fmt: skip
-    force, holds, slips = friction_force_limit_and_slip_flag(t, n, contact_law, (held & inside, drifts, drift))
+    force, holds, slips = friction_force_and_its_limit_and_slip_flag(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction_coefficient, t)) if slips else 0.0
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
     spring = spring if inside else 0.0
@@ -153,10 +153,10 @@ def vertex_positions_from_contact_solution(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_solved_pair_forces_and_store_new_state(
+def add_solved_pair_forces_and_store_trial_history(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, scene_state_rows: Any
 ) -> None:
-    """Add the solved contact forces between two elements to both; store the state to keep if the step is accepted."""
+    """Add two elements' solved contact forces to both; store their history, kept if accepted, and contact changes."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
             rows.load_pair(pair_state_rows, j),
@@ -200,7 +200,7 @@ def add_solved_pair_forces_and_store_new_state(
         s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_1, moves, half, kind)
         s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_2, moves, half, kind)
         end_1, end_2 = s1.result_at_step_end, s2.result_at_step_end
-        on_a, on_b = add_pair_force_to_elements(
+        on_a, on_b = element_force_sums_with_pair_force_added(
             first.contact_force_sum,
             second.contact_force_sum,
             sum_contact_point_forces(point_1, point_2, end_1.force, end_2.force),
@@ -216,7 +216,7 @@ def add_solved_pair_forces_and_store_new_state(
         )
         rows.store_corrected(pair_state_rows, j, pair_history_after_step(
             history, segment, FaceVertexPositions(a1, a2, b1, b2),
-            correct_slip_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
+            results_with_slip_corrected_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
         ))  # fmt: skip
         pair_state_rows[rows.SLID_ONE + j], pair_state_rows[rows.SLID_TWO + j] = (
             s1.signed_friction_coefficient,

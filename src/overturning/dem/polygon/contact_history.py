@@ -30,7 +30,7 @@ def reset_contact_history(pair_state_rows: Any, lane: int) -> None:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def transfer_contact_history(
+def transfer_contact_history_to_new_faces(
     pair_state_rows: Any,
     pose_a: Pose,
     pose_b: Pose,

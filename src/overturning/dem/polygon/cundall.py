@@ -15,18 +15,18 @@ from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, fi
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
     contact_points_with_landing_lever_arms,
-    correct_slip_for_friction_work,
     pair_lands_flat,
-    slides_in_flat_landing_and_signed_friction,
+    results_with_slip_corrected_for_friction_work,
+    slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
     PlanarContactPointForce,
     PlanarContactPointResult,
-    add_pair_force_to_elements,
-    element_acceleration,
+    element_acceleration_relative_to_base,
+    element_force_sums_with_pair_force_added,
     extrapolate_pose,
     extrapolate_velocity,
-    friction_force_limit_and_slip_flag,
+    friction_force_and_its_limit_and_slip_flag,
     pair_history_after_step,
     power_against_inertial_and_holding_forces,
     sum_contact_point_forces,
@@ -40,7 +40,10 @@ from overturning.dem.polygon.state import (
     PlanarContactPointHistory,
     PlanarMotionOrForce,
 )
-from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_distant, resume_contact_tests_for_step
+from overturning.dem.polygon.suspended_pairs import (
+    keep_contact_tests_unless_distant,
+    sum_motions_and_resume_contact_tests,
+)
 
 
 class SceneCundallSchemeConstants(NamedTuple):
@@ -63,7 +66,7 @@ def compute_planar_contact_force(
 ) -> PlanarContactPointResult:
     """Return force, penetration and slip at a contact point of two elements from spring, dashpot and friction.
 
-    `overturning.dem.polygon.mechanics.friction_force_limit_and_slip_flag` describes the last argument.
+    `overturning.dem.polygon.mechanics.friction_force_and_its_limit_and_slip_flag` describes the last argument.
     """
     fade = contact_law.dashpot_coefficient * steps_per_second
     n = contact_law.normal_stiffness * contact_point.penetration + fade * (
@@ -77,7 +80,7 @@ def compute_planar_contact_force(
     t = -(contact_law.tangential_stiffness * stretch) - drag
     # The spring of a slipping point is shortened to the force that friction can hold.
     held, drifts, drift = lands_flat_slides_and_signed_friction
-    force, holds, slips = friction_force_limit_and_slip_flag(
+    force, holds, slips = friction_force_and_its_limit_and_slip_flag(
         t, n, contact_law, (held & contact_point.is_in_contact, drifts, drift)
     )
     spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
@@ -113,11 +116,15 @@ def add_pair_forces_and_store_contact_history(
         )
         flat_one = (
             held,
-            *slides_in_flat_landing_and_signed_friction(pair.contact_law, segment.point_1, u, own_a, own_b, held),
+            *slides_in_landing_and_signed_friction_coefficient(
+                pair.contact_law, segment.point_1, u, own_a, own_b, held
+            ),
         )
         flat_two = (
             held,
-            *slides_in_flat_landing_and_signed_friction(pair.contact_law, segment.point_2, u, own_a, own_b, held),
+            *slides_in_landing_and_signed_friction_coefficient(
+                pair.contact_law, segment.point_2, u, own_a, own_b, held
+            ),
         )
         one = compute_planar_contact_force(
             pair.contact_law, old.point_1, segment.point_1, segment, case.ticks_per_second, flat_one
@@ -125,14 +132,14 @@ def add_pair_forces_and_store_contact_history(
         two = compute_planar_contact_force(
             pair.contact_law, old.point_2, segment.point_2, segment, case.ticks_per_second, flat_two
         )
-        on_a, on_b = add_pair_force_to_elements(
+        on_a, on_b = element_force_sums_with_pair_force_added(
             first.contact_force_sum,
             second.contact_force_sum,
             sum_contact_point_forces(point_1, point_2, one.force, two.force),
         )
         rows.store_force(element_a_state_rows, j, on_a)
         rows.store_force(element_b_state_rows, j, on_b)
-        results = correct_slip_for_friction_work(segment, (point_1, point_2), (one, two))
+        results = results_with_slip_corrected_for_friction_work(segment, (point_1, point_2), (one, two))
         rows.store_history(
             pair_state_rows,
             j,
@@ -165,7 +172,7 @@ def advance_element_motion_one_step(
                 base_acceleration_at_tick(shaking.vertical, shaking.ticks_since_sample_start)
                 * item.constants.has_inertial_forces
             )
-        a = element_acceleration(item, ground, lift, gravity)
+        a = element_acceleration_relative_to_base(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
         work = old.work_by_base_and_holding_forces_so_far - dt * power_against_inertial_and_holding_forces(
             item, ground, lift, extrapolate_velocity(item.velocity, a, half)
@@ -197,7 +204,7 @@ def advance_scene_one_step(
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
-    resume_contact_tests_for_step(
+    sum_motions_and_resume_contact_tests(
         case_states, scene_arrays, active_pairs_and_resume_motions, moves_relative_to_base_by_element.size
     )
     kept = 0

@@ -22,9 +22,9 @@ from overturning.dem.polygon.state import ElementConstants, PlanarMotionOrForce
 from overturning.dem.polygon.submatrices import (
     EquationSubmatrix,
     invert_submatrix_in_place,
-    multiply_by_pivot_inverse,
     multiply_right_side_by_pivot_inverse,
-    scale_rows_by_inverse_mass,
+    right_multiply_submatrix_by_pivot_inverse,
+    scale_by_half_step_over_mass_and_inertia,
     slice_submatrix_rows,
     subtract_coupled_velocity_change,
     subtract_submatrix_product,
@@ -125,33 +125,33 @@ def add_pair_matrix_to_submatrices(
         lane,
         unset_flags_of_submatrices_aa_ab_bb[0],
         1.0,
-        scale_rows_by_inverse_mass(aa, constants_of_a, -half_step_time),
+        scale_by_half_step_over_mass_and_inertia(aa, constants_of_a, -half_step_time),
     )
     subtract_terms_from_submatrix(
         pair_equation_submatrices.force_on_a_by_velocity_of_b,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[1],
         0.0,
-        scale_rows_by_inverse_mass(ab, constants_of_a, half_step_time),
+        scale_by_half_step_over_mass_and_inertia(ab, constants_of_a, half_step_time),
     )
     subtract_terms_from_submatrix(
         pair_equation_submatrices.force_on_b_by_velocity_of_a,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[1],
         0.0,
-        scale_rows_by_inverse_mass(ba, constants_of_b, half_step_time),
+        scale_by_half_step_over_mass_and_inertia(ba, constants_of_b, half_step_time),
     )
     subtract_terms_from_submatrix(
         pair_equation_submatrices.force_on_b_by_velocity_of_b,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[2],
         1.0,
-        scale_rows_by_inverse_mass(bb, constants_of_b, -half_step_time),
+        scale_by_half_step_over_mass_and_inertia(bb, constants_of_b, -half_step_time),
     )
 
 
 @njit(**INLINE_OPTIONS)
-def add_pair_force_to_right_sides(
+def right_hand_sides_with_pair_force_added(
     right_hand_side_of_a: PlanarMotionOrForce,
     right_hand_side_of_b: PlanarMotionOrForce,
     pair_force: PairForce,
@@ -202,7 +202,7 @@ def solve_velocity_changes(
         for n in range(count[k]):
             i = later[k, n]
             factor = slice_submatrix_rows(equation_submatrices_of_all_cases, i * element_count + k)
-            multiply_by_pivot_inverse(factor, pivot)
+            right_multiply_submatrix_by_pivot_inverse(factor, pivot)
             subtract_coupled_velocity_change(
                 rows.slice_element_rows(case_states, i), factor, rows.slice_element_rows(case_states, k)
             )

@@ -77,7 +77,7 @@ def pair_lands_flat(
 
 
 @njit(**INLINE_OPTIONS)
-def slides_in_flat_landing_and_signed_friction(
+def slides_in_landing_and_signed_friction_coefficient(
     contact_law: ContactPointLaw,
     contact_point: PlanarContactPoint,
     relative_velocity_of_a: PairRelativeVelocityOrDirection,
@@ -85,7 +85,7 @@ def slides_in_flat_landing_and_signed_friction(
     constants_of_b: ElementConstants,
     lands_flat: bool,
 ) -> tuple[bool, float]:
-    """Return whether a contact point of two elements slides in a flat landing, and ±μ with the sign of its friction.
+    """Return whether a contact point slides in a flat landing, and its friction coefficient ±μ with the force's sign.
 
     The velocities are those without the rotation of one element relative to the other, as if both were one body.
     """
@@ -114,7 +114,7 @@ def relative_rotation_lever_arm(
 
 
 @njit(**INLINE_OPTIONS)
-def shift_tangential_force_along_normal(
+def contact_point_with_shifted_tangential_force(
     contact_point: PlanarContactPoint, shift_towards_b_along_normal: float
 ) -> PlanarContactPoint:
     """Return a contact point whose tangential force acts further towards b, by a signed distance (m) along the normal.
@@ -145,8 +145,8 @@ def contact_points_with_landing_lever_arms(
     where it causes no such rotation.
     """
     one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion_and_inertia
-    slides_one, drift = slides_in_flat_landing_and_signed_friction(contact_law, one, u, a, b, lands_flat)
-    slides_two, other = slides_in_flat_landing_and_signed_friction(contact_law, two, u, a, b, lands_flat)
+    slides_one, drift = slides_in_landing_and_signed_friction_coefficient(contact_law, one, u, a, b, lands_flat)
+    slides_two, other = slides_in_landing_and_signed_friction_coefficient(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = (
         relative_rotation_lever_arm(
@@ -168,11 +168,13 @@ def contact_points_with_landing_lever_arms(
     place = -0.5 * (drift * (t1 + t2))
     within = (place - n1) * (place - n2) <= 0.0
     share = 1.0 if slides_one & slides_two & (drift == other) & within else 0.0
-    return shift_tangential_force_along_normal(one, share * t1), shift_tangential_force_along_normal(two, share * t2)
+    return contact_point_with_shifted_tangential_force(one, share * t1), contact_point_with_shifted_tangential_force(
+        two, share * t2
+    )
 
 
 @njit(**INLINE_OPTIONS)
-def correct_slip_for_friction_work(
+def results_with_slip_corrected_for_friction_work(
     contact_segment: ContactSegment,
     points_with_landing_lever_arms: tuple[PlanarContactPoint, PlanarContactPoint],
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],

@@ -110,7 +110,7 @@ class PairVelocityToForceMatrix(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def element_acceleration(
+def element_acceleration_relative_to_base(
     element: ElementState, horizontal_base_acceleration: float, upward_base_acceleration: float, gravity: float
 ) -> PlanarMotionOrForce:
     """Return the acceleration of an element relative to the base, m/s² and rad/s², from forces and base motion."""
@@ -225,7 +225,7 @@ def sum_contact_point_forces(
 
 
 @njit(**INLINE_OPTIONS)
-def add_pair_force_to_elements(
+def element_force_sums_with_pair_force_added(
     force_sum_on_a: PlanarMotionOrForce, force_sum_on_b: PlanarMotionOrForce, pair_force: PairForce
 ) -> tuple[PlanarMotionOrForce, PlanarMotionOrForce]:
     """Return the forces on elements a and b with their mutual contact force added, in opposite directions."""
@@ -276,16 +276,16 @@ def opening_and_slip_rates(
 
 
 @njit(**INLINE_OPTIONS)
-def friction_force_limit_and_slip_flag(
+def friction_force_and_its_limit_and_slip_flag(
     tangential_force_without_friction_limit: float,
     normal_force: float,
     contact_law: ContactPointLaw,
     lands_flat_slides_and_signed_friction: tuple[bool, bool, float],
 ) -> tuple[float, float, bool]:
-    """Return the friction force (N), its limit μ × normal force (N), and True if the contact slips.
+    """Return the limited friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
     `lands_flat_slides_and_signed_friction` holds whether the point is in contact in a flat landing, and both results
-    of `slides_in_flat_landing_and_signed_friction`: a point that has not touched yet has no friction.
+    of `slides_in_landing_and_signed_friction_coefficient`: a point that has not touched yet has no friction.
     """
     (held, drifts, drift), limit = (
         lands_flat_slides_and_signed_friction,

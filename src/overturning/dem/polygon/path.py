@@ -30,7 +30,7 @@ mean of normal force × place (x, z)."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def record_element_motion_of_first_case(
+def record_base_and_element_motion_of_first_case(
     case_states: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row_out: Any
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""

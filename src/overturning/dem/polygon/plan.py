@@ -102,7 +102,7 @@ class PolygonSimulationPlan(SimulationPlan):
             result_tables["each"],
             self.scene_variant_index_by_case[case_numbers],
         )
-        edge = np.array([item.slip_distance_to_ground_edge for item in self.scene_variants])[variant]
+        edge = np.array([item.slip_distance_to_ground_edge_by_element for item in self.scene_variants])[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
         out["status"][off_the_edge] = CaseStatus.UNSTABLE
         every["peak_rotation"] /= np.stack([item.tipping_angles_or_one_degree_in_rad for item in self.scene_variants])[
@@ -179,7 +179,7 @@ def plan_scene_simulation(
     square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
-    per_sample, finest, divided = steps_per_sample_shortest_ticks_and_ratio(
+    per_sample, finest, divided = steps_per_sample_shortest_step_and_auto_step_ratio(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
     # 20/p with p = √(3g/4R).
@@ -291,7 +291,7 @@ def _rest_acceleration_limits_g_of_cases(
     )
 
 
-def steps_per_sample_shortest_ticks_and_ratio(
+def steps_per_sample_shortest_step_and_auto_step_ratio(
     scheme: IntegrationScheme,
     requested_time_step: float | str,
     max_omega_squared_by_variant: FloatArray,
@@ -301,7 +301,7 @@ def steps_per_sample_shortest_ticks_and_ratio(
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return, for each scene variant (size and damping), steps per sample, finest step (ticks), and step ratio.
 
-    The step ratio is that of the automatic to the requested time step. `max_omega_squared_by_variant` and
+    The step ratio is the automatic time step over the requested one. `max_omega_squared_by_variant` and
     `max_dashpot_eigenvalue_by_variant` are the largest eigenvalues of contact springs (1/s²) and dashpots (1/s),
     `shortest_rocking_time_constant_by_variant` is 1/p (s).
     """

@@ -12,7 +12,7 @@ from overturning.dem.limits import static_penetration_exceeds_limit
 from overturning.dem.polygon.rocking_onset import (
     Elements,
     SupportPointsByElementAndCarrier,
-    rocking_onset_accelerations_g,
+    rocking_onset_acceleration_g_of_scene_and_groups,
 )
 from overturning.dem.polygon.statics import (
     LoadedContactPoint,
@@ -126,7 +126,7 @@ class PreparedScene:
         return 0.5 * float(np.sqrt((self.top_height_of_free_elements - low) ** 2 + wide**2))
 
     @cached_property
-    def slip_distance_to_ground_edge(self) -> FloatArray:
+    def slip_distance_to_ground_edge_by_element(self) -> FloatArray:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = wide_ground_element_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.elements]
@@ -175,8 +175,8 @@ def prepare_scene(
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal_stiffness, laws.tangential_stiffness)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
-    stands = _find_supports(placed, pairs, bearing)
-    threshold, parts, safe = rocking_onset_accelerations_g(placed, stands)
+    stands = _support_points_by_element_and_carrier(placed, pairs, bearing)
+    threshold, parts, safe = rocking_onset_acceleration_g_of_scene_and_groups(placed, stands)
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
         threshold, safe = 0.0, 0.0 * safe  # a held element moves relative to the others
     mu = laws.friction_coefficient
@@ -185,8 +185,8 @@ def prepare_scene(
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
-    tips, critical, barrier, support, base = _tipping_angles_energies_and_supports(
-        scene, placed, stands, _mask_of_freely_standing_elements(placed, pairs, bearing)
+    tips, critical, barrier, support, base = _tipping_critical_angles_energies_supports_bases(
+        scene, placed, stands, _mask_of_elements_with_parallel_contact_normals(placed, pairs, bearing)
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
@@ -246,10 +246,10 @@ MIN_TIPPING_ANGLE_RAD: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(
+def _support_points_by_element_and_carrier(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
 ) -> SupportPointsByElementAndCarrier:
-    """Return, for each free element, the elements that carry it at rest, with the loaded contact points."""
+    """Return the loaded contact points of each free element, by the element that carries it there at rest."""
     result: SupportPointsByElementAndCarrier = {}
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
@@ -259,10 +259,10 @@ def _find_supports(
     return result
 
 
-def _mask_of_freely_standing_elements(
+def _mask_of_elements_with_parallel_contact_normals(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the elements that stand freely: all loaded contacts of an element have parallel normals.
+    """Return a mask of the free elements that stand freely: all their loaded contacts have parallel normals.
 
     Its shape is (elements,). An arch stone, a stone in a groove and one that leans on a wall are held by faces that are
     not parallel; they have no tipping angle.
@@ -283,7 +283,7 @@ def _mask_of_freely_standing_elements(
     return result
 
 
-def _tipping_angles_energies_and_supports(
+def _tipping_critical_angles_energies_supports_bases(
     scene: Scene,
     elements: Elements,
     supports: SupportPointsByElementAndCarrier,

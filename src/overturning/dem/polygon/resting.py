@@ -173,8 +173,8 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_elements_upright(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
-    """True if no free element has rotated by more than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
+def all_free_elements_tilt_less_than_rest_limit(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
+    """True if every free element is tilted by less than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
     for i in range(fall_limits_by_element.size):
         item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
         if (
@@ -186,8 +186,11 @@ def all_elements_upright(case_states: Any, lane: int, fall_limits_by_element: An
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_elements_at_rest(case_states: Any, lane: int, scene_arrays: Any) -> bool:
-    """True if each free element is in place, nearly still, and touches its supports on both points without sliding."""
+def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_arrays: Any) -> bool:
+    """True if each free element is near its initial place, still, and touches its supports on both points, not sliding.
+
+    Elements that are not on each other at rest must not touch.
+    """
     case, height = rows.load_case(case_states, lane), 0.0
     elements, step = (
         scene_arrays.element_fall_limits[int(case.scene_variant_index)],

@@ -13,28 +13,28 @@ SupportPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 
-def rocking_onset_accelerations_g(
+def rocking_onset_acceleration_g_of_scene_and_groups(
     elements: Elements, supports: SupportPointsByElementAndCarrier
 ) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Return the least base acceleration |a|/g at which any part of a stack of elements starts to rock as one body.
+    """Return the base acceleration |a|/g at which a scene starts to rock, its groups rocking as one, and theirs.
 
-    A part is an element with all elements that stand on it, directly or not. A part lifts off when the resultant of
-    weight and inertia force leaves its base: |a|/g > arm / height of the common centre.
+    A group is an element with elements that stand on it, directly or not. It lifts off when the resultant of weight and
+    inertia force leaves its base: |a|/g > arm / height of the common centre.
 
     Returns
     -------
     threshold : float
         Smallest |a|/g of the elements with everything that they carry.
-    parts : ndarray of int64, shape (parts, 2)
-        For each part, its lowest element and its element that the scene lists last; it exists only while both stand.
-    least : ndarray, shape (parts,)
-        Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
+    groups : ndarray of int64, shape (groups, 2)
+        For each group, its lowest element and its element that the scene lists last; it exists only while both stand.
+    least : ndarray, shape (groups,)
+        Smallest |a|/g of all groups with these two elements. All results are 0 if an element bridges or leans: there is
         no closed form then.
     """
     free = [k for k, item in enumerate(elements) if not item.is_driven_or_held]
     if any(len(supports.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
-    threshold, parts = np.inf, dict[tuple[int, int], float]()
+    threshold, groups = np.inf, dict[tuple[int, int], float]()
     for k in free:
         points = [end.vertex_position for ends in supports[k].values() for end in ends]
         for side in (-1.0, 1.0):
@@ -47,7 +47,7 @@ def rocking_onset_accelerations_g(
                     -np.inf),
                     edge, side,
                 )  # fmt: skip
-                # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
+                # Leave out elements that hold the group down at this acceleration, until the result no longer changes.
                 while (
                     less := _uplift_acceleration_g_of_group(
                         elements,
@@ -57,8 +57,8 @@ def rocking_onset_accelerations_g(
                     )
                 ) < least:
                     least = less
-                parts[k, last] = min(parts.get((k, last), np.inf), max(least, 0.0))
-    return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
+                groups[k, last] = min(groups.get((k, last), np.inf), max(least, 0.0))
+    return max(threshold, 0.0), np.array(list(groups)), np.array(list(groups.values()))
 
 
 def _uplift_acceleration_g_of_group(

@@ -46,10 +46,10 @@ from overturning.dem.polygon.energy import scene_energy
 from overturning.dem.polygon.path import (
     TRAJECTORY_COLUMNS_PER_ELEMENT,
     add_first_case_contact_forces_to_trajectory,
-    record_element_motion_of_first_case,
+    record_base_and_element_motion_of_first_case,
 )
-from overturning.dem.polygon.resting import all_elements_at_rest
-from overturning.dem.polygon.slip import store_sample_results_and_start_next_sample
+from overturning.dem.polygon.resting import all_elements_at_rest_in_initial_position
+from overturning.dem.polygon.slip import store_slips_and_last_times_and_advance_samples
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
@@ -282,7 +282,7 @@ def attempt_steps_until_next_check(
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
         if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0:
-            record_element_motion_of_first_case(
+            record_base_and_element_motion_of_first_case(
                 state, elements, interval, ticks, first_case_trajectory_rows[recorded_trajectory_row_count]
             )
             recorded_trajectory_row_count += 1
@@ -299,7 +299,7 @@ def attempt_steps_until_next_check(
             add_first_case_contact_forces_to_trajectory(
                 state, scene, (0.5 + lag) * share, first_case_trajectory_rows, recorded_trajectory_row_count - 1
             )
-    store_sample_results_and_start_next_sample(state, scene, ticks, interval)
+    store_slips_and_last_times_and_advance_samples(state, scene, ticks, interval)
     return first_case_trajectory_rows, recorded_trajectory_row_count
 
 
@@ -341,7 +341,7 @@ def skip_quiet_samples_of_resting_cases(
         quiet = long and upcoming_motion_is_below_rest_limit(
             ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
         )
-        if quiet and all_elements_at_rest(state, j, scene):
+        if quiet and all_elements_at_rest_in_initial_position(state, j, scene):
             samples = count_skippable_samples(
                 ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
             )

@@ -12,7 +12,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history
+from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history_to_new_faces
 from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
 from overturning.dem.polygon.state import ContactVertexRanges, NearestFaces, Pose
 
@@ -159,7 +159,7 @@ def largest_motion_keeping_nearest_faces(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_nearest_faces(
+def update_nearest_faces_and_contact_history(
     pair_state_rows: Any,
     element_a_state_rows: Any,
     element_b_state_rows: Any,
@@ -168,7 +168,7 @@ def update_nearest_faces(
     face_table_of_a: Any,
     face_table_of_b: Any,
 ) -> None:
-    """Update two elements' nearest faces, the motion for which these stay valid, and the contact state.
+    """Update two elements' nearest faces, the motion for which these stay valid, and their contact history.
 
     The face with the largest separation from the other element is nearest; its partner is the most nearly opposite face
     of the other element. A pair whose faces have not been searched yet (a case at rest) keeps its contact history.
@@ -222,7 +222,7 @@ def update_nearest_faces(
             ),
         )
     if changed and old.face_index_of_a >= 0.0:
-        transfer_contact_history(
+        transfer_contact_history_to_new_faces(
             pair_state_rows,
             on,
             by,
@@ -275,10 +275,10 @@ def contact_vertex_ranges(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_step_motion_and_count_near_cases(
+def add_step_motion_and_count_near_and_due_cases(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> tuple[int, int]:
-    """Add the last step's motion of two elements to their sum; count cases near contact and near a face change.
+    """Add the last step's motion of two elements to their sum; count cases near contact and due for a face search.
 
     Count the cases in which the elements may touch, and those in which their nearest faces may change.
 
@@ -321,7 +321,9 @@ def update_nearest_faces_and_check_possible_contact(
 
     The convex pieces of both elements have the indices `piece_index_of_a` and `piece_index_of_b` among all pieces.
     """
-    near, due = add_step_motion_and_count_near_cases(pair_state_rows, element_a_state_rows, element_b_state_rows)
+    near, due = add_step_motion_and_count_near_and_due_cases(
+        pair_state_rows, element_a_state_rows, element_b_state_rows
+    )
     if due > 0:
         near = 0
         for j in range(rows.PARALLEL_CASE_COUNT):
@@ -334,7 +336,7 @@ def update_nearest_faces_and_check_possible_contact(
                     face_table_by_variant_and_piece[v, piece_index_of_a, : vertex_count_by_piece[piece_index_of_a]],
                     face_table_by_variant_and_piece[v, piece_index_of_b, : vertex_count_by_piece[piece_index_of_b]],
                 )
-                update_nearest_faces(
+                update_nearest_faces_and_contact_history(
                     pair_state_rows, element_a_state_rows, element_b_state_rows, j, dt, shape_a, shape_b
                 )
                 if dt == 0.0 and nearest_faces_will_change(

@@ -105,7 +105,7 @@ def store_last_time_on_support_of_upper_element(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def store_sample_results_and_start_next_sample(
+def store_slips_and_last_times_and_advance_samples(
     case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Store each element's slip and last times upright and supported; start the next sample where one is complete."""

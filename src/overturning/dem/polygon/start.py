@@ -12,7 +12,7 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
-from overturning.dem.polygon.search import update_nearest_faces
+from overturning.dem.polygon.search import update_nearest_faces_and_contact_history
 from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAccelerationInSample, SceneState, StepAcceptance
 
 CASE_END_TEST_INTERVAL_S: Final = 0.1
@@ -93,7 +93,7 @@ def write_initial_pair_states(
             law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
             law.flat_landing_duration * dashpot / law.normal_stiffness
         ))  # fmt: skip
-        update_nearest_faces(
+        update_nearest_faces_and_contact_history(
             q,
             a,
             b,

@@ -11,7 +11,7 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import add_pair_contact_terms_to_equations, step_resolves_contact_vibration
 from overturning.dem.polygon.centred_solution import (
-    add_solved_pair_forces_and_store_new_state,
+    add_solved_pair_forces_and_store_trial_history,
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import (
@@ -20,7 +20,7 @@ from overturning.dem.polygon.equations import (
     solve_velocity_changes,
 )
 from overturning.dem.polygon.mechanics import (
-    element_acceleration,
+    element_acceleration_relative_to_base,
     extrapolate_pose,
     extrapolate_velocity,
     power_against_inertial_and_holding_forces,
@@ -35,7 +35,10 @@ from overturning.dem.polygon.state import (
     SceneState,
     StepAcceptance,
 )
-from overturning.dem.polygon.suspended_pairs import keep_contact_tests_unless_distant, resume_contact_tests_for_step
+from overturning.dem.polygon.suspended_pairs import (
+    keep_contact_tests_unless_distant,
+    sum_motions_and_resume_contact_tests,
+)
 
 
 class SceneCentredSchemeConstants(NamedTuple):
@@ -48,13 +51,13 @@ class SceneCentredSchemeConstants(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def base_acceleration_at_step_end(
+def base_acceleration_acting_on_element_at_step_end(
     upward_base_acceleration_or_none: Any,
     scene_state: SceneState,
     element_constants: ElementConstants,
     ticks_per_sample: float,
 ) -> tuple[float, float]:
-    """Return the base acceleration (horizontal, vertical, m/s²) acting on an element at the end of a step.
+    """Return the base acceleration (horizontal, vertical, m/s²) that acts on an element at the end of a step.
 
     Both are 0 for an element that moves with the base. Of `upward_base_acceleration_or_none` only matters whether it is
     None: the base then moves only horizontally.
@@ -86,7 +89,7 @@ def predict_element_motion(
         item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
         dt, a = case.tick_duration * case.current_attempt.length_in_ticks, item.acceleration
         half = 0.5 * dt
-        ground, lift = base_acceleration_at_step_end(
+        ground, lift = base_acceleration_acting_on_element_at_step_end(
             upward_base_acceleration_or_none, case, item.constants, ticks_per_sample
         )
         v = extrapolate_velocity(item.velocity, a, half)
@@ -127,10 +130,10 @@ def store_element_motion_of_accepted_step(
             trial.step_end_velocity_correction,
             trial.pose,
         )
-        ground, lift = base_acceleration_at_step_end(
+        ground, lift = base_acceleration_acting_on_element_at_step_end(
             upward_base_acceleration_or_none, case, item.constants, ticks_per_sample
         )
-        a = element_acceleration(item, ground, lift, gravity)
+        a = element_acceleration_relative_to_base(item, ground, lift, gravity)
         v = extrapolate_velocity(trial.velocity_at_half_step, a, half)
         turn = half * d.angular
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
@@ -201,7 +204,7 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def advance_time_after_accepted_steps(scene_state_rows: Any) -> None:
+def advance_accepted_steps_and_set_next_attempts(scene_state_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(scene_state_rows, j)
@@ -235,7 +238,7 @@ def advance_scene_one_step(
             ticks_per_sample,
             scene_arrays.gravity,
         )
-    resume_contact_tests_for_step(case_states, scene_arrays, active_pairs_and_resume_motions, size)
+    sum_motions_and_resume_contact_tests(case_states, scene_arrays, active_pairs_and_resume_motions, size)
     kept = 0
     for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
         p = active_pairs_and_resume_motions.active_pair_indices[n]
@@ -268,7 +271,7 @@ def advance_scene_one_step(
         p = active_pairs_and_resume_motions.active_pair_indices[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
-            add_solved_pair_forces_and_store_new_state(q, a, b, case_states)
+            add_solved_pair_forces_and_store_trial_history(q, a, b, case_states)
     accept_or_reject_steps(case_states, ticks_per_sample)
     for i in range(size):
         if moves_relative_to_base_by_element[i]:
@@ -284,4 +287,4 @@ def advance_scene_one_step(
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
             store_accepted_pair_history(q, case_states)
-    advance_time_after_accepted_steps(case_states)
+    advance_accepted_steps_and_set_next_attempts(case_states)

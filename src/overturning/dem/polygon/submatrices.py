@@ -47,7 +47,7 @@ slice_submatrix_rows: Final = create_window_slicer(FLOATS_PER_SUBMATRIX_OF_ALL_C
 
 
 @njit(**INLINE_OPTIONS)
-def scale_rows_by_inverse_mass(
+def scale_by_half_step_over_mass_and_inertia(
     force_per_velocity_submatrix: EquationSubmatrix, element_constants: ElementConstants, signed_half_step_time: float
 ) -> EquationSubmatrix:
     """Return a submatrix of forces by velocities, times ± half the step, over the mass or the moment of inertia."""
@@ -116,7 +116,7 @@ def invert_submatrix_in_place(submatrix_of_all_cases: Any) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def multiply_by_pivot_inverse(submatrix_of_all_cases: Any, pivot_inverse_of_all_cases: Any) -> None:
+def right_multiply_submatrix_by_pivot_inverse(submatrix_of_all_cases: Any, pivot_inverse_of_all_cases: Any) -> None:
     """Multiply a submatrix from the right by `pivot_inverse_of_all_cases`, in place and for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         store(

@@ -187,7 +187,7 @@ def resume_contact_tests_after_motion(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def resume_contact_tests_for_step(
+def sum_motions_and_resume_contact_tests(
     case_states: Any, scene_arrays: Any, active_pairs_and_resume_motions: ActivePairs, element_count: int
 ) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
@@ -210,7 +210,7 @@ def resume_contact_tests_for_step(
         far, turn = largest[2 * rows.PARALLEL_CASE_COUNT + j], largest[3 * rows.PARALLEL_CASE_COUNT + j]
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
-    # `search.add_step_motion_and_count_near_cases`.
+    # `search.add_step_motion_and_count_near_and_due_cases`.
     active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] += 2.0 * last
     travel = active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] + 4.0 * ahead
     if not travel < active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT]:

@@ -72,7 +72,7 @@ def run_planned_case(
     `samples_after_record` is the number of samples after the record.
     """
     rows = motion.sample_count + samples_after_record
-    path = np.zeros((rows, 2 + 6 * plan.arrays.piece_vertex_counts.size))
+    path = np.zeros((rows, 2 + 6 * plan.scene_arrays.piece_vertex_counts.size))
     answers, path = plan.simulate_cases_of_group(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     path = path[:rows]  # a case may last longer
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
@@ -88,7 +88,7 @@ def overwrite_initial_state_of_element(plan: PolygonSimulationPlan, element: int
             + element * k.ELEMENT_ROW_LAYOUT.count
             + k.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, path) // k.PARALLEL_CASE_COUNT
         )
-        plan.arrays.initial_state_column_by_scene_variant[0, row] = number
+        plan.scene_arrays.initial_state_column_by_scene_variant[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.angular"}
     for name, value in values.items():

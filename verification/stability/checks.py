@@ -200,7 +200,8 @@ def max_static_penetration(prepared_scene: PreparedScene) -> float:
     """
     return float(
         np.max(
-            prepared_scene.pair_contact_laws.carried_weight / (2.0 * prepared_scene.pair_contact_laws.normal_stiffness),
+            prepared_scene.pair_contact_laws.carried_weight_at_rest
+            / (2.0 * prepared_scene.pair_contact_laws.normal_stiffness),
             initial=0.0,
         )
     )
@@ -288,7 +289,7 @@ def rotations_forbidding_fallen_flag(prepared_scene: PreparedScene) -> FloatArra
     ):
         item = prepared_scene.elements[index]
         on_ground = all(
-            prepared_scene.elements[k].is_driven_or_held for k in prepared_scene.carrying_element_indices[index]
+            prepared_scene.elements[k].is_driven_or_held for k in prepared_scene.carrier_indices_by_element[index]
         )
         x, z = item.shape.vertices_from_centroid.T
         base = x[z < z.min() + 1e-9 * item.smaller_of_width_and_height]

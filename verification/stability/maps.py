@@ -279,8 +279,8 @@ def _dimensionless_groups_of_scene(
         prepared_scene.pair_contact_laws,
         max(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), 1e-9),
     )
-    loaded = laws.carried_weight > 0
-    heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight / STANDARD_GRAVITY)
+    loaded = laws.carried_weight_at_rest > 0
+    heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight_at_rest / STANDARD_GRAVITY)
     damping = laws.dashpot_coefficient[loaded] / heave[loaded]
     groups = (
         max_static_penetration(prepared_scene)

@@ -62,7 +62,7 @@ def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: 
 def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     """Simulate one case; return the most element pairs tested in a step after the first, and the elements' state."""
     workspace, cases = allocate_workspace(inputs), np.zeros(rows.PARALLEL_CASE_COUNT, np.int64)
-    scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene), 0, workspace.state
+    scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene_arrays), 0, workspace.state
     for lane in range(rows.PARALLEL_CASE_COUNT):
         start_case(inputs, workspace, lane, 0)
     for sample in range(samples):
@@ -91,4 +91,4 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         + workspace.nonzero_pattern.later_coupled_element_counts[0]
     )
     held += workspace.active_pairs.active_pair_count[0] + workspace.moves_relative_to_base[0]
-    return most, found, held + inputs.scene.initial_state_column_by_scene_variant[0, 0]
+    return most, found, held + inputs.scene_arrays.initial_state_column_by_scene_variant[0, 0]

@@ -284,9 +284,9 @@ def _pair_state_at_rest(
         signed_friction_coefficient_1=0.0,
         signed_friction_coefficient_2=0.0,
         is_a_on_b_minus_is_b_on_a=float(
-            pair.second_element_index in prepared_scene.carrying_element_indices[pair.first_element_index]
+            pair.second_element_index in prepared_scene.carrier_indices_by_element[pair.first_element_index]
         )
-        - (pair.first_element_index in prepared_scene.carrying_element_indices[pair.second_element_index]),
+        - (pair.first_element_index in prepared_scene.carrier_indices_by_element[pair.second_element_index]),
     )
 
 

@@ -65,8 +65,8 @@ class PredictedPlanarContactPoint(NamedTuple):
     """True if the point is in contact."""
     slides: bool
     """True if the point slides."""
-    signed_friction_coefficient: float
-    """±μ if the point slides."""
+    signed_friction_coefficient_if_sliding: float
+    """±μ with the sign of the friction force if the point slides; without meaning if it sticks."""
     normal_force_opens_sliding_contact: bool
     """True if a normal force pushes the point out while it slides."""
 
@@ -173,7 +173,7 @@ def planar_contact_equation_terms(
         other_predicted_point.is_in_contact & (not other_predicted_point.slides)
     )
     slides = predicted_point.slides & free
-    slid = predicted_point.signed_friction_coefficient if slides else 0.0
+    slid = predicted_point.signed_friction_coefficient_if_sliding if slides else 0.0
     touches = predicted_point.is_in_contact
     press = contact_law.dashpot_coefficient + half_step_time * contact_law.normal_stiffness if touches else 0.0
     stick = contact_law.dashpot_coefficient + half_step_time * contact_law.tangential_stiffness if touches else 0.0

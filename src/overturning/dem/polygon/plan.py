@@ -67,11 +67,11 @@ class PolygonSimulationPlan(SimulationPlan):
     scene_variants: list[PreparedScene]  # the scene at each size
     scene_variant_index_by_case: NDArray[np.int64]  # shape (n,): index of each case's variant
     rocking_groups_immovable_from_sample: FloatArray  # see `SceneKernelInput`
-    arrays: t.SceneArrays
+    scene_arrays: t.SceneArrays
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
-        each = (case_count, self.arrays.element_fall_limits.shape[1])
+        each = (case_count, self.scene_arrays.element_fall_limits.shape[1])
         return {
             "results": np.zeros(case_count, t.RESULT_TABLE_DTYPE),
             "each": np.zeros(each, t.ELEMENT_RESULT_TABLE_DTYPE),
@@ -89,7 +89,7 @@ class PolygonSimulationPlan(SimulationPlan):
             scheme_constants=scheme,
             rocking_groups_immovable_from_sample=self.rocking_groups_immovable_from_sample[case_numbers],
             scene_variant_index_by_case=self.scene_variant_index_by_case[case_numbers],
-            scene=self.arrays,
+            scene_arrays=self.scene_arrays,
             element_result_table=result_tables["each"],
         )
 
@@ -227,7 +227,7 @@ def plan_scene_simulation(
         has_too_soft_contacts=np.array([item.contacts_too_soft_or_placement_invalid for item in variants])[variant],
         scene_variants=variants, scene_variant_index_by_case=variant,
         case_table=table, rocking_groups_immovable_from_sample=groups_immovable_from,
-        arrays=t.build_scene_arrays(variants),
+        scene_arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
 
 
@@ -344,7 +344,7 @@ def _check_variant_stiffness_and_pairs(scene: Scene, scene_variants: list[Prepar
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in scene_variants:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
-        loaded = item.pair_contact_laws.carried_weight > 0.0
+        loaded = item.pair_contact_laws.carried_weight_at_rest > 0.0
         penetrations = item.pair_contact_laws.stiffness_design_weight[loaded] / (
             2.0 * item.pair_contact_laws.normal_stiffness[loaded]
         )

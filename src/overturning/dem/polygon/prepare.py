@@ -57,7 +57,7 @@ class PreparedScene:
     overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
     support_element_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
     base_centres: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
-    carrying_element_indices: list[set[int]]  # elements that carry each element at rest
+    carrier_indices_by_element: list[set[int]]  # elements that carry each element at rest
     has_valid_placement: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
@@ -92,8 +92,10 @@ class PreparedScene:
     @property
     def mean_static_penetration_of_loaded_pairs(self) -> FloatArray:
         """Mean static penetration of each pair of elements in contact at rest, m, shape (loaded contacts,)."""
-        loaded = self.pair_contact_laws.carried_weight > 0.0
-        return self.pair_contact_laws.carried_weight[loaded] / (2.0 * self.pair_contact_laws.normal_stiffness[loaded])
+        loaded = self.pair_contact_laws.carried_weight_at_rest > 0.0
+        return self.pair_contact_laws.carried_weight_at_rest[loaded] / (
+            2.0 * self.pair_contact_laws.normal_stiffness[loaded]
+        )
 
     @property
     def static_penetration_exceeds_limit(self) -> bool:

@@ -85,7 +85,7 @@ class SceneKernelInput(NamedTuple):
     """Sample from which each group that can move as one stands for good, shape (cases, groups)."""
     scene_variant_index_by_case: NDArray[np.int64]
     """Index of each case's scene variant (size and damping), shape (cases,)."""
-    scene: SceneArrays
+    scene_arrays: SceneArrays
     element_result_table: NDArray[np.void]
     """Results of elements to fill in, of type `arrays.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
 
@@ -114,9 +114,9 @@ step_function_of_scheme = create_lookup_by_type(STEP_FUNCTION_BY_SCHEME_CONSTANT
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty arrays for the states and the equations of all cases that are computed in parallel."""
     elements, pairs, initial = (
-        kernel_input.scene.element_fall_limits.shape[1],
-        kernel_input.scene.pair_element_and_piece_indices.shape[0],
-        kernel_input.scene.initial_state_column_by_scene_variant,
+        kernel_input.scene_arrays.element_fall_limits.shape[1],
+        kernel_input.scene_arrays.pair_element_and_piece_indices.shape[0],
+        kernel_input.scene_arrays.initial_state_column_by_scene_variant,
     )
     owner = cache_line_aligned_zeros(initial.shape[1] * rows.PARALLEL_CASE_COUNT)
     moves = np.zeros(elements, np.bool_)
@@ -159,7 +159,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
     """Load case number `case_index` into column `lane`: the scene at rest, with the case's friction and damping."""
     state, scene, given, v = (
         workspace.state,
-        kernel_input.scene,
+        kernel_input.scene_arrays,
         kernel_input.cases[case_index],
         kernel_input.scene_variant_index_by_case[case_index],
     )
@@ -249,7 +249,7 @@ def attempt_steps_until_next_check(
         kernel_input.scheme_constants.velocity_lag_behind_pose_steps,
     )
     scene, up, state = (
-        view_scene_arrays_without_reference_counts(kernel_input.scene),
+        view_scene_arrays_without_reference_counts(kernel_input.scene_arrays),
         kernel_input.ground_motion.upward_acceleration,
         workspace.state,
     )
@@ -328,7 +328,7 @@ def skip_quiet_samples_of_resting_cases(
         workspace.state,
         kernel_input.ground_motion,
         kernel_input.motion_row_by_case,
-        kernel_input.scene,
+        kernel_input.scene_arrays,
         kernel_input.scheme_constants.ticks_per_whole_step,
     )
     for j in range(active_lane_count):
@@ -354,7 +354,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     status = case_status(
         workspace.state,
         lane,
-        kernel_input.scene,
+        kernel_input.scene_arrays,
         kernel_input.rocking_groups_immovable_from_sample[case_index],
         float(kernel_input.settings.sample_count),
         kernel_input.settings.sampling_interval,
@@ -377,7 +377,7 @@ def write_results_of_ended_case(
     mark_fallen_and_write_case_results(
         workspace.state,
         lane,
-        kernel_input.scene,
+        kernel_input.scene_arrays,
         kernel_input.results[case_index],
         kernel_input.element_result_table[case_index],
     )

@@ -53,7 +53,7 @@ class PairContactLaws:
     tangential_stiffness: FloatArray  # K_s, N/m
     dashpot_coefficient: FloatArray  # h, N·s/m, in both directions
     friction_coefficient: FloatArray  # µ; −1 if the pair takes the friction of the case
-    carried_weight: FloatArray  # weight at rest, N
+    carried_weight_at_rest: FloatArray  # weight at rest, N
     stiffness_design_weight: (
         FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
     )

@@ -228,7 +228,7 @@ def advance_scene_one_step(
 ) -> None:
     """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
     reset_step_contact_changes(case_states)
-    size, near = moves_relative_to_base_by_element.size, active_pairs_and_resume_motions.may_touch
+    size, near = moves_relative_to_base_by_element.size, active_pairs_and_resume_motions.may_touch_by_pair
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(

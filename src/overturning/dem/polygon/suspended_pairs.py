@@ -30,7 +30,7 @@ class ActivePairs(NamedTuple):
 
     active_pair_indices: Any
     """Indices of the pairs tested at each step, ascending, shape (pairs,); the first `active_pair_count` are valid."""
-    may_touch: Any
+    may_touch_by_pair: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
     motion_sum_to_resume_contact_tests: Any
     """Sum of motions (m) at which each pair is tested again, or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""

@@ -38,7 +38,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
                             + j
                         )
                         matrix[place] = blocks[i, k, number // 3, number % 3]
-    equations.solve_velocity_changes(
+    equations.solve_velocity_changes_in_place(
         view_without_reference_counts(state), view_without_reference_counts(matrix), pattern, size
     )
     used = pattern.is_nonzero.sum()

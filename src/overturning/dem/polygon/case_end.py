@@ -210,8 +210,8 @@ def store_fall_sides_and_count_elements(
 
 
 @njit(**INLINE_OPTIONS)
-def peak_rotation_to_either_side(element: ElementState) -> float:
-    """Return the largest rotation of an element to either side, rad."""
+def larger_peak_rotation_of_both_sides(element: ElementState) -> float:
+    """Return the larger of the peak rotations of an element to both sides, rad."""
     return updated_maximum(
         element.step_motion_and_peaks.peak_rotation_to_minus_x, element.step_motion_and_peaks.peak_rotation_to_plus_x
     )
@@ -262,10 +262,10 @@ def any_element_can_fall_without_base_motion(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def store_side_and_time_of_falls(
+def find_fallen_elements_and_store_side_and_time(
     case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any, max_support_gap: float
 ) -> None:
-    """Store, at the end of a case, the side and time of the fall for each free element that has fallen.
+    """Find, at the end of a case, the free elements that have fallen, and store the side and time of their fall.
 
     An element has fallen if it has rotated to where it can rest on another face or past the angle from which it can
     return, if it is below its fall limit, or if none of its supports carries it any more.
@@ -344,7 +344,7 @@ def any_peak_rotation_can_grow(
     """True if the scene's energy above its initial energy (J) could rotate an element beyond its peak rotation."""
     for e in range(fall_limits_by_element.size):
         item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
-        reached = peak_rotation_to_either_side(item) / item.constants.critical_or_fall_angle
+        reached = larger_peak_rotation_of_both_sides(item) / item.constants.critical_or_fall_angle
         if fall_limits_by_element[e].is_free == 0.0 or reached < 1e-3:
             continue
         share = min(max(energy_above_initial_energy / fall_limits_by_element[e].overturning_energy, 0.0), 1.0)
@@ -360,7 +360,7 @@ def mark_fallen_and_write_case_results(
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(case_states[rows.VARIANT + lane])
     element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
-    store_side_and_time_of_falls(
+    find_fallen_elements_and_store_side_and_time(
         case_states,
         lane,
         scene_arrays,
@@ -379,7 +379,7 @@ def mark_fallen_and_write_case_results(
         element_result_rows_of_case[e].overturning_time = (
             record.last_recoverable_time if record.fall_side != 0.0 else np.nan
         )
-        element_result_rows_of_case[e].peak_rotation = min(peak_rotation_to_either_side(item), 0.5 * np.pi)
+        element_result_rows_of_case[e].peak_rotation = min(larger_peak_rotation_of_both_sides(item), 0.5 * np.pi)
         element_result_rows_of_case[e].peak_slip, element_result_rows_of_case[e].residual_slip = (
             record.peak_slip_on_support,
             record.slip_on_support,

@@ -20,7 +20,10 @@ from overturning.dem.kernel.lanes import (
     create_elementwise_tuple_functions,
 )
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.equations import add_pair_matrix_to_submatrices, right_hand_sides_with_pair_force_added
+from overturning.dem.polygon.equations import (
+    add_pair_contact_matrix_to_equation_submatrices,
+    right_hand_sides_with_pair_force_added,
+)
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
@@ -269,7 +272,7 @@ def add_pair_contact_terms_to_equations(
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
         rows.store_predicted_one(pair_state_rows, j, AssumedPlanarContactSlip(g1.tangential_spring_stretch, slid_1))
         rows.store_predicted_two(pair_state_rows, j, AssumedPlanarContactSlip(g2.tangential_spring_stretch, slid_2))
-        add_pair_matrix_to_submatrices(
+        add_pair_contact_matrix_to_equation_submatrices(
             pair_equation_submatrices,
             unset_flags_of_submatrices_aa_ab_bb,
             j,

@@ -56,7 +56,7 @@ class SceneCundallSchemeConstants(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def compute_planar_contact_force(
+def planar_contact_point_result_of_cundall_step(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
@@ -126,10 +126,10 @@ def add_pair_forces_and_store_contact_history(
                 pair.contact_law, segment.point_2, u, own_a, own_b, held
             ),
         )
-        one = compute_planar_contact_force(
+        one = planar_contact_point_result_of_cundall_step(
             pair.contact_law, old.point_1, segment.point_1, segment, case.ticks_per_second, flat_one
         )
-        two = compute_planar_contact_force(
+        two = planar_contact_point_result_of_cundall_step(
             pair.contact_law, old.point_2, segment.point_2, segment, case.ticks_per_second, flat_two
         )
         on_a, on_b = element_force_sums_with_pair_force_added(

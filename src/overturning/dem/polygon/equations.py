@@ -94,7 +94,7 @@ def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row_element_index: i
 
 
 @njit(**INLINE_OPTIONS)
-def add_pair_matrix_to_submatrices(
+def add_pair_contact_matrix_to_equation_submatrices(
     pair_equation_submatrices: PairSubmatrices,
     unset_flags_of_submatrices_aa_ab_bb: Any,
     lane: int,
@@ -181,7 +181,7 @@ def right_hand_sides_with_pair_force_added(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def solve_velocity_changes(
+def solve_velocity_changes_in_place(
     case_states: Any, equation_submatrices_of_all_cases: Any, nonzero_pattern: NonzeroPattern, element_count: int
 ) -> None:
     """Solve the equations of a step by elimination; velocity changes of the elements replace the right-hand sides.

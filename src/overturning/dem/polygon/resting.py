@@ -9,7 +9,7 @@ from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REM
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import find_contact_segment_if_may_touch
+from overturning.dem.polygon.faces import find_contact_segment_open_unless_may_touch
 from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
 
 MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT: Final = 0.2
@@ -74,7 +74,9 @@ def last_time_on_standing_support_or_inf(
         ):
             continue
         had = True
-        segment = find_contact_segment_if_may_touch(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
+        segment = find_contact_segment_open_unless_may_touch(
+            pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True
+        )
         if (segment.point_1.vertex_projects_onto_other_face and segment.point_1.penetration > -max_support_gap) or (
             segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_support_gap
         ):

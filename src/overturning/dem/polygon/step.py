@@ -17,7 +17,7 @@ from overturning.dem.polygon.centred_solution import (
 from overturning.dem.polygon.equations import (
     clear_nonzero_pattern,
     mark_nonzero_and_return_pair_submatrices,
-    solve_velocity_changes,
+    solve_velocity_changes_in_place,
 )
 from overturning.dem.polygon.mechanics import (
     element_acceleration_relative_to_base,
@@ -266,7 +266,7 @@ def advance_scene_one_step(
             active_pairs_and_resume_motions.active_pair_indices[kept] = p
             kept += 1
     active_pairs_and_resume_motions.active_pair_count[0] = kept
-    solve_velocity_changes(case_states, equation_submatrices_of_all_cases, nonzero_pattern, size)
+    solve_velocity_changes_in_place(case_states, equation_submatrices_of_all_cases, nonzero_pattern, size)
     for n in range(kept):
         p = active_pairs_and_resume_motions.active_pair_indices[n]
         if near[p]:

@@ -66,11 +66,11 @@ onstart:
 
 
 onerror:
-    restore_cubes(Path(RESULTS))
+    restore_deleted_cubes_from_backups(Path(RESULTS))
 
 
 onsuccess:
-    restore_cubes(Path(RESULTS))
+    restore_deleted_cubes_from_backups(Path(RESULTS))
     made = [path for path in (*CUBES, REPORT, EXPLORER) if Path(path).exists()]
     logger.info(
         "\n  ".join([f"Cube and report of the study {STUDY.name!r}:", *made]),

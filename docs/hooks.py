@@ -130,16 +130,16 @@ def commands() -> str:
 
 def keys() -> str:
     """Return the table of the keys of a study."""
-    from overturning.study.document import study_key_and_record_column_tables
+    from overturning.study.document import markdown_tables_of_study_keys_and_record_columns
 
-    return study_key_and_record_column_tables()["keys"]
+    return markdown_tables_of_study_keys_and_record_columns()["keys"]
 
 
 def columns() -> str:
     """Return the table of the columns of the record table."""
-    from overturning.study.document import study_key_and_record_column_tables
+    from overturning.study.document import markdown_tables_of_study_keys_and_record_columns
 
-    return study_key_and_record_column_tables()["columns"]
+    return markdown_tables_of_study_keys_and_record_columns()["columns"]
 
 
 def variables() -> str:

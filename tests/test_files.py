@@ -31,7 +31,9 @@ def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.Mo
     def raise_read_only_file_system_error(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
 
-    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", raise_read_only_file_system_error)
+    monkeypatch.setattr(
+        "overturning.study.document.write_study_schemas_and_readme_tables", raise_read_only_file_system_error
+    )
     text = command_output("study", "document", status=1)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
@@ -40,7 +42,7 @@ def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPa
     def raise_interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("overturning.study.document.write_study_file_documentation", raise_interrupt)
+    monkeypatch.setattr("overturning.study.document.write_study_schemas_and_readme_tables", raise_interrupt)
     assert command_output("study", "document", status=130) == "Stopped; no incomplete file was kept.\n"
 
 

@@ -14,7 +14,7 @@ from overturning.findings.contrast import (
 )
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL_VARIANT, variant_settings
+from overturning.study.scenes import NOMINAL_VARIANT, settings_changed_by_variant
 from overturning.units import STANDARD_GRAVITY
 from verification.tables import (
     RESULT_TABLE_FOLDER,
@@ -42,7 +42,7 @@ def soil_fundamental_periods_text(results: StudyResults) -> str:
     """Return the fundamental periods, s, of the soil columns of the variants as text, in order."""
     found = []
     for name in results.study.variants:
-        site = variant_settings(results.study, name).site
+        site = settings_changed_by_variant(results.study, name).site
         if site is not None:
             found.append(4 * sum(one.thickness_m / one.velocity_m_s for one in site.layers))
     return ", ".join(f"{one:.2f} s" for one in found)

@@ -16,7 +16,7 @@ from overturning.records.catalogue import read_record_table
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
-from overturning.study.preflight import check_study_size, find_record_rows_and_files
+from overturning.study.preflight import estimate_and_check_study_size, find_record_rows_and_files
 from overturning.surveys.stones import read_counted_stones
 from tests.fuzz.spoiling import (
     apply_edits,
@@ -92,7 +92,7 @@ def read_study_and_check_names_as_file_names(path: Path) -> None:
     study = load_study(path)
     for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
         assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
-    check_study_size(study, "mine.yaml")
+    estimate_and_check_study_size(study, "mine.yaml")
     find_record_rows_and_files(study, "mine.yaml")
 
 

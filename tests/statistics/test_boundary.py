@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.statistics.boundary import (
     boundary_b_over_h_and_whether_stoutest_falls,
-    easiest_overturning_axis_and_boundaries,
+    easiest_axis_and_extreme_overturning_boundaries,
     overturning_boundaries_by_azimuth,
 )
 
@@ -42,7 +42,9 @@ def test_overturning_boundary_is_half_a_step_of_b_over_h_above_the_last_fall(
     assert bounds["boundary"].sel(azimuth=150).isnull().all()
     assert bounds["stands_throughout"].sel(azimuth=150).all()
     assert not bounds["falls_beyond"].any()
-    assert easiest_overturning_axis_and_boundaries(bounds, cube["b_over_h"])["easiest_axis"].values == pytest.approx(60)
+    assert easiest_axis_and_extreme_overturning_boundaries(bounds, cube["b_over_h"])[
+        "easiest_axis"
+    ].values == pytest.approx(60)
 
 
 def test_falls_at_the_largest_b_over_h_leave_the_boundary_unknown(
@@ -52,7 +54,7 @@ def test_falls_at_the_largest_b_over_h_leave_the_boundary_unknown(
     bounds = overturning_boundaries_by_azimuth(cube)
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["boundary"].isnull().all()
-    easiest = easiest_overturning_axis_and_boundaries(bounds, cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(bounds, cube["b_over_h"])
     assert not easiest["bounded"].any()
     assert easiest["ratio"].values == pytest.approx(0.5 / 0.1)
 
@@ -67,7 +69,7 @@ def test_boundary_is_only_known_to_exceed_the_last_b_over_h_with_an_outcome(
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["largest_known"].sel(azimuth=60).values == pytest.approx(0.3)
     assert bounds["largest_known"].sel(azimuth=65).values == pytest.approx(0.5)
-    easiest = easiest_overturning_axis_and_boundaries(bounds.sel(azimuth=[60, 150, 240, 330]), cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(bounds.sel(azimuth=[60, 150, 240, 330]), cube["b_over_h"])
     assert easiest["highest_boundary"].values == pytest.approx(0.3)
     assert not easiest["bounded"].any()
 
@@ -80,7 +82,7 @@ def test_boundary_ratio_of_easiest_to_hardest_plane_matches_the_fall_rule(make_c
     cube = make_cube_from_fall_rules(
         signed_falls_below_limiting_b_over_h, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2)
     )
-    easiest = easiest_overturning_axis_and_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].values == pytest.approx(30, abs=0.1)
     assert easiest["ratio"].values == pytest.approx(0.455 / 0.255, abs=0.02)
     assert easiest["bounded"].all()
@@ -152,7 +154,7 @@ def test_missing_outcomes_do_not_count_as_falls_in_the_boundary(make_cube_from_f
     cube = make_cube_from_fall_rules(lambda azimuth, *_rest: np.zeros_like(azimuth))
     cube["overturned"][{"b_over_h": 2}] = np.nan
     assert overturning_boundaries_by_azimuth(cube)["stands_throughout"].all()
-    easiest = easiest_overturning_axis_and_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].isnull().all()
     assert easiest["ratio"].isnull().all()
 
@@ -166,12 +168,14 @@ def test_a_plane_without_outcomes_is_not_taken_as_the_hardest_to_overturn(make_c
         lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0)
     )
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
-    easiest = easiest_overturning_axis_and_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
     assert np.unique(easiest["ratio"]) == pytest.approx([3.0])
     assert easiest["bounded"].all()
     cube["overturned"][:] = cube["overturned"] * 0
     assert (
-        easiest_overturning_axis_and_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])["ratio"]
+        easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])[
+            "ratio"
+        ]
         .isnull()
         .all()
     )

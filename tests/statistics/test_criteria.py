@@ -170,7 +170,10 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     blind = found.rule_scores[-1]
-    assert (found.best_criterion.name, found.best_criterion.weighted_mean_skill_over_block_sizes.mean) == (
+    assert (
+        found.score_of_best_criterion.name,
+        found.score_of_best_criterion.weighted_mean_skill_over_block_sizes.mean,
+    ) == (
         "pulse, one impact",
         pytest.approx(1.0),
     )
@@ -258,7 +261,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
     alike = [
         criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
     ]
-    assert {one.best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
+    assert {one.score_of_best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
     assert (
         np.mean(
             [
@@ -282,7 +285,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
         criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (6, 2)) for _ in range(60)
     ]
     ranked = [
-        one.best_criterion.name
+        one.score_of_best_criterion.name
         for one in better
         if all(lead.interval_low > 0 for lead in one.best_minus_other_skill_by_criterion_name.values())
     ]

@@ -22,8 +22,8 @@ from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.elements import count_falls_by_element, summarise_element_displacements
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
-    add_opposite_azimuths,
     count_changed_and_all_neighbour_pairs,
+    cube_with_opposite_azimuths,
     fall_counts_towards_azimuths,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions,
@@ -305,7 +305,7 @@ def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_c
     assert mean_fall_directions(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
     # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
     assert mean_fall_directions(cube)["mean_direction"].values == pytest.approx(87.5)
-    xr.testing.assert_identical(add_opposite_azimuths(cube), cube)
+    xr.testing.assert_identical(cube_with_opposite_azimuths(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
         assert fall_counts_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected

@@ -28,8 +28,8 @@ from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
     count_agreements_of_2d_and_3d_outcomes,
     shares_of_agreeing_2d_and_3d_outcomes,
+    standing_twists_deg_by_b_over_h_and_friction,
     summarise_twists,
-    twists_by_b_over_h_and_friction_deg,
 )
 
 EARTHQUAKE_NAMES_BY_RECORD = ("A", "A", "B", "C", "D")
@@ -355,11 +355,13 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
         "status": ("record", [0, 0, 0, 0, 1]),
         "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
-    ((shape, turned),) = twists_by_b_over_h_and_friction_deg(cube).items()
+    ((shape, turned),) = standing_twists_deg_by_b_over_h_and_friction(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twists(turned, probability_of_upper_quantile=0.5)
     assert (found.stone_count, found.median_deg, found.upper_quantile_deg, found.largest_deg) == (3, 3.0, 3.0, 10.0)
-    assert summarise_twists(twists_by_b_over_h_and_friction_deg(cube.isel(record=[3, 4]))[shape]).stone_count == 0
+    assert (
+        summarise_twists(standing_twists_deg_by_b_over_h_and_friction(cube.isel(record=[3, 4]))[shape]).stone_count == 0
+    )
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])

@@ -11,7 +11,7 @@ from overturning.statistics.illustrative import (
     BOTH_SIDES_CASE_TITLE,
     FALLS_IN_ONE_VARIANT_ONLY_RULE,
     OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE,
-    case_with_differing_outcomes,
+    clearest_case_with_differing_outcomes,
     find_illustrative_cases,
 )
 
@@ -157,7 +157,7 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_f
         for each in (falls_in_first_setting, falls_in_second_setting)
     )
     rocks = xr.full_like(cube["overturned"], 0.5)
-    case = case_with_differing_outcomes(
+    case = clearest_case_with_differing_outcomes(
         cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")
     )
     assert case is not None
@@ -168,9 +168,9 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_f
 
 def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube_from_fall_rules) -> None:
     cube = make_cube_from_fall_rules(lambda azimuth, *_: 1.0 + 0 * azimuth, **CUBE_GRID, fault_normal=0.0)
-    assert case_with_differing_outcomes(cube, cube, ("nominal", "other")) is None
+    assert clearest_case_with_differing_outcomes(cube, cube, ("nominal", "other")) is None
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
-    case = case_with_differing_outcomes(cube, other, ("nominal", "other"))
+    case = clearest_case_with_differing_outcomes(cube, other, ("nominal", "other"))
     assert case is not None
     assert (case.title, case.panel_directions_deg) == (OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE.case_title, (60.0, 60.0))
     assert case.block_coordinates["b_over_h"] in (0.3, 0.4)

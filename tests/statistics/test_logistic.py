@@ -16,7 +16,7 @@ from overturning.statistics.logistic import (
     coefficient_name_estimate_interval_range_rows,
     fit_logistic_model,
     fit_logistic_overturning_model,
-    overturning_regression_data,
+    predictors_falls_earthquakes_and_weights,
 )
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
@@ -362,7 +362,7 @@ def test_fit_to_a_cube_recovers_the_known_slope(make_cube_from_fall_rules: Calla
     intensity = xr.Dataset(
         {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pgv)}, coords={"azimuth": azimuth}
     )
-    predictors, outcome, event, weight = overturning_regression_data(cube.chunk({"record": 1}), intensity)
+    predictors, outcome, event, weight = predictors_falls_earthquakes_and_weights(cube.chunk({"record": 1}), intensity)
     assert predictors.shape == (12 * 18 * 2 * 5, 4)
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))

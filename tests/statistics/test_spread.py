@@ -10,7 +10,7 @@ from overturning.statistics.spread import (
     indicator_that_most_runs_fall_to_both_sides,
     indicator_that_runs_disagree_on_fall,
 )
-from overturning.study.ensemble import fall_probabilities_converged
+from overturning.study.ensemble import fall_probability_convergence_mask
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
@@ -29,7 +29,7 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
     runs = np.full(cells, settings.members)
     for size in (16, 8):
         first = np.where(np.arange(settings.members) < size, flags, np.int8(-128))
-        runs = np.where(fall_probabilities_converged(first, settings.half_width), size, runs)
+        runs = np.where(fall_probability_convergence_mask(first, settings.half_width), size, runs)
     made = np.arange(settings.members) < runs[:, None]
     shares = [((flags == side) & made).sum(axis=1) / runs for side in (1, -1)]
     outcomes = np.array([(i, j, 8 - i - j) for i in range(9) for j in range(9 - i)])

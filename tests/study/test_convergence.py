@@ -26,7 +26,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision
 from overturning.settings import EnsembleSettings
-from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, empty_outcome_array
+from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, create_outcome_array_to_fill
 from overturning.study.convergence import read_convergence_result
 from overturning.study.convergence_check import check_convergence, rerun_functions_by_rerun_kind
 from overturning.study.cube import open_cube
@@ -34,7 +34,7 @@ from overturning.study.ensemble import wilson_95_percent_interval
 from overturning.study.load import study_from_content
 from overturning.study.sample import (
     RandomCaseSample,
-    choose_random_case_indices,
+    choose_random_record_and_grid_indices,
     read_random_case_sample,
     read_sample_to_compare_with_rigid_block,
 )
@@ -85,17 +85,17 @@ def test_comparison_of_outcomes_counts_each_kind_of_change_once() -> None:
 def test_cases_to_check_are_drawn_without_repetition_or_mirror_images() -> None:
     computed = np.ones((10, 1, 20, 2), bool)
     computed[5:] = False
-    record, cells = choose_random_case_indices(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
+    record, cells = choose_random_record_and_grid_indices(ConvergenceCheckSettings(share=0.1, at_least=7), 3, computed)
     assert len(record) == round(0.1 * 3 * 400)
     assert computed[tuple(cells.T)].all()
     assert len(np.unique(np.column_stack([record, cells]), axis=0)) == len(cells)
-    fewer = choose_random_case_indices(ConvergenceCheckSettings(share=0.001, at_least=50), 3, computed)
+    fewer = choose_random_record_and_grid_indices(ConvergenceCheckSettings(share=0.001, at_least=50), 3, computed)
     assert len(fewer[0]) == 50
     np.testing.assert_array_equal(fewer[1], cells[:50], "a first part of the order is a choice too")
-    assert len(choose_random_case_indices(ConvergenceCheckSettings(at_least=10_000), 3, computed)[0]) == 600, (
-        "all of a small study"
-    )
-    other = choose_random_case_indices(ConvergenceCheckSettings(share=0.1, seed=2), 3, computed)
+    assert (
+        len(choose_random_record_and_grid_indices(ConvergenceCheckSettings(at_least=10_000), 3, computed)[0]) == 600
+    ), "all of a small study"
+    other = choose_random_record_and_grid_indices(ConvergenceCheckSettings(share=0.1, seed=2), 3, computed)
     assert not np.array_equal(other[1], cells)
 
 
@@ -303,7 +303,7 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
     sample = RandomCaseSample(
-        np.zeros(2, np.int64), index, empty_outcome_array(2, 1), none, sure, sure, np.ones(2), 36, 0
+        np.zeros(2, np.int64), index, create_outcome_array_to_fill(2, 1), none, sure, sure, np.ones(2), 36, 0
     )
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)

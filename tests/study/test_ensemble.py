@@ -31,7 +31,7 @@ from overturning.study.ensemble import (
     EnsembleMembers,
     EnsembleRunner,
     draw_parameter_changes_of_members,
-    fall_probabilities_converged,
+    fall_probability_convergence_mask,
     mask_of_cases_for_ensemble_runs,
     wilson_95_percent_interval,
 )
@@ -70,7 +70,7 @@ def ensemble_statistics_of_grid(
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return EnsembleRunner(PlanarModel(), members, run_all_cells, **more).run_ensemble_of_selected_cases(
+    return EnsembleRunner(PlanarModel(), members, run_all_cells, **more).choose_cases_and_run_their_ensembles(
         motion, GRID, nominal, run_member_cases, progress
     )[0]
 
@@ -170,7 +170,7 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion
             overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
         )
 
-    found = EnsembleRunner(Body(), members, run_all_cells=False).run_ensemble_of_selected_cases(
+    found = EnsembleRunner(Body(), members, run_all_cells=False).choose_cases_and_run_their_ensembles(
         pulse_motion, grid, nominal | {"fall_azimuth": azimuth}, fake_member_results
     )
     run = (found[0]["members"] > 0).ravel()
@@ -264,7 +264,7 @@ def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = EnsembleRunner(PlanarModel(), members).run_ensemble_of_selected_cases(
+    found = EnsembleRunner(PlanarModel(), members).choose_cases_and_run_their_ensembles(
         pulse_motion, grid, nothing, fake_results_all_standing
     )[0]
     held = [(np.unique(cases[:, 0]).size * pulse_motion.sample_count, len(cases)) for cases in calls]
@@ -309,12 +309,15 @@ def test_ensembles_whose_members_agree_converge_with_fewer_members() -> None:
     flags[2, :16] = [1] * 3 + [0] * 13
     flags[3, :16] = [-1] * 4 + [1] * 12
     flags[4] = [1] * 12 + [-1] * 12
-    assert fall_probabilities_converged(flags, 0.19).tolist() == [True, False, True, False, True]
-    assert not fall_probabilities_converged(flags, 0.0).any()
-    assert not fall_probabilities_converged(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
+    assert fall_probability_convergence_mask(flags, 0.19).tolist() == [True, False, True, False, True]
+    assert not fall_probability_convergence_mask(flags, 0.0).any()
+    assert not fall_probability_convergence_mask(
+        np.full((1, 24), -128, np.int8), 0.19
+    ).any()  # no member has an outcome
     elements = np.stack([flags, np.broadcast_to(flags[:1], flags.shape)], axis=2)
     assert np.array_equal(
-        fall_probabilities_converged(elements, 0.19), fall_probabilities_converged(flags, 0.19)
+        fall_probability_convergence_mask(elements, 0.19),
+        fall_probability_convergence_mask(flags, 0.19),
     )  # every element counts
 
 
@@ -339,7 +342,7 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
         few = EnsembleRunner(PlanarModel(), members, max_fall_probability_interval_half_width=0.19)
-        alone = few.run_ensemble_of_selected_cases(
+        alone = few.choose_cases_and_run_their_ensembles(
             pulse_motion, one, own, lambda cases, _: run_cases(pulse_motion, cases)
         )[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
@@ -371,7 +374,7 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
 def _stopping_rule_ends_ensemble(falls: int, size: int, max_interval_width: float) -> bool:
     """True if the stopping rule ends an ensemble with this number of falls."""
     flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
-    return bool(fall_probabilities_converged(flags, max_interval_width)[0])
+    return bool(fall_probability_convergence_mask(flags, max_interval_width)[0])
 
 
 def _stopping_probability_by_falls_and_members(

@@ -20,7 +20,7 @@ from overturning.records.record import Record
 from overturning.study.cube import open_cube, record_sources, record_sources_and_processing_by_id, study_of_cube
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
-from overturning.study.parts import write_sweep_part
+from overturning.study.parts import write_outcome_file_of_chunk
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 
@@ -62,7 +62,9 @@ def write_random_outcome_files(folder: Path, pieces: int = 1) -> list[Path]:
             path = folder / f"{name}-{pieces}-{piece}.nc"
             part = grid.copy_with_dimension_values(azimuth=grid["azimuth"][places])
             cells = {variable: values[places] for variable, values in full.items()}
-            write_sweep_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
+            write_outcome_file_of_chunk(
+                path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size}
+            )
             paths.append(path)
     return paths
 
@@ -198,7 +200,7 @@ def test_missing_outcomes_in_a_cube_are_nan_and_never_a_flag(tmp_path: Path) -> 
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = CaseStatus.UNDECIDED
-    write_sweep_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
+    write_outcome_file_of_chunk(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
     merge_outcome_files_into_cube(STUDY, RECORDS, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1
@@ -237,7 +239,7 @@ def test_opening_a_file_that_is_not_a_cube_is_refused(tmp_path: Path) -> None:
         open_cube(tmp_path / "none.nc")
     with pytest.raises(ResultError, match=r"x\.nc: cannot be opened \(.+\); check its name and permissions"):
         open_cube(tmp_path / f"{'x' * 300}.nc")
-    write_sweep_part(
+    write_outcome_file_of_chunk(
         tmp_path / "part.nc", variant_grid(STUDY), random_outcomes(variant_grid(STUDY).shape, 0), {"record_id": "a"}
     )
     with pytest.raises(ResultError, match="not a cube"):

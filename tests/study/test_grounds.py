@@ -7,9 +7,9 @@ import pytest
 from overturning.errors import ConfigError
 from overturning.study.grounds import (
     check_survey_site_names,
-    soil_cube_names_of_survey,
     soil_layers_and_records_by_soil_cube_name,
-    soil_settings_of_study,
+    soil_setting_keys_and_values_of_study,
+    survey_cube_name_and_other_cube_names_by_site,
 )
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
@@ -40,14 +40,16 @@ def test_surveys_with_equal_soil_layers_share_one_cube_of_their_records() -> Non
         {"stones": "b.csv", "record": "petrolia", "sites": {"Hill": soil_site_settings(10.0)}},
         {"stones": "c.csv", "record": "petrolia"},
     )
-    (first, by_site), (second, at_hill), third = (soil_cube_names_of_survey(mine, one) for one in mine.surveys)
+    (first, by_site), (second, at_hill), third = (
+        survey_cube_name_and_other_cube_names_by_site(mine, one) for one in mine.surveys
+    )
     assert by_site.keys() == {"River"}, "the church has the layers of the whole survey"
     assert (second, at_hill, third) == ("nominal", {"Hill": first}, ("nominal", {}))
     assert {name: records for name, (_, records) in soil_layers_and_records_by_soil_cube_name(mine).items()} == {
         first: ["rinaldi", "petrolia"],
         by_site["River"]: ["rinaldi"],
     }
-    keys = [key for key, _ in soil_settings_of_study(mine)]
+    keys = [key for key, _ in soil_setting_keys_and_values_of_study(mine)]
     assert keys == ["surveys.0.site", "surveys.0.sites.River", "surveys.0.sites.Church", "surveys.1.sites.Hill"]
 
 
@@ -57,7 +59,10 @@ def test_a_survey_uses_the_cube_of_a_variant_with_the_same_soil_layers() -> None
         study_with_surveys(survey, variants={"clay": one})
         for one in ({"site": soil_site_settings(10)}, {"site": soil_site_settings(11)})
     )
-    assert (soil_cube_names_of_survey(same, same.surveys[0]), soil_layers_and_records_by_soil_cube_name(same)) == (
+    assert (
+        survey_cube_name_and_other_cube_names_by_site(same, same.surveys[0]),
+        soil_layers_and_records_by_soil_cube_name(same),
+    ) == (
         ("clay", {}),
         {},
     )

@@ -21,7 +21,7 @@ from overturning.study.preflight import (
     can_compute_fault_alignment,
     check_records_and_collect_notes,
     check_soil_curve_package,
-    check_study_size,
+    estimate_and_check_study_size,
     estimate_study_size,
     find_record_rows_and_files,
 )
@@ -220,7 +220,7 @@ def test_a_study_that_is_too_large_is_refused_with_its_size() -> None:
     with pytest.raises(
         ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
     ):
-        check_study_size(study_of_record("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
+        estimate_and_check_study_size(study_of_record("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     }
     runner = EnsembleRunner(Body(STONE), members)
     monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
-    found, steps = runner.run_ensemble_of_selected_cases(
+    found, steps = runner.choose_cases_and_run_their_ensembles(
         StubMotion(), TwoOrientationGrid(), nominal, fake_results_falling_if_relief_is_low
     )  # type: ignore[arg-type]
     assert steps == 2 * 16

@@ -18,9 +18,9 @@ from overturning.study.ensemble import EnsembleMembers, draw_parameter_changes_o
 from overturning.study.resume import (
     back_up_cubes,
     lock_results_folder_or_refuse,
-    remove_damaged_results,
+    remove_damaged_results_and_fix_future_times,
     remove_files_of_dropped_records,
-    restore_cubes,
+    restore_deleted_cubes_from_backups,
 )
 
 
@@ -66,12 +66,12 @@ def test_resuming_removes_only_damaged_and_incomplete_files(tmp_path: Path) -> N
     emptied.write_bytes(b"")
     (tmp_path / ".a.nc.x.part").write_bytes(b"half")
     (tmp_path / "convergence.json").write_text("{", encoding="utf-8")
-    assert set(remove_damaged_results(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
+    assert set(remove_damaged_results_and_fix_future_times(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"motion/a.nc", "cube.nc"}
     assert all(map(checksum_at_end_matches, kept))
-    assert remove_damaged_results(tmp_path) == []
-    assert remove_damaged_results(tmp_path / "none") == []
+    assert remove_damaged_results_and_fix_future_times(tmp_path) == []
+    assert remove_damaged_results_and_fix_future_times(tmp_path / "none") == []
 
 
 @pytest.mark.parametrize(
@@ -90,10 +90,10 @@ def test_resuming_removes_a_truncated_file(tmp_path: Path, name: str, content: b
     path = tmp_path / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(content)
-    assert remove_damaged_results(tmp_path) == []
+    assert remove_damaged_results_and_fix_future_times(tmp_path) == []
     for length in (0, 1, len(content) - 3):
         path.write_bytes(content[:length])
-        assert remove_damaged_results(tmp_path) == [path], length
+        assert remove_damaged_results_and_fix_future_times(tmp_path) == [path], length
         assert not path.exists()
 
 
@@ -101,7 +101,7 @@ def test_resuming_does_not_remove_an_unfinished_file_of_the_user(tmp_path: Path)
     (tmp_path / "figures").mkdir()
     for name in ("figures/for-a-paper.svg", "figures/notes.json", "notes.html"):
         (tmp_path / name).write_text("not finished", encoding="utf-8")
-    assert remove_damaged_results(tmp_path) == []
+    assert remove_damaged_results_and_fix_future_times(tmp_path) == []
 
 
 def test_resuming_removes_only_files_of_records_dropped_from_the_study(tmp_path: Path) -> None:
@@ -144,9 +144,9 @@ def test_a_deleted_figure_causes_all_figures_to_be_made_again(tmp_path: Path) ->
     (figures / "illustrative.txt").write_text(
         "illustrative/1-response.svg\nillustrative/illustrative.json\n", encoding="utf-8"
     )
-    assert remove_damaged_results(tmp_path) == []
+    assert remove_damaged_results_and_fix_future_times(tmp_path) == []
     (figures / "illustrative" / "1-response.svg").unlink()
-    assert remove_damaged_results(tmp_path) == [figures / "illustrative" / "1-response.svg"]
+    assert remove_damaged_results_and_fix_future_times(tmp_path) == [figures / "illustrative" / "1-response.svg"]
     assert not (figures / "illustrative.txt").exists(), "an output of the rule, which is made again then"
 
 
@@ -158,12 +158,12 @@ def test_a_failed_run_restores_only_the_cubes_it_has_not_made_again(tmp_path: Pa
     cubes[0].unlink()  # as Snakemake does before the step that fails
     cubes[1].unlink()
     cubes[1].write_text("new", encoding="utf-8")
-    restore_cubes(tmp_path)
+    restore_deleted_cubes_from_backups(tmp_path)
     assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new", "earlier"]
     assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
     assert min(cube.stat().st_mtime for cube in cubes[1:]) > 0
     back_up_cubes(tmp_path)
-    restore_cubes(tmp_path)
+    restore_deleted_cubes_from_backups(tmp_path)
     assert sorted(tmp_path.iterdir()) == cubes
 
 
@@ -172,7 +172,7 @@ def test_file_times_in_the_future_are_moved_to_the_past_in_their_order(tmp_path:
     paths = [write_motion_file(tmp_path / f"{name}.nc") for name in "abcd"]
     for path, moment in zip(paths, (now - 100, now + 7200, now + 3600, now + 3601), strict=True):
         os.utime(path, (moment, moment))
-    assert remove_damaged_results(tmp_path) == []
+    assert remove_damaged_results_and_fix_future_times(tmp_path) == []
     after = [path.stat().st_mtime for path in paths]
     assert after[0] == pytest.approx(now - 100, abs=1e-3)
     assert after[0] < after[2] < after[3] < after[1] <= time.time()

@@ -16,7 +16,7 @@ from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.answers import (
     count_outcome_differences,
-    empty_outcome_array,
+    create_outcome_array_to_fill,
     fall_azimuths_differ,
     outcomes_differ,
 )
@@ -211,7 +211,7 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
 
 
 def test_fall_azimuths_more_than_fifteen_degrees_apart_count_as_different() -> None:
-    first, second = empty_outcome_array(4, 1), empty_outcome_array(4, 1)
+    first, second = create_outcome_array_to_fill(4, 1), create_outcome_array_to_fill(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
     first["azimuth"][:, 0], second["azimuth"][:, 0] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
     found = count_outcome_differences(flags, flags, fall_azimuths_differ(first, second)[:, 0])

@@ -19,26 +19,26 @@ from overturning.surveys.stones import read_counted_stones
 from overturning.study.grounds import (
     soil_layers_and_records_by_soil_cube_name,
     check_survey_site_names,
-    soil_cube_names_of_survey,
+    survey_cube_name_and_other_cube_names_by_site,
 )
 from overturning.study.preflight import (
     find_record_rows_and_files,
     check_soil_curve_package,
     check_records_and_collect_notes,
     check_results_folder_is_writable,
-    check_study_size,
+    estimate_and_check_study_size,
     estimate_job_seconds_by_workflow_rule,
     explorer_fits_single_page,
     estimate_study_size,
 )
-from overturning.study.load import study_from_content, read_study_content
+from overturning.study.load import study_from_content, read_unvalidated_study_content
 from overturning.study.resume import (
     DAMAGED_FILE_LOG_PREFIX,
     back_up_cubes,
     lock_results_folder_or_refuse,
-    restore_cubes,
+    restore_deleted_cubes_from_backups,
     remove_files_of_dropped_records,
-    remove_damaged_results,
+    remove_damaged_results_and_fix_future_times,
     remove_results_no_longer_made,
 )
 from overturning.study.sources import package_source_hash
@@ -65,17 +65,17 @@ def load_study_and_records():
         for file in given:
             # Snakemake silently accepts duplicate keys and reads 045 as 37: check the files first.
             if Path(file).suffix != ".json":
-                read_study_content(Path(file))
+                read_unvalidated_study_content(Path(file))
         # Snakemake has already merged the files of --configfile and the keys of --config. A workflow that uses this one
         # as a module passes a complete study, not only the keys of --config.
         overrides = workflow.config_settings.config
         whole = given or ({"name", "records"} <= config.keys() and config != overrides)
         remedy = "name a study file with --configfile"
-        keys = config if whole else read_study_content(DEFAULT_STUDY, remedy)
+        keys = config if whole else read_unvalidated_study_content(DEFAULT_STUDY, remedy)
         if not whole:
             update_config(keys, config)
         study = study_from_content(keys, where)
-        check_study_size(study, where, chunks_per_record=CHUNKS)
+        estimate_and_check_study_size(study, where, chunks_per_record=CHUNKS)
         entries, files = find_record_rows_and_files(study, where)
         for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
@@ -87,8 +87,8 @@ def load_study_and_records():
             if not (workflow.output_settings.dryrun or SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION & set(sys.argv)):
                 check_results_folder_is_writable(results)
                 lock_results_folder_or_refuse(Path(".snakemake", "run.lock"))
-                restore_cubes(results)  # kept by an interrupted run
-                for path in remove_damaged_results(results):
+                restore_deleted_cubes_from_backups(results)  # kept by an interrupted run
+                for path in remove_damaged_results_and_fix_future_times(results):
                     logger.warning(f"{DAMAGED_FILE_LOG_PREFIX}{path}")
                 for name, count in remove_files_of_dropped_records(
                     results, entries
@@ -331,7 +331,7 @@ def survey_settings(wildcards):
 
 def survey_grounds(wildcards):
     """Return the name of the ground of a survey (`cube_of_ground`), and those of single cemeteries by name."""
-    return soil_cube_names_of_survey(STUDY, survey_settings(wildcards))
+    return survey_cube_name_and_other_cube_names_by_site(STUDY, survey_settings(wildcards))
 
 
 def surface_motions_of_survey(wildcards):

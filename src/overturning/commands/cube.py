@@ -60,7 +60,11 @@ def draw_figure(
         set_figure_title,
     )
     from overturning.files import check_output_path
-    from overturning.study.cube import find_study_for_figure_settings, open_cube, select_heights_and_frictions
+    from overturning.study.cube import (
+        find_study_with_title_and_figure_settings,
+        open_cube,
+        select_heights_and_frictions,
+    )
     from overturning.translation.texts import ENGLISH, check_language_is_known, use_translation_language
 
     kinds = (*CUBE_FIGURE_FUNCTIONS, *FIGURE_KINDS_FROM_WHOLE_STUDY_RESULTS)
@@ -83,7 +87,7 @@ def draw_figure(
     if font:  # a font that cannot be used is refused before drawing, which takes seconds
         parse_font_family_and_size(font)
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        study = find_study_for_figure_settings(data)
+        study = find_study_with_title_and_figure_settings(data)
         if draw is not None:
             chosen = select_heights_and_frictions(
                 data, cube, height, friction, choose_default_of_ungiven_dimension=kind == "polar"

@@ -31,7 +31,7 @@ def write_interactive_cube_page(
     """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output_path
-    from overturning.study.cube import find_study_for_figure_settings, index_of_record, open_cube
+    from overturning.study.cube import find_study_with_title_and_figure_settings, index_of_record, open_cube
     from overturning.study.load import load_study_from_file_or_json
     from overturning.translation.texts import use_translation_language
 
@@ -43,7 +43,9 @@ def write_interactive_cube_page(
         chosen = data.isel(record=[index_of_record(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
-        settings = find_study_for_figure_settings(data, load_study_from_file_or_json(study) if study else None)
+        settings = find_study_with_title_and_figure_settings(
+            data, load_study_from_file_or_json(study) if study else None
+        )
         with use_translation_language(language or (settings.language if settings else None)):
             write_explorer(chosen, path, settings, link)
     print(path)

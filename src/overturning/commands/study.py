@@ -31,7 +31,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 
     from overturning.errors import ArgumentError
     from overturning.files import possible_project_file_folders, write_text
-    from overturning.study.document import adapt_readme_to_new_project, new_study_file_text
+    from overturning.study.document import adapt_readme_text_to_new_project, new_study_file_text
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
@@ -49,7 +49,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
             shutil.copyfile(source, target)
     (folder / "resources" / "records").mkdir(parents=True)
     readme = folder / "config" / "README.md"
-    write_text(readme, adapt_readme_to_new_project(readme.read_text(encoding="utf-8")))
+    write_text(readme, adapt_readme_text_to_new_project(readme.read_text(encoding="utf-8")))
     name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower())[:100].strip("-") or "study"
     study = f"config/{name}.yaml"
     # Both records have a fault strike, which the alignment needs.
@@ -66,24 +66,24 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_not_reaching_their_stop
     from overturning.study.grounds import check_survey_site_names
-    from overturning.study.load import read_study_content, study_from_content
+    from overturning.study.load import read_unvalidated_study_content, study_from_content
     from overturning.study.preflight import (
         check_records_and_collect_notes,
         check_soil_curve_package,
-        check_study_size,
+        estimate_and_check_study_size,
         find_record_rows_and_files,
-        note_if_primary_statistic_is_unavailable,
+        notes_if_primary_statistic_is_unavailable,
     )
     from overturning.study.sections import read_scan_of_body
     from overturning.surveys.prediction import note_on_b_over_h_far_outside_study
     from overturning.surveys.responses import dimensions_of_survey_stones
     from overturning.surveys.stones import read_counted_stones_notes_and_warnings
 
-    content = read_study_content(path)
+    content = read_unvalidated_study_content(path)
     study = study_from_content(content, str(path))
     for doubt in (*implausible_setting_warnings(study), *warnings_on_ranges_not_reaching_their_stop(content)):
         print(f"{path}: {doubt}")
-    size = check_study_size(study, str(path))
+    size = estimate_and_check_study_size(study, str(path))
     check_soil_curve_package(study, str(path))
     entries, _ = find_record_rows_and_files(study, str(path))
     searched: list[StoneDimensions] = []
@@ -96,7 +96,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (
         *check_records_and_collect_notes(study, entries),
-        *note_if_primary_statistic_is_unavailable(study, entries),
+        *notes_if_primary_statistic_is_unavailable(study, entries),
     ):
         print(note)
     body = content.get("body")
@@ -172,10 +172,10 @@ def write_json_schemas_and_study_key_table(
 ) -> None:
     """Write the JSON schemas of study, findings and survey files, and the table of study keys in config/README.md."""
     from overturning.findings.collect import findings_schema
-    from overturning.study.document import write_study_file_documentation
+    from overturning.study.document import write_study_schemas_and_readme_tables
     from overturning.surveys.row import survey_row_json_schema_text
 
-    write_study_file_documentation(folder)
+    write_study_schemas_and_readme_tables(folder)
     docs = folder.parent / "docs"
     if docs.is_dir():
         (docs / "findings.schema.json").write_text(findings_schema(), encoding="utf-8")

@@ -90,12 +90,12 @@ def compute_surface_motions(
     """Compute the surface motion of each record on top of the soil layers of one variant of a study."""
     from overturning.records.processing import process_record
     from overturning.records.store import write_record_to_motion_file
-    from overturning.study.scenes import variant_settings
+    from overturning.study.scenes import settings_changed_by_variant
 
     settings, records = _load_study_and_processed_motions(study, motions)
     for rock in records:
         write_record_to_motion_file(
-            process_record(rock, (), variant_settings(settings, variant).site),
+            process_record(rock, (), settings_changed_by_variant(settings, variant).site),
             output / f"{rock.record_id}.nc",
             unprocessed_record=rock,
         )

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import azimuths_one_step_into_unsimulated_gaps
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
-from overturning.statistics.falls import add_opposite_azimuths
+from overturning.statistics.falls import cube_with_opposite_azimuths
 
 MAX_PANEL_COLUMNS: Final = 3
 """Largest number of panels in a row of a figure."""
@@ -21,7 +21,7 @@ def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     Gaps between azimuths that were not simulated are filled with missing values; see
     `simulated_and_opposite_azimuths_deg`.
     """
-    whole = add_opposite_azimuths(cube)
+    whole = cube_with_opposite_azimuths(cube)
     unknown = azimuths_one_step_into_unsimulated_gaps(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 

@@ -42,7 +42,11 @@ from overturning.labels import variant_label_as_list
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
-from overturning.study.cube import default_height_and_friction_of_figures, find_study_for_figure_settings, study_of_cube
+from overturning.study.cube import (
+    default_figure_values_by_dimension_name,
+    find_study_with_title_and_figure_settings,
+    study_of_cube,
+)
 from overturning.study.film_options import film_command_parts
 from overturning.study.preflight import MAX_CELLS_OF_SINGLE_EXPLORER_PAGE
 from overturning.study.scenes import variant_scene
@@ -80,7 +84,8 @@ def explorer_page_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `find_study_for_figure_settings`.
+        Study whose title, question and `figures` the page shows; by default that of
+        `find_study_with_title_and_figure_settings`.
 
     Returns
     -------
@@ -90,7 +95,7 @@ def explorer_page_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = default_model_for_results_cube(cube), find_study_for_figure_settings(cube, study)
+    model, study = default_model_for_results_cube(cube), find_study_with_title_and_figure_settings(cube, study)
     degrees = _is_rotation_in_degrees_by_element(cube, one.sizes["element"])
     turn_steps = [
         ENCODED_ROTATION_STEP_DEG if one_in_degrees else ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES
@@ -211,7 +216,7 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
     )
     block = {
         name: cube[name].to_numpy().tolist().index(value)
-        for name, (value,) in default_height_and_friction_of_figures(cube, study).items()
+        for name, (value,) in default_figure_values_by_dimension_name(cube, study).items()
     }
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 

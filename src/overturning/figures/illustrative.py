@@ -28,7 +28,7 @@ from overturning.statistics.boundary import overturning_boundaries_by_azimuth
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS_VARIABLE,
     IllustrativeCase,
-    case_with_differing_outcomes,
+    clearest_case_with_differing_outcomes,
     find_illustrative_cases,
 )
 from overturning.study.cube import element_name_to_show, open_cube_for_reading_by_record, study_of_cube
@@ -39,9 +39,9 @@ from overturning.study.scenes import (
     ground_motion_for_variant,
     numerical_options_of_study,
     select_outcomes_of_element,
+    settings_changed_by_variant,
     variant_model,
     variant_scene,
-    variant_settings,
     variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
@@ -91,7 +91,7 @@ def draw_illustrative_cases(
             with open_cube_for_reading_by_record(compared_variant_cube_path, element_name=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
                 here, there = compared_element_names_of_study_and_variant(study_of_cube(elements), variant)
-                answer = case_with_differing_outcomes(
+                answer = clearest_case_with_differing_outcomes(
                     select_outcomes_of_element(elements, here),
                     select_outcomes_of_element(other_cube.isel(record=chosen), there),
                     (NOMINAL_VARIANT, variant),
@@ -194,7 +194,7 @@ def _draw_illustrative_case(
 
 def _read_motion_for_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
     """Read the motion of a record as a study variant uses it: on soil or rock, with or without vertical component."""
-    folder = motion_folder / variant if variant_settings(study, variant).site else motion_folder
+    folder = motion_folder / variant if settings_changed_by_variant(study, variant).site else motion_folder
     return ground_motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
 
 
@@ -214,7 +214,7 @@ def _film_title(
 
 def panel_heading_of_variant(study: Study, variant: str, compared_variant: str) -> str:
     """Return the heading of a film panel for a variant: the setting in which it differs from another variant."""
-    own, other = (variant_settings(study, name) for name in (variant, compared_variant))
+    own, other = (settings_changed_by_variant(study, name) for name in (variant, compared_variant))
     if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, compared_variant):
         kind = "vertical" if variant_uses_vertical_motion(study, variant) else "level"
         return panel_heading_of_compared_setting(kind)

@@ -180,7 +180,7 @@ def fall_roses_by_group_figure(
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_fall_rose(axes, rose, top)
         frame = "" if rose.is_measured_from_fault_normal else ", from north"
-        axes.set_title(f"{name}\n{rose.earthquake_count_text}{frame}", pad=12, fontsize=9)
+        axes.set_title(f"{name}\n{rose.rose_title_with_earthquake_count}{frame}", pad=12, fontsize=9)
         if rose.is_measured_from_fault_normal and name in means:
             mark_mean_fall_axis(
                 axes, means[name].mean_axis_from_fault_normal_deg, means[name].mean_axis_interval_half_width_deg

@@ -90,5 +90,5 @@ def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"
     top = common_rose_radius_as_root_of_share(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_fall_rose(axes, rose, top)
-        axes.set_title(f"{name}\n{rose.earthquake_count_text}", pad=12, fontsize=9, parse_math=False)
+        axes.set_title(f"{name}\n{rose.rose_title_with_earthquake_count}", pad=12, fontsize=9, parse_math=False)
     return figure

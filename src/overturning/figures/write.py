@@ -298,7 +298,7 @@ def empty_folder_then_write_list_of_new_files(folder: Path) -> Iterator[None]:
 
     The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
     The list goes into a file next to the folder, ``maps.txt`` for ``maps/``, which
-    `overturning.study.resume.remove_damaged_results` reads.
+    `overturning.study.resume.remove_damaged_results_and_fix_future_times` reads.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():

@@ -224,13 +224,13 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
     }
     return CriteriaFindings(
         scores=scores,
-        significantly_best_criterion=found.best_criterion.name
+        significantly_best_criterion=found.score_of_best_criterion.name
         if leads and all(one.excludes_zero for one in leads.values())
         else "",
-        largest_skill_criterion=found.best_criterion.name if leads else "",
+        largest_skill_criterion=found.score_of_best_criterion.name if leads else "",
         best_minus_other_skill_by_other_criterion=leads,
         insignificant_differences_from_best_skill=_insignificant_skill_differences(
-            found.best_criterion.name, leads, [one.criterion for one in scores]
+            found.score_of_best_criterion.name, leads, [one.criterion for one in scores]
         ),
         share_of_cases_beyond_pulse_criterion_range=found.case_share_above_valid_pulse_frequency_ratio,
     )

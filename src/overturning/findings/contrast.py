@@ -18,10 +18,10 @@ from overturning.study.cube import record_sources_and_processing_by_id
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     compared_element_names_of_study_and_variant,
-    names_of_differing_settings,
+    names_of_settings_in_which_variants_differ,
     select_outcomes_of_element,
+    settings_changed_by_variant,
     variant_scene,
-    variant_settings,
 )
 from overturning.surveys.population import fall_rates_of_stones_with_outcome_in_both_cubes
 
@@ -164,7 +164,7 @@ def indices_of_records_to_compare_with_variant(results: StudyResults, variant: s
     the same cases for them, which show nothing about vertical motion.
     """
     every = np.arange(results.default_element_cube.sizes["record"])
-    if names_of_differing_settings(results.study, NOMINAL_VARIANT, variant) != ["vertical"]:
+    if names_of_settings_in_which_variants_differ(results.study, NOMINAL_VARIANT, variant) != ["vertical"]:
         return every
     applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL_VARIANT, variant)]
     return every[np.logical_or(*applied)]
@@ -198,7 +198,7 @@ def _compare_study_with_variant(
     with_rate = results.study.primary.statistic == "fall_rate"
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
     scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant_name)]
-    site = variant_settings(results.study, variant_name).site
+    site = settings_changed_by_variant(results.study, variant_name).site
     same_direction = found.same_direction_share_if_both_fall
     b_over_h = results.default_element_cube["b_over_h"].to_numpy()
     return VariantContrast(
@@ -208,7 +208,7 @@ def _compare_study_with_variant(
         scene_of_variant=scenes[1].name,
         element_of_study=elements[0],
         element_of_variant=elements[1],
-        differing_settings=names_of_differing_settings(results.study, NOMINAL_VARIANT, variant_name),
+        differing_settings=names_of_settings_in_which_variants_differ(results.study, NOMINAL_VARIANT, variant_name),
         soil_thickness_of_variant_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         compared_record_count=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
@@ -325,7 +325,7 @@ def _fall_outcomes_of_element(
 def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[SiteFallRates]:
     """Compute the fall rates of a stone population by soil and amplitude; empty without soil variant or population."""
     sites: dict[str, SoilSite | None] = {NOMINAL_VARIANT: None}
-    sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
+    sites |= {name: settings_changed_by_variant(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL_VARIANT}
     if len(sites) == 1 or not (rates_by_variant := results.population_rates_by_variant):
         return []
@@ -391,7 +391,7 @@ def _soil_analysis_notes_that_contain(results: StudyResults, note_text: str) -> 
     """Return the notes that contain a text, "variant, record: notes", for each soil-response analysis with any."""
     found = []
     for variant in results.study.variants:
-        if variant_settings(results.study, variant).site is None:
+        if settings_changed_by_variant(results.study, variant).site is None:
             continue
         for record, account in record_sources_and_processing_by_id(results.cubes_by_variant[variant]).items():
             text = (account["steps"] or [{}])[-1].get("chosen", "")

@@ -18,8 +18,8 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
-from overturning.statistics.by_record import apply_to_record_batches
-from overturning.statistics.space import summarise_twists, twists_by_b_over_h_and_friction_deg
+from overturning.statistics.by_record import apply_to_record_batches_and_join
+from overturning.statistics.space import standing_twists_deg_by_b_over_h_and_friction, summarise_twists
 from overturning.statistics.spread import (
     RunCountStatistic,
     estimate_statistic_of_first_run_batch,
@@ -156,7 +156,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
     if results.study.is_stack or not results.model.can_rotate_about_vertical:
         return None
     found = summarise_twists(
-        np.concatenate(list(twists_by_b_over_h_and_friction_deg(results.default_element_cube).values()))
+        np.concatenate(list(standing_twists_deg_by_b_over_h_and_friction(results.default_element_cube).values()))
     )
     return FinalTwist(
         moved_standing_stone_count=found.stone_count,
@@ -171,7 +171,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     cube, settings = results.default_element_cube, results.study.ensemble
     if "members" not in cube:
         return None
-    found = apply_to_record_batches(
+    found = apply_to_record_batches_and_join(
         partial(count_ensemble_cases_and_runs_by_record, results.model, settings),
         cube,
         (*results.model.variable_names_read_for_fall_probability, "members"),

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.variables import RELIEF_ENSEMBLE_VARIABLES
-from overturning.statistics.by_record import apply_to_record_batches
+from overturning.statistics.by_record import apply_to_record_batches_and_join
 
 _LOW, _HIGH = (variable.name for variable in RELIEF_ENSEMBLE_VARIABLES)
 
@@ -40,7 +40,7 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFinding
     relief = results.study.ensemble.relief
     if relief is None or _LOW not in results.default_element_cube:
         return None
-    found = apply_to_record_batches(
+    found = apply_to_record_batches_and_join(
         _fall_share_and_variance_sums_by_record, results.default_element_cube, (_LOW, _HIGH, "members", "overturned")
     ).sum()
     cells, total = float(found["cells"]), float(found["total"])

@@ -29,12 +29,12 @@ from overturning.stored import read_json_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import (
     COMPLETE_STUDY_FILE_NAME,
-    find_study_for_figure_settings,
+    find_study_with_title_and_figure_settings,
     open_cube_for_reading_by_record,
     study_of_cube,
 )
 from overturning.study.load import load_study
-from overturning.study.recheck import hash_of_outcomes_in_cube
+from overturning.study.recheck import stated_or_computed_hash_of_cube_outcomes
 from overturning.study.scenes import NOMINAL_VARIANT, cube_covers_study_grid, select_outcomes_of_element, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
@@ -338,7 +338,7 @@ def open_study_results(
     attribute ``content_sha256`` is the hash of the outcomes as they are.
 
     The keys `STUDY_KEYS_NOT_AFFECTING_CUBE` and the surveys are those of `study_with_question_and_surveys`; if it is
-    None, those of the `find_study_for_figure_settings` of the cube.
+    None, those of the `find_study_with_title_and_figure_settings` of the cube.
     """
     cube_path = folder_or_cube_path / "cube.nc" if os.path.isdir(folder_or_cube_path) else folder_or_cube_path
     folder, changed = cube_path.parent, list[str]()
@@ -346,7 +346,7 @@ def open_study_results(
     def open_cube_and_note_changes(variant_name: str) -> xr.Dataset:
         """Open the cube of the study or of a variant; add its name to `changed` if outcomes changed after the run."""
         path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
-        outcome_hash = hash_of_outcomes_in_cube(path)
+        outcome_hash = stated_or_computed_hash_of_cube_outcomes(path)
         cube = open_cube_for_reading_by_record(path, element_name=None, motion_amplitude_factor=None)
         stack.callback(cube.close)
         if outcome_hash != cube.attrs["content_sha256"]:
@@ -366,7 +366,7 @@ def open_study_results(
         intensity = stack.enter_context(xr.open_dataset(measures))
         _check_cube_is_whole_study(nominal, intensity, cube_path)
         study = study_of_cube(nominal)
-        presented = find_study_for_figure_settings(nominal, study_with_question_and_surveys) or study
+        presented = find_study_with_title_and_figure_settings(nominal, study_with_question_and_surveys) or study
         named = (
             one.model_copy(update={"stones": file_name_if_absolute_else_path(one.stones)}) for one in presented.surveys
         )

@@ -36,7 +36,7 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.surveys import SurveyFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
-from overturning.study.cube import default_height_and_friction_of_figures
+from overturning.study.cube import default_figure_values_by_dimension_name
 from overturning.study.scenes import NOMINAL_VARIANT, variant_scene
 from overturning.surveys.population import intensities_of_motions_by_measure_name, jma_intensities_of_scaled_motions
 from overturning.surveys.posterior import SurveyInversionResult
@@ -196,7 +196,7 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
         yield (
             f"polar/{record.record}",
             fall_map_figure(
-                one.sel(default_height_and_friction_of_figures(one)), f"{title}{scene_and_element_title_line(one)}"
+                one.sel(default_figure_values_by_dimension_name(one)), f"{title}{scene_and_element_title_line(one)}"
             ),
         )
 
@@ -332,7 +332,7 @@ def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure"
     ids = [name.id for name in results.record_ids_and_names]
     places = [ids.index(one.record) for one in findings.maps.records]
     block = results.default_element_cube.sel(
-        default_height_and_friction_of_figures(results.default_element_cube, results.study)
+        default_figure_values_by_dimension_name(results.default_element_cube, results.study)
     )
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity_measures["pgv"].isel(record=place) for place in places]

@@ -10,7 +10,7 @@ import xarray as xr
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
-from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
+from overturning.statistics.by_record import apply_to_record_batches_and_join, record_masks_by_group
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
     BlockSelectionRule,
@@ -69,7 +69,7 @@ def fault_normal_alignments_by_record_group(
     bootstrap_sample_count : int
         Bootstrap samples.
     """
-    sums = apply_to_record_batches(
+    sums = apply_to_record_batches_and_join(
         partial(_sum_fall_vectors_by_block_selection, block_selection_rules),
         cube,
         default_model_for_results_cube(cube).variable_names_read_for_fall_probability,

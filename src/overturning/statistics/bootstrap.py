@@ -88,13 +88,13 @@ def _random_earthquake_indices_of_bootstrap_samples(
     )
 
 
-def statistic_of_bootstrap_samples(
+def finite_statistics_of_bootstrap_samples(
     statistic: Callable[[NDArray[Any]], FloatArray],
     data_by_earthquake: NDArray[Any],
     bootstrap_sample_count: int,
     seed: int = 1,
 ) -> FloatArray:
-    """Compute a statistic for each bootstrap sample of earthquakes, shape (samples,); values of NaN are omitted.
+    """Compute a statistic for each bootstrap sample of earthquakes, shape (finite values,); empty if most are NaN.
 
     Parameters
     ----------
@@ -156,8 +156,8 @@ def bootstrap_interval(
     Parameters
     ----------
     statistic, data_by_earthquake, bootstrap_sample_count, seed
-        See `statistic_of_bootstrap_samples`. More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL`
-        would lie beyond an end.
+        See `finite_statistics_of_bootstrap_samples`. More samples are drawn if fewer than
+        `MIN_BOOTSTRAP_SAMPLES_PER_TAIL` would lie beyond an end.
     confidence_level : float
         Probability of the interval.
     count_of_earthquakes_that_matter : int, optional
@@ -176,7 +176,7 @@ def bootstrap_interval(
     if n < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
     tail = interval_tail_share_for_few_earthquakes(n, confidence_level)
-    values = statistic_of_bootstrap_samples(
+    values = finite_statistics_of_bootstrap_samples(
         statistic,
         data_by_earthquake,
         max(bootstrap_sample_count, math.ceil(MIN_BOOTSTRAP_SAMPLES_PER_TAIL / tail)),

@@ -113,10 +113,10 @@ def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(made, p.drop_dims("b_over_h").coords)
 
 
-def easiest_overturning_axis_and_boundaries(
+def easiest_axis_and_extreme_overturning_boundaries(
     boundary_dataset_by_azimuth: xr.Dataset, b_over_h_values_of_cube: ArrayLike
 ) -> xr.Dataset:
-    """Compute the horizontal axis along which a block overturns most easily, from the largest falling B/H by azimuth.
+    """Compute the axis along which a block overturns most easily, and the largest and smallest boundary B/H by azimuth.
 
     The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
 

@@ -14,10 +14,10 @@ TARGET_CASES_PER_READ_BATCH: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
-def load_outcomes_of_records(
+def load_results_of_records(
     cube: xr.Dataset, record_indices: int | list[int], variable_names: Sequence[str] = ()
 ) -> xr.Dataset:
-    """Load the simulated outcomes of some records into memory from a results dataset, with a single read.
+    """Load variables of some records (all, or those named) into memory from a results dataset, in a single read.
 
     A single read is faster than many small dask graphs.
 
@@ -37,7 +37,7 @@ def load_outcomes_of_records(
 def iterate_results_by_record(cube: xr.Dataset, variable_names: Sequence[str]) -> Iterator[xr.Dataset]:
     """Yield the results of one record after the other, with the variables named in `variable_names`."""
     for record in range(cube.sizes["record"]):
-        yield load_outcomes_of_records(cube, [record], variable_names)
+        yield load_results_of_records(cube, [record], variable_names)
 
 
 def iterate_record_result_batches(
@@ -48,16 +48,16 @@ def iterate_record_result_batches(
     few = max(1, TARGET_CASES_PER_READ_BATCH * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
-        yield places, load_outcomes_of_records(cube, places, variable_names)
+        yield places, load_results_of_records(cube, places, variable_names)
 
 
-def apply_to_record_batches(
+def apply_to_record_batches_and_join(
     function_of_record_batch: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variable_names: Sequence[str]
 ) -> xr.Dataset:
     """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``variable_names`` (see `load_outcomes_of_records`); all variables that it returns must have the dimension
+    ``variable_names`` (see `load_results_of_records`); all variables that it returns must have the dimension
     ``record``.
     """
     if "record" not in cube.dims:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import MeanOverEarthquakes, bootstrap_interval
-from overturning.statistics.logistic import overturning_regression_data
+from overturning.statistics.logistic import predictors_falls_earthquakes_and_weights
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
@@ -262,7 +262,7 @@ class OverturningCriteriaScores:
         Scores of `OVERTURNING_CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H
         is below a threshold, which is chosen for the largest skill on this cube.
     best_minus_other_skill_by_criterion_name : dict of str to MeanOverEarthquakes
-        Skill within blocks of the `best_criterion` minus that of each other one, with the interval of the
+        Skill within blocks of the `score_of_best_criterion` minus that of each other one, with the interval of the
         difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     case_share_above_valid_pulse_frequency_ratio : float
         Weighted share of cases (planes and blocks) whose ω/p is above `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
@@ -276,7 +276,7 @@ class OverturningCriteriaScores:
     criterion_counts_by_height_and_b_over_h: dict[tuple[float, float], tuple[WeightedFallPredictionCounts, ...]]
 
     @property
-    def best_criterion(self) -> PredictionRuleScore:
+    def score_of_best_criterion(self) -> PredictionRuleScore:
         """Score of the published criterion whose prediction skill, averaged over block sizes, is largest."""
         return max(
             self.rule_scores[: len(OVERTURNING_CRITERIA)],
@@ -288,9 +288,9 @@ def score_overturning_criteria(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> Ove
     """Score how well published criteria predict the simulated falls; None if no outcome is known.
 
     `pga_and_pgv` has ``pga`` and ``pgv`` of each record and azimuth. The data are those of
-    `overturning_regression_data`, with nominal outcomes instead of ensemble probabilities.
+    `predictors_falls_earthquakes_and_weights`, with nominal outcomes instead of ensemble probabilities.
     """
-    predictors, falls, event, weight = overturning_regression_data(cube, pga_and_pgv, use_ensemble=False)
+    predictors, falls, event, weight = predictors_falls_earthquakes_and_weights(cube, pga_and_pgv, use_ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T

@@ -21,14 +21,14 @@ from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,
     distinct_earthquake_names,
+    finite_statistics_of_bootstrap_samples,
     interval_tail_share_for_few_earthquakes,
     mean_of_each_bootstrap_sample,
     mean_over_earthquakes,
     mean_vector_of_each_bootstrap_sample,
     means_by_earthquake,
-    statistic_of_bootstrap_samples,
 )
-from overturning.statistics.by_record import apply_to_record_batches, record_masks_by_group
+from overturning.statistics.by_record import apply_to_record_batches_and_join, record_masks_by_group
 from overturning.statistics.circular import (
     MAX_RESULTANT_LENGTH_FROM_ROUNDING,
     MIN_RESULTANT_WITH_MEAN_DIRECTION,
@@ -55,7 +55,7 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """
     model = default_model_for_results_cube(cube)
     over = [name for name in model.case_dims_without_direction if name not in kept_dims]
-    made = apply_to_record_batches(
+    made = apply_to_record_batches_and_join(
         partial(sum_fall_vectors, summed_dims=over, only_informative_blocks=True),
         cube,
         model.variable_names_read_for_fall_probability,
@@ -73,7 +73,7 @@ def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
     """
     model = default_model_for_results_cube(cube)
     of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, only_informative_blocks=True)
-    sums = apply_to_record_batches(of_batch, cube, model.variable_names_read_for_fall_probability)
+    sums = apply_to_record_batches_and_join(of_batch, cube, model.variable_names_read_for_fall_probability)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
     means = mean_directions_and_axes_from_vector_sums(sums).where(
         ~imposed & (not azimuths_in_results_bias_mean_fall_axis(cube))
@@ -209,7 +209,7 @@ def summarise_fall_axes(
         return np.where(np.hypot(drawn_cosine, drawn_sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 90.0, away)
 
     distances = (
-        statistic_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, bootstrap_sample_count)
+        finite_statistics_of_bootstrap_samples(axis_distances_from_mean_deg, vectors, bootstrap_sample_count)
         if has_axis
         else np.zeros(0)
     )

@@ -33,8 +33,8 @@ It turns the mean axis by at most 15°: half of arcsin 0.5.
 """
 
 
-def add_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
-    """Add the opposite azimuth φ + 180° for each azimuth φ of 2-D results, as the mirror image of the plane φ.
+def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
+    """Return 2-D results with the opposite azimuth φ + 180° of each azimuth φ added, as mirror image of the plane φ.
 
     Azimuths are ascending in the result. Motions along φ and φ + 180° are one plane with one outcome. If the cube has
     one of them, the other is its mirror image; if it has both, they stay unchanged. For a scene without mirror symmetry
@@ -85,11 +85,11 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, use_ensemble: bool = False
     Returns
     -------
     DataArray
-        Azimuths as from `add_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
+        Azimuths as from `cube_with_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
     count = len(VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY) if use_ensemble else 1
     used = [name for name in VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY[:count] if name in cube]
-    p = fall_probabilities_towards_and_away(add_opposite_azimuths(cube[used]), use_ensemble=use_ensemble)
+    p = fall_probabilities_towards_and_away(cube_with_opposite_azimuths(cube[used]), use_ensemble=use_ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")

@@ -66,7 +66,7 @@ class FittedFragilityCurve:
         return spread * math.sqrt(self.record_variance_share), spread * math.sqrt(1 - self.record_variance_share)
 
     @property
-    def openquake_identifier(self) -> str:
+    def stone_class_as_openquake_identifier(self) -> str:
         """Name of the stone class as an identifier for OpenQuake: only letters, digits, _ and -."""
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.stone_class.replace("/", "").replace(".", "p"))
 

@@ -37,7 +37,9 @@ def write_fragility_csv(fragility_curves: Sequence[FittedFragilityCurve], csv_pa
             *one.log_std_between_records_and_between_stones,
         )
         numbers = ",".join(f"{value:.6g}" for value in values)
-        lines.append(f'"{one.stone_class}",{one.measure},{one.unit},{numbers},{one.openquake_identifier}')
+        lines.append(
+            f'"{one.stone_class}",{one.measure},{one.unit},{numbers},{one.stone_class_as_openquake_identifier}'
+        )
     with atomic_write(csv_path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -59,7 +61,7 @@ def write_openquake_fragility_model(
 
     The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
     probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of
-    a function is `FittedFragilityCurve.openquake_identifier`, which an exposure model uses as taxonomy.
+    a function is `FittedFragilityCurve.stone_class_as_openquake_identifier`, which an exposure model uses as taxonomy.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def write_openquake_fragility_model(
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [
-            f'<fragilityFunction id={quoteattr(one.openquake_identifier)} format="discrete">',
+            f'<fragilityFunction id={quoteattr(one.stone_class_as_openquake_identifier)} format="discrete">',
             f'<imls imt="{one.measure}" noDamageLimit="{one.min_fitted_intensity:.6g}">{intensities}</imls>',
             f'<poes ls="fallen">{probabilities}</poes>',
             "</fragilityFunction>",

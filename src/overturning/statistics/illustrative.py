@@ -112,7 +112,7 @@ def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestExampleCase
     return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_FALL_ANGLE_FROM_CORNER_DEG)
 
 
-def _find_block_with_falls_only_along_fault_normal(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
+def _find_case_falling_along_normal_not_along_fault(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(
         wrap_axis_difference_to_90_deg(azimuth - float(record_cube["fault_normal"]))
@@ -155,7 +155,7 @@ ILLUSTRATIVE_CASE_RULES: Final = (
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
         "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
         "one that only stands)",
-        _find_block_with_falls_only_along_fault_normal,
+        _find_case_falling_along_normal_not_along_fault,
         ("peak_rotation",),
     ),
     IllustrativeCaseRule(
@@ -323,10 +323,10 @@ def _clearest_example_among_marked_cases(
     return BestExampleCaseOfRecord((*map(float, score[:2]), ratio), place[1:], (place[0],))
 
 
-def case_with_differing_outcomes(
+def clearest_case_with_differing_outcomes(
     first_cube: xr.Dataset, second_cube: xr.Dataset, variant_names: tuple[str, str]
 ) -> IllustrativeCase | None:
-    """Return a case whose outcome differs between two variants of a study; None if no outcome differs.
+    """Return the clearest case whose outcome differs between two variants of a study; None if no outcome differs.
 
     The block falls in one cube and stands in the other. Of the cases that fall in only one cube, the function chooses
     one from the cube with more of them. If there is none, it chooses a case that falls to opposite sides in both cubes.
@@ -349,7 +349,7 @@ def case_with_differing_outcomes(
         pairs(iterate_results_by_record(first_cube, names), iterate_results_by_record(second_cube, names))
     ):
         this, that = (each.isel({"record": 0, model.direction_dimension_name: cells}) for each in pair)
-        one = _mark_cases_with_differing_outcomes(model, this, that, mark_falls_in_first_cube=only_this >= only_other)
+        one = _masks_of_differing_outcomes(model, this, that, mark_falls_in_first_cube=only_this >= only_other)
         found_cases += [
             (rule.case_title, rule.find_best_case(one), record)
             for rule in (FALLS_IN_ONE_VARIANT_ONLY_RULE, OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE)
@@ -374,7 +374,7 @@ def _count_falls_in_one_cube_only(first_cube: xr.Dataset, second_cube: xr.Datase
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
-def _mark_cases_with_differing_outcomes(
+def _masks_of_differing_outcomes(
     model: Model, first_cube: xr.Dataset, second_cube: xr.Dataset, *, mark_falls_in_first_cube: bool
 ) -> xr.Dataset:
     """Return masks of the cases that fall in one of two cubes only (``split``), or to opposite sides.

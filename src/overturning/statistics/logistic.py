@@ -134,16 +134,16 @@ def fit_logistic_model(
         if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"
         else:
-            beta, note = _fit_coefficients_by_newton_method(design, y, w, np.zeros(design.shape[1]))
+            beta, note = _newton_fit_coefficients_and_failure_reason(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Return to the units of the predictors; a constant predictor gets no coefficient.
         back = _coefficient_unscaling_matrix(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
         if compute_jackknife_intervals and groups >= MIN_EARTHQUAKES_FOR_INTERVAL:
-            without, note = _jackknife_fits_without_each_cluster(design, y, w, beta, member)
+            without, note = _jackknife_coefficients_and_failure_reason(design, y, w, beta, member)
             if not note:
-                estimates = _jackknife_estimate_and_error(coefficient, without @ back.T)
+                estimates = _jackknife_estimate_and_standard_error(coefficient, without @ back.T)
                 coefficient, error = (one + given for one in estimates)
         elif compute_jackknife_intervals:
             note = f"no interval: fewer than {MIN_EARTHQUAKES_FOR_INTERVAL} earthquakes"
@@ -202,7 +202,7 @@ def _coefficient_unscaling_matrix(
     return back
 
 
-def _fit_coefficients_by_newton_method(
+def _newton_fit_coefficients_and_failure_reason(
     design_matrix: FloatArray, fall_shares: FloatArray, weights: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
     """Fit logistic coefficients by Newton's method; return them, and "" or the reason why there is no fit.
@@ -281,7 +281,7 @@ def _plane_separates_falls_from_standing_cases(design_matrix: FloatArray, fall_s
     return bool(found.success) and float(np.abs(np.asarray(found.x)).max()) > 0.5
 
 
-def _jackknife_fits_without_each_cluster(
+def _jackknife_coefficients_and_failure_reason(
     design_matrix: FloatArray,
     fall_shares: FloatArray,
     weights: FloatArray,
@@ -299,7 +299,7 @@ def _jackknife_fits_without_each_cluster(
             return none, "no interval: all falls, or all stands, are of one earthquake"
         if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
             return none, "no interval: without one earthquake predictors are linearly dependent"
-        found, note = _fit_coefficients_by_newton_method(
+        found, note = _newton_fit_coefficients_and_failure_reason(
             design_matrix[kept], fall_shares[kept], weights[kept], start_coefficients
         )
         if note:
@@ -308,7 +308,7 @@ def _jackknife_fits_without_each_cluster(
     return np.array(estimates), ""
 
 
-def _jackknife_estimate_and_error(
+def _jackknife_estimate_and_standard_error(
     coefficients_from_all_clusters: FloatArray, coefficients_by_omitted_cluster: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the bias-corrected jackknife estimate and its standard error, from fits that each omit one cluster.
@@ -320,10 +320,10 @@ def _jackknife_estimate_and_error(
     return groups * coefficients_from_all_clusters - (groups - 1) * mean, error
 
 
-def overturning_regression_data(
+def predictors_falls_earthquakes_and_weights(
     cube: xr.Dataset, pga_and_pgv: xr.Dataset, *, use_ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
-    """Return the data of the logistic fit: predictors, outcome, earthquake index and weight of each row.
+    """Return the data of a logistic fit: predictors, share of falls, earthquake index and weight of each row.
 
     There is one row for each record, plane, height and B/H. The outcome is the share of friction coefficients for which
     the block falls. Planes without motion, such as perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
@@ -381,7 +381,7 @@ def fit_logistic_overturning_model(cube: xr.Dataset, pga_and_pgv: xr.Dataset) ->
 
     `pga_and_pgv` has ``pga`` and ``pgv`` of each record and azimuth.
     """
-    predictors, outcome, event, weight = overturning_regression_data(cube, pga_and_pgv)
+    predictors, outcome, event, weight = predictors_falls_earthquakes_and_weights(cube, pga_and_pgv)
     return fit_logistic_model(predictors, outcome, event, weights=weight, predictor_names=PREDICTOR_NAMES)
 
 

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import (
+    finite_statistics_of_bootstrap_samples,
     interval_tail_share_for_few_earthquakes,
     mean_vector_of_each_bootstrap_sample,
-    statistic_of_bootstrap_samples,
 )
 from overturning.statistics.circular import (
     MAX_RESULTANT_LENGTH_FROM_ROUNDING,
@@ -197,7 +197,7 @@ def _half_width_of_mean_deg(
         away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
         return np.where(np.hypot(cosine, sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 180.0, np.abs(away))
 
-    distances = statistic_of_bootstrap_samples(distances_from_mean_deg, unit_vectors, bootstrap_sample_count)
+    distances = finite_statistics_of_bootstrap_samples(distances_from_mean_deg, unit_vectors, bootstrap_sample_count)
     if not distances.size:
         return math.nan
     return float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(n, confidence_level)))

@@ -52,8 +52,8 @@ class FallRose:
         return self.mean_fall_share_by_sector.size < ROSE_SECTOR_COUNT
 
     @property
-    def earthquake_count_text(self) -> str:
-        """Title of the rose diagram: the number of earthquakes with falls."""
+    def rose_title_with_earthquake_count(self) -> str:
+        """Title of the rose diagram: the number of earthquakes with falls, as "3 earthquakes"."""
         return f"{self.count_of_earthquakes_with_falls} earthquake" + "s" * (self.count_of_earthquakes_with_falls != 1)
 
 

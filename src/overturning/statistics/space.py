@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.motion.direction import angle_between_azimuths
-from overturning.statistics.by_record import apply_to_record_batches, iterate_results_by_record
+from overturning.statistics.by_record import apply_to_record_batches_and_join, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference_to_90_deg
 
 _NUMERATOR_AND_DENOMINATOR_BY_SHARE: Final = {
@@ -26,7 +26,7 @@ def count_agreements_of_2d_and_3d_outcomes(cube: xr.Dataset) -> xr.Dataset:
     read in batches of records. The counts are the input of `shares_of_agreeing_2d_and_3d_outcomes`.
     """
     variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
-    return apply_to_record_batches(_count_2d_and_3d_agreements_of_batch, cube, variables)
+    return apply_to_record_batches_and_join(_count_2d_and_3d_agreements_of_batch, cube, variables)
 
 
 def _count_2d_and_3d_agreements_of_batch(cube: xr.Dataset) -> xr.Dataset:
@@ -82,7 +82,7 @@ class TwistSummary(NamedTuple):
     largest_deg: float
 
 
-def twists_by_b_over_h_and_friction_deg(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
+def standing_twists_deg_by_b_over_h_and_friction(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
     """Return, by (B/H, friction), the absolute rotations about the vertical of stones that moved without falling.
 
     The rotations are in degrees, shape (stones,).
@@ -111,14 +111,19 @@ def summarise_twists(
         return TwistSummary(0, *(float("nan"),) * 3)
     return TwistSummary(
         absolute_twists_deg.size,
-        *(_rotation_quantile_deg(absolute_twists_deg, share) for share in (0.5, probability_of_upper_quantile, 1.0)),
+        *(
+            _rotation_quantile_deg_by_sorting_in_place(absolute_twists_deg, share)
+            for share in (0.5, probability_of_upper_quantile, 1.0)
+        ),
     )
 
 
-def _rotation_quantile_deg(absolute_twists_deg: NDArray[np.float32], quantile_probability: float) -> float:
-    """Compute a quantile of rotations (degrees) at a share from 0 to 1, in double precision.
+def _rotation_quantile_deg_by_sorting_in_place(
+    absolute_twists_deg: NDArray[np.float32], quantile_probability: float
+) -> float:
+    """Compute a quantile of rotations (degrees) at a share from 0 to 1; partly sort the array in place.
 
-    The quantile is interpolated linearly. The array is not copied but partly sorted in place.
+    The quantile is interpolated linearly, in double precision.
     """
     place = quantile_probability * (absolute_twists_deg.size - 1)
     first = int(place)

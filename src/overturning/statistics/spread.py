@@ -9,7 +9,7 @@ from scipy.special import comb
 
 from overturning.arrays import FloatArray
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import MEMBERS_PER_BATCH, fall_share_intervals_are_narrow_enough
+from overturning.study.ensemble import MEMBERS_PER_BATCH, mask_of_narrow_fall_share_intervals
 
 MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
@@ -101,7 +101,7 @@ def estimate_statistic_of_first_run_batch(
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
         i, j = _fall_counts_of_each_code(made)
-        unsettled = ~fall_share_intervals_are_narrow_enough(i, np.minimum(j, made), made, ensemble_settings.half_width)
+        unsettled = ~mask_of_narrow_fall_share_intervals(i, np.minimum(j, made), made, ensemble_settings.half_width)
         more = max(min(MEMBERS_PER_BATCH, ensemble_settings.members - made), 1)
         orders, sums = (
             np.convolve(one * unsettled, _share_of_run_sequences_by_fall_count_code(more)) for one in (orders, sums)

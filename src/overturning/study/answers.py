@@ -13,11 +13,11 @@ MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
 
 CaseOutcomes = NDArray[np.void]
-"""Structured array of outcomes with the fields `overturned`, `azimuth` and `block_steps`; see `empty_outcome_array`."""
+"""Structured array of outcomes: fields `overturned`, `azimuth`, `block_steps`; see `create_outcome_array_to_fill`."""
 
 
-def empty_outcome_array(case_count: int, element_count: int) -> CaseOutcomes:
-    """Create an empty array for outcomes of cases: fall flag and azimuth per scene element, and time steps."""
+def create_outcome_array_to_fill(case_count: int, element_count: int) -> CaseOutcomes:
+    """Create an array of outcomes to be filled: fall flags 0 and azimuths NaN of each element, time steps 0."""
     answers = np.zeros(
         case_count,
         [("overturned", np.int8, (element_count,)), ("azimuth", "f4", (element_count,)), ("block_steps", np.int64)],

@@ -80,7 +80,9 @@ def check_convergence(
     if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
         affordable = np.cumsum(MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER * spent)
-        runs.rerun_first_cases("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
+        runs.try_rerunning_first_cases(
+            "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
+        )
     else:
         runs.try_rerunning_cases_within_step_budget("finer", 1.0, allowed)
     count = len(runs.rerun_outcomes_by_kind["finer"])
@@ -98,13 +100,15 @@ def check_convergence(
         contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN,
         finer_step_rerun=runs.count_changed_outcomes("finer", count),
         stiffer_contact_rerun=runs.count_changed_outcomes("stiffer", count),
-        tests_of_finer_step_changes=(settling := runs.classify_outcomes_changed_by_finer_steps(count, allowed - done)),
-        amplitude_change_rerun=runs.count_falls_changed_by_amplitude(count, allowed - done - settling.block_steps),
+        tests_of_finer_step_changes=(settling := runs.retest_outcomes_changed_by_finer_steps(count, allowed - done)),
+        amplitude_change_rerun=runs.rerun_falls_and_count_changes_with_amplitude(
+            count, allowed - done - settling.block_steps
+        ),
         rigid_block_comparison=None
         if sample_for_rigid_block_comparison is None
         else _CaseReruns(
             study, records, sample_for_rigid_block_comparison, thread_count, None
-        ).compare_with_rigid_block(),
+        ).rerun_and_compare_with_rigid_block(),
         finer_step_changes_by_record=runs.count_finer_step_changes_by_record(
             count, [record.record_id for record in records]
         ),
@@ -126,7 +130,7 @@ class _CaseReruns:
         self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
         self.rerun_function_by_kind: dict[str, Callable[[Motion, Cases], Any]] = {
             **rerun_functions_by_rerun_kind(study),
-            "rigid": simulate_rigid_block,
+            "rigid": simulate_cases_as_exact_rigid_blocks,
         }
         self.is_planar = variant_model(study).is_planar
         self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), case_sample.study_outcomes[:0])
@@ -140,15 +144,15 @@ class _CaseReruns:
         size = min(PILOT_CASE_COUNT, most, max(self.sample.simulated_case_count_of_study // 12, 1))
         while size > 0:
             done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
-            if not self.rerun_first_cases(rerun_kind, done):
+            if not self.try_rerunning_first_cases(rerun_kind, done):
                 return False
             mean = total_to_own_block_step_ratio * float(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean())
             affordable = most if mean == 0 else min(most, int(0.95 * max_block_time_steps_of_reruns / mean))
             size = min(affordable - done, 3 * done)
         return True
 
-    def rerun_first_cases(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
-        """Compute the first cases of the sample again, a given number; return False if they cannot be computed."""
+    def try_rerunning_first_cases(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
+        """Rerun those of the first cases of the sample that this kind of rerun lacks; return False if it is refused."""
         try:
             more = self._rerun_cases(
                 rerun_kind, np.arange(len(self.rerun_outcomes_by_kind[rerun_kind]), count_of_first_sample_cases)
@@ -219,8 +223,8 @@ class _CaseReruns:
             outcomes.append(OutcomeChangesOfElement(element=name, **undivided, **counts.model_dump()))
         return outcomes
 
-    def compare_with_rigid_block(self) -> RigidComparison:
-        """Compare the outcomes of all cases in the sample with those of the exact rigid block."""
+    def rerun_and_compare_with_rigid_block(self) -> RigidComparison:
+        """Rerun all cases of the sample with the exact rigid block, and count the outcomes that differ."""
         every = np.arange(len(self.sample.record_indices))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
         return RigidComparison(non_sliding_block_cells=self.sample.simulated_case_count_of_study, **found.model_dump())
@@ -249,10 +253,10 @@ class _CaseReruns:
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & outcomes_differ(finer, own)
 
-    def classify_outcomes_changed_by_finer_steps(
+    def retest_outcomes_changed_by_finer_steps(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> ChangesWithFinerSteps:
-        """Test outcomes changed by finer time steps: rerun them with the finest steps, and with a perturbed motion."""
+        """Rerun cases that finer steps change, with finest steps and a perturbed motion; count confirmed, chaotic."""
         finer = self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases]
         changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(count_of_first_sample_cases)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
@@ -270,7 +274,7 @@ class _CaseReruns:
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
-    def count_falls_changed_by_amplitude(
+    def rerun_falls_and_count_changes_with_amplitude(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> FallChangesWithAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
@@ -304,7 +308,7 @@ class _CaseReruns:
         )
 
 
-def simulate_rigid_block(motion: Motion, cases: Cases) -> Any:
+def simulate_cases_as_exact_rigid_blocks(motion: Motion, cases: Cases) -> Any:
     """Simulate cases as exactly rigid blocks; no outcome if the ground accelerates downwards by g or more."""
     from overturning.dem.block.rigid import simulate_rigid_rocking  # imported lazily: imports Numba
 

@@ -102,7 +102,7 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files_and_folder
 
     text = yaml.safe_dump(study_settings_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
     write_text(results_folder / COMPLETE_STUDY_FILE_NAME, text)
-    cube = _record_and_package_metadata_of_cube(results_folder / "cube.nc")
+    cube = _record_metadata_and_package_versions_of_cube(results_folder / "cube.nc")
     program = _citation_metadata_of_program()
     crate = ROCrate(version="1.1")
     crate.metadata.extra_terms = _EXTRA_JSON_LD_TERMS
@@ -116,8 +116,8 @@ def write_ro_crate(study: Study, results_folder: Path, produced_files_and_folder
         root["author"] = _unwrap_list_of_single_value(
             _add_crate_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
-    records = _add_record_entities(crate, cube["records"])
-    files = _add_file_entities(crate, results_folder, produced_files_and_folders, records)
+    records = _add_record_entities_by_id(crate, cube["records"])
+    files = _add_file_and_folder_entities(crate, results_folder, produced_files_and_folders, records)
     versions = {
         name: _add_crate_entity(
             crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version
@@ -146,7 +146,7 @@ _UNSTATED_LICENCE_TEXT: Final = (
 )
 
 
-def _record_and_package_metadata_of_cube(cube_path: Path) -> dict[str, Any]:
+def _record_metadata_and_package_versions_of_cube(cube_path: Path) -> dict[str, Any]:
     """Return sources, hashes, licences and names of the records of a results cube, and package versions."""
     import netCDF4
 
@@ -194,7 +194,9 @@ def _get_or_add_licence_entity(crate: "ROCrate", licence_url_or_text: str) -> An
     )
 
 
-def _add_record_entities(crate: "ROCrate", record_source_dictionaries: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _add_record_entities_by_id(
+    crate: "ROCrate", record_source_dictionaries: Sequence[dict[str, Any]]
+) -> dict[str, Any]:
     """Add the input records to the RO-Crate; return their entities by record id.
 
     Many records must not be redistributed, so the crate has only the hash of each.
@@ -214,13 +216,13 @@ def _add_record_entities(crate: "ROCrate", record_source_dictionaries: Sequence[
     }
 
 
-def _add_file_entities(
+def _add_file_and_folder_entities(
     crate: "ROCrate",
     results_folder: Path,
     produced_files_and_folders: Sequence[Path],
     record_entities_by_id: dict[str, Any],
 ) -> dict[str, Any]:
-    """Add result files to the RO-Crate, grouped by folder; return their entities by path."""
+    """Add result files and the folders that group them to the RO-Crate; return the file entities by path."""
     paths = [below for path in produced_files_and_folders for below in (path.rglob("*") if path.is_dir() else [path])]
     names = {
         path.relative_to(results_folder).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()

@@ -16,7 +16,7 @@ from overturning.model.falls import default_model_for_results_cube
 from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION
 from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.study.load import load_study, study_from_content
-from overturning.study.scenes import variant_model, variant_scene, variant_settings
+from overturning.study.scenes import settings_changed_by_variant, variant_model, variant_scene
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -40,8 +40,8 @@ MAX_CUBE_VALUES_IN_MEMORY: Final = 20_000_000
 _REQUIRED_RECORD_COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
-def _reason_for_incomplete_cube(cube: "xr.Dataset") -> str:
-    """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; else ""."""
+def _reason_why_cube_is_incomplete(cube: "xr.Dataset") -> str:
+    """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; "" if complete."""
     flags = cube["overturned"]
     grid = set(flags.dims)
     model = default_model_for_results_cube(cube)
@@ -120,7 +120,7 @@ def open_cube(
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or not cube.attrs.keys() >= _REQUIRED_CUBE_ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
-    if absent := _reason_for_incomplete_cube(cube):
+    if absent := _reason_why_cube_is_incomplete(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = select_element_and_amplitude(cube, path, element, amplitude)
     chosen = chosen.assign_coords(record=chosen["record_id"].variable)
@@ -195,10 +195,10 @@ def select_element_and_amplitude(
     return cube.sel(element=element_name)
 
 
-def normalise_cube_dimensions_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a results cube with all dimensions, sorted and without repeated coordinates, as figures need it.
+def select_element_and_normalise_dims_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+    """Return one element and amplitude of a results cube, with all dimensions, sorted and without repeated coordinates.
 
-    One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
+    For the selection see `select_element_and_amplitude`. B/H and directions ascend, with
     azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a
     dimension is empty.
     """
@@ -273,7 +273,7 @@ def _study_from_json(study_json_text: str) -> Study:
     return study_from_content(_parse_json(study_json_text, "study", dict), "study in the cube")
 
 
-def find_study_for_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+def find_study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
     This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
@@ -288,14 +288,14 @@ def find_study_for_figure_settings(cube: "xr.Dataset", study: Study | None = Non
     return beside if path and path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
-def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
-    """Return the height and friction that figures show by default, as lists with one value each.
+def default_figure_values_by_dimension_name(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
+    """Return the height and friction that figures show by default: by dimension name, a list of one value.
 
-    The block is set by `figures` of the `find_study_for_figure_settings`, with the first height and the last
+    The block is set by `figures` of the `find_study_with_title_and_figure_settings`, with the first height and the last
     friction as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube
     belongs to no study.
     """
-    own = find_study_for_figure_settings(cube, study)
+    own = find_study_with_title_and_figure_settings(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction
@@ -326,7 +326,7 @@ def select_heights_and_frictions(
         cube = cube.sel({name: chosen}) if chosen else cube
     if choose_default_of_ungiven_dimension and (chosen_heights_m or chosen_friction_coefficients):
         return cube.sel(
-            {name: shown for name, shown in default_height_and_friction_of_figures(cube).items() if not given[name]}
+            {name: shown for name, shown in default_figure_values_by_dimension_name(cube).items() if not given[name]}
         )
     return cube
 
@@ -343,7 +343,7 @@ def element_name_to_show(cube: "xr.Dataset") -> str:
 
 def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
     """Return the folder of the input motions of a results cube; motions on top of soil layers have their own folder."""
-    return cube_path.parent / "motion" / (variant if variant_settings(study, variant).site else "")
+    return cube_path.parent / "motion" / (variant if settings_changed_by_variant(study, variant).site else "")
 
 
 def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:

@@ -67,8 +67,8 @@ def _key_schema_entry_and_is_required_rows(
     return entries
 
 
-def study_key_and_record_column_tables() -> dict[str, str]:
-    """Return Markdown tables of the keys of a study file (``keys``) and of the record table (``columns``)."""
+def markdown_tables_of_study_keys_and_record_columns() -> dict[str, str]:
+    """Return Markdown tables by name: keys of a study file (``keys``), columns of the record table (``columns``)."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
     for key, entry, required in _key_schema_entry_and_is_required_rows(schema, schema, ""):
@@ -79,23 +79,25 @@ def study_key_and_record_column_tables() -> dict[str, str]:
     return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 
 
-def insert_tables_into_readme(readme_text: str) -> str:
-    """Insert the tables of study keys and of record-table columns into a README between its marker comments."""
-    for name, table in study_key_and_record_column_tables().items():
+def insert_key_and_column_tables_into_readme_text(readme_text: str) -> str:
+    """Return a README text with the tables of study keys and record columns put between its marker comments."""
+    for name, table in markdown_tables_of_study_keys_and_record_columns().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = readme_text.partition(begin)
         readme_text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
     return readme_text
 
 
-def write_study_file_documentation(config_folder: Path) -> None:
+def write_study_schemas_and_readme_tables(config_folder: Path) -> None:
     """Write the schema of study files as ``schema.json`` and YAML, and the tables of keys into ``README.md``."""
     (config_folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
     catalogue = config_folder.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH
     if catalogue.parent.is_dir():
         catalogue.write_text(study_yaml_schema_text(), encoding="utf-8")
     readme = config_folder / "README.md"
-    readme.write_text(insert_tables_into_readme(readme.read_text(encoding="utf-8")), encoding="utf-8")
+    readme.write_text(
+        insert_key_and_column_tables_into_readme_text(readme.read_text(encoding="utf-8")), encoding="utf-8"
+    )
 
 
 _NEW_STUDY_FILE_TEMPLATE = """\
@@ -136,6 +138,6 @@ _REPOSITORY_ONLY_SECTION_PATTERN: Final = re.compile(
 )
 
 
-def adapt_readme_to_new_project(config_readme_text: str) -> str:
-    """Adapt the text of config/README.md to a new project, which lacks the folder docs/ and the example studies."""
+def adapt_readme_text_to_new_project(config_readme_text: str) -> str:
+    """Return the text of config/README.md for a new project, which lacks the folder docs/ and the example studies."""
     return _PARENT_FOLDER_LINK_PATTERN.sub(r"\1", _REPOSITORY_ONLY_SECTION_PATTERN.sub("", config_readme_text))

@@ -17,8 +17,8 @@ from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
-from overturning.study.grounds import soil_settings_of_study
-from overturning.study.scenes import NOMINAL_VARIANT, names_of_differing_settings
+from overturning.study.grounds import soil_setting_keys_and_values_of_study
+from overturning.study.scenes import NOMINAL_VARIANT, names_of_settings_in_which_variants_differ
 from overturning.study.schema import Study
 from overturning.study.values import ValueRange
 from overturning.units import STANDARD_GRAVITY
@@ -50,8 +50,8 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
     yield from _too_few_azimuths_warnings(study)
     yield from _variant_with_several_differences_warnings(study)
     yield from _repeated_variant_warnings(study)
-    yield from _block_setting_warnings(study)
-    for key, site in soil_settings_of_study(study):
+    yield from _block_friction_amplitude_and_contact_warnings(study)
+    for key, site in soil_setting_keys_and_values_of_study(study):
         yield from _soil_layer_warnings(key, site)
     scenes = {"scene": study.scene} | {f"variants.{name}.scene": one.scene for name, one in study.variants.items()}
     for key, scene in scenes.items():
@@ -69,7 +69,7 @@ def _variant_with_several_differences_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return
-    settings = names_of_differing_settings(study, NOMINAL_VARIANT, variant)
+    settings = names_of_settings_in_which_variants_differ(study, NOMINAL_VARIANT, variant)
     if len(settings) > 1:
         names = f"{', '.join(settings[:-1])} and {settings[-1]}"
         yield (
@@ -83,7 +83,7 @@ def _repeated_variant_warnings(study: Study) -> Iterator[str]:
     names = [NOMINAL_VARIANT, *study.variants]
     for place, name in enumerate(names[1:], 1):
         for earlier in names[:place]:
-            if not names_of_differing_settings(study, earlier, name):
+            if not names_of_settings_in_which_variants_differ(study, earlier, name):
                 whose = "the study" if earlier == NOMINAL_VARIANT else f"the variant {earlier}"
                 same = f"its settings are those of {whose}, and so are its outcomes"
                 yield f"variants.{name}: {same}; change or leave it out"
@@ -95,7 +95,7 @@ def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
     azimuths = study.azimuths_or_orientations_deg
     if study.orientation is None and simulated_planes_impose_fall_axis(azimuths):
         planes = sorted({azimuth % PLANE_SYMMETRY_PERIOD_DEG for azimuth in azimuths})
-        which = f"planes along {_format_first_three_numbers(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
+        which = f"planes along {_first_numbers_and_rest_count(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
         yield (
             f"azimuth: {which} (degrees); falls lie in these planes whatever the motion, so the report gives no "
             "alignment and no mean axis or direction. Give equal steps over 180 or 360 degrees"
@@ -116,21 +116,21 @@ def warnings_on_ranges_not_reaching_their_stop(study_content: Mapping[str, Any])
                 yield f"{key}: steps of {given.step:g} end at {last:g}, before stop {given.stop:g}; change step or stop"
 
 
-def _block_setting_warnings(study: Study) -> Iterator[str]:
-    """Yield a warning for each implausible B/H, friction, amplitude or density in a study."""
+def _block_friction_amplitude_and_contact_warnings(study: Study) -> Iterator[str]:
+    """Yield a warning for each implausible B/H, friction, amplitude, density or contact stiffness in a study."""
     vertices = study.body is not None and study.body.vertices is not None
     own = default_height_and_b_over_h(study.scene)[1]
     shapes = [one for one in study.b_over_h if one > MAX_PLAUSIBLE_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (
-            f"b_over_h: {_format_first_three_numbers(shapes)} above {MAX_PLAUSIBLE_B_OVER_H:g}; H/B? Give width over "
-            f"height: {_format_first_three_numbers([1 / one for one in shapes])}"
+            f"b_over_h: {_first_numbers_and_rest_count(shapes)} above {MAX_PLAUSIBLE_B_OVER_H:g}; H/B? Give width over "
+            f"height: {_first_numbers_and_rest_count([1 / one for one in shapes])}"
         )
     yield from _friction_warnings("friction", study.friction)
     factors = [one for one in study.amplitude if one > MAX_PLAUSIBLE_AMPLITUDE_FACTOR]
     if factors:
         yield (
-            f"amplitude: {_format_first_three_numbers(factors)} above {MAX_PLAUSIBLE_AMPLITUDE_FACTOR:g}; per cent, "
+            f"amplitude: {_first_numbers_and_rest_count(factors)} above {MAX_PLAUSIBLE_AMPLITUDE_FACTOR:g}; per cent, "
             "or a peak? Give factors on each record, 1 for the record as it is"
         )
     yield from _density_warnings("density", study.density)
@@ -158,11 +158,11 @@ def _friction_warnings(study_file_key: str, friction_coefficients: tuple[float, 
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
         instead = (
-            f" An angle of friction in degrees? Give its tangent: {_format_first_three_numbers(angles)}"
+            f" An angle of friction in degrees? Give its tangent: {_first_numbers_and_rest_count(angles)}"
             if angles
             else " Per cent?"
         )
-        yield f"{study_file_key}: {_format_first_three_numbers(doubtful)} above {MAX_PLAUSIBLE_FRICTION:g}.{instead}"
+        yield f"{study_file_key}: {_first_numbers_and_rest_count(doubtful)} above {MAX_PLAUSIBLE_FRICTION:g}.{instead}"
 
 
 def _density_warnings(study_file_key: str, density_kg_m3: float) -> Iterator[str]:
@@ -250,7 +250,7 @@ def _population_outside_grid_warnings(study: Study, population: StonePopulation)
             )
 
 
-def _format_first_three_numbers(numbers_to_list: list[float]) -> str:
+def _first_numbers_and_rest_count(numbers_to_list: list[float]) -> str:
     """Return a text with the first three numbers of a list, and how many more there are."""
     more = f" and {len(numbers_to_list) - 3} more" if len(numbers_to_list) > 3 else ""
     return ", ".join(f"{one:.3g}" for one in numbers_to_list[:3]) + more

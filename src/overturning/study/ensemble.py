@@ -228,7 +228,7 @@ def wilson_95_percent_interval(matching_count: ArrayLike, total_count: ArrayLike
     return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
-def fall_probabilities_converged(member_fall_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
+def fall_probability_convergence_mask(member_fall_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
     """True for cases whose fall probabilities are accurate enough without further ensemble runs, shape (cells,).
 
     For every element the intervals (`wilson_95_percent_interval`) of both probabilities (fall to +1 and to −1) are
@@ -236,21 +236,21 @@ def fall_probabilities_converged(member_fall_flags: NDArray[np.int8], max_half_w
     member has no outcome or was not run yet. The result depends on the flags of the cell only.
     """
     known = (member_fall_flags != INT8_MISSING).sum(axis=1)
-    known_well = fall_share_intervals_are_narrow_enough(
+    known_well = mask_of_narrow_fall_share_intervals(
         (member_fall_flags == 1).sum(axis=1), (member_fall_flags == -1).sum(axis=1), known, max_half_width
     )
     return np.asarray(known_well.reshape(len(member_fall_flags), -1).all(axis=1))
 
 
-def fall_share_intervals_are_narrow_enough(
+def mask_of_narrow_fall_share_intervals(
     plus_1_fall_counts: NDArray[Any], minus_1_fall_counts: NDArray[Any], known_counts: ArrayLike, max_half_width: float
 ) -> NDArray[np.bool_]:
-    """True if the 95 % intervals of both shares of falls (to either side) are within ±`max_half_width`."""
+    """Return a mask of narrow 95 % intervals: both shares of falls (to either side) within ±`max_half_width`."""
     ends = [wilson_95_percent_interval(count, known_counts) for count in (plus_1_fall_counts, minus_1_fall_counts)]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 
-def fall_shares_with_low_and_high_relief(
+def fall_shares_by_relief_variable_name(
     member_fall_flags: NDArray[np.int8], high_relief_mask_by_member: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
     """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
@@ -290,7 +290,7 @@ class EnsembleRunner:
         """Output variables with the ensemble results of each case, such as the probability of a fall."""
         return (*self.model.ensemble_variables, *(RELIEF_ENSEMBLE_VARIABLES if self.members.varies_relief else ()))
 
-    def run_ensemble_of_selected_cases(
+    def choose_cases_and_run_their_ensembles(
         self,
         motion: Motion,
         grid: CaseGrid,
@@ -298,7 +298,7 @@ class EnsembleRunner:
         run_cases: CaseRunner,
         progress: ProgressCallback | None = None,
     ) -> tuple[ArraysByVariableName, int]:
-        """Run the ensemble of each case, or each near a change of outcome; return results and cost (steps × stones).
+        """Run ensembles of all cases, or of those near an outcome change; return results and cost (steps × stones).
 
         `nominal_outcomes_by_variable_name` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark
         of cells that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The
@@ -330,7 +330,7 @@ class EnsembleRunner:
             sensor = members.azimuth_change_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.sobol_sequence_number)
             if members.varies_relief:
-                found |= fall_shares_with_low_and_high_relief(flags, members.above_median_relief_mask)
+                found |= fall_shares_by_relief_variable_name(flags, members.above_median_relief_mask)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
@@ -360,7 +360,7 @@ class EnsembleRunner:
                     azimuths = towards.reshape(unsettled.size, own.size, *member_fall_azimuths_deg.shape[2:])
                     member_fall_azimuths_deg[unsettled[:, None], own] = azimuths
             half_width = self.max_fall_probability_interval_half_width
-            unsettled = unsettled[~fall_probabilities_converged(member_fall_flags[unsettled], half_width)]
+            unsettled = unsettled[~fall_probability_convergence_mask(member_fall_flags[unsettled], half_width)]
             if unsettled.size == 0:
                 break
         if progress:

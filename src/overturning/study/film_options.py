@@ -14,9 +14,9 @@ from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of_cube
 from overturning.study.scenes import (
     StudyToSceneSizeConversion,
+    settings_changed_by_variant,
     variant_contact_settings,
     variant_model,
-    variant_settings,
     variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
@@ -57,7 +57,7 @@ def film_command_parts(cube: "xr.Dataset") -> dict[str, Any]:
 
 def _unsupported_reasons_and_motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return reasons why `overturning one` cannot simulate a study's motions, and its options for these motions."""
-    own = variant_settings(study, variant)
+    own = settings_changed_by_variant(study, variant)
     missing = []
     if study.processing is not None:
         missing.append("the study processes its records in its own way")
@@ -88,7 +88,7 @@ def _unsupported_reasons_and_model_options(study: Study, variant: str) -> tuple[
             missing.append("the body is given by its vertices")
         plan = study.body.plan
         return missing, [*options, "--body", *([] if plan == "rectangle" else ["--plan", str(plan)])]
-    scene = variant_settings(study, variant).scene or study.scene
+    scene = settings_changed_by_variant(study, variant).scene or study.scene
     if scene != gravestone():
         known = _scene_file_holds_same_scene(scene)
         return [] if known else ["the scene is no file of config/scenes"], ["--scene", scene.name]

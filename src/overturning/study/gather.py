@@ -29,7 +29,7 @@ from overturning.study.netcdf import (
     create_outcome_variable,
     outcome_content_hash,
 )
-from overturning.study.parts import open_sweep_part, read_record_and_variant_of_outcome_file
+from overturning.study.parts import open_outcome_file_of_chunk, read_record_id_and_variant_of_outcome_file
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
@@ -72,7 +72,7 @@ def merge_outcome_files_into_cube(
     grid, variables = variant_grid(study, variant), cube_variables_of_study(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
     for part in sweep_part_paths:
-        name, of_variant = read_record_and_variant_of_outcome_file(part)
+        name, of_variant = read_record_id_and_variant_of_outcome_file(part)
         if name not in of_record or of_variant != variant:
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
         of_record[name].append(part)
@@ -80,7 +80,7 @@ def merge_outcome_files_into_cube(
         create_cube_structure(cube, study, records, variant)
         cube.block_steps = 0
         whole = [
-            _copy_outcomes_of_record_into_cube(paths, cube, at, grid, variables)
+            _copy_record_outcomes_into_cube_if_complete(paths, cube, at, grid, variables)
             for at, paths in enumerate(of_record.values())
         ]
         if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
@@ -115,16 +115,18 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
         )
 
 
-def _copy_outcomes_of_record_into_cube(
+def _copy_record_outcomes_into_cube_if_complete(
     sweep_part_paths: Sequence[Path],
     cube: Any,
     record_index: int,
     grid: CaseGrid,
     outcome_variables: Sequence[OutcomeVariable],
 ) -> bool:
-    """Copy the outcomes of one record from its files into a results cube; return False if cases are missing."""
+    """Copy the outcomes of a record from its files into a results cube; return False, without a copy, if cases miss."""
     with ExitStack() as stack:
-        parts = [stack.enter_context(open_sweep_part(path, grid, outcome_variables)) for path in sweep_part_paths]
+        parts = [
+            stack.enter_context(open_outcome_file_of_chunk(path, grid, outcome_variables)) for path in sweep_part_paths
+        ]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
             filled[np.ix_(*part.study_grid_indices_by_dimension)] = True

@@ -25,7 +25,7 @@ def results_cube_name_for_soil(study: Study, soil_site: SoilSite | None) -> str:
     return f"soil-{hashlib.sha256(soil_site.model_dump_json().encode()).hexdigest()[:8]}"
 
 
-def soil_cube_names_of_survey(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
+def survey_cube_name_and_other_cube_names_by_site(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
     """Return the name of the results cube for a survey, and by site the cubes of sites with other soil layers.
 
     See `results_cube_name_for_soil`. A site (cemetery) with the soil layers of the whole survey is left out.
@@ -51,7 +51,7 @@ def soil_layers_and_records_by_soil_cube_name(study: Study) -> dict[str, tuple[S
     return {name: (soil, [one for one in study.records.use if one in records[name]]) for name, soil in soils.items()}
 
 
-def soil_settings_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
+def soil_setting_keys_and_values_of_study(study: Study) -> Iterator[tuple[str, SoilSite]]:
     """Yield key and value of each setting of soil layers: of the study, its variants and its surveys."""
     if study.site is not None:
         yield "site", study.site

@@ -53,7 +53,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
         ),
     )
     own = study.population.period if study.population else ()
-    table = table.assign(_azimuth_independent_measures(records, np.unique([*SPECTRUM_PERIODS_S, *own])))
+    table = table.assign(_azimuth_independent_measure_variables(records, np.unique([*SPECTRUM_PERIODS_S, *own])))
     table.attrs = {"Conventions": "CF-1.11", "title": f"{study.title or study.name}: intensity by azimuth"}
     # CF forbids a fill value for coordinates.
     for name in table.coords:
@@ -62,8 +62,10 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
         table.to_netcdf(part, engine="netcdf4")
 
 
-def _azimuth_independent_measures(records: Sequence[Record], oscillator_periods_s: FloatArray) -> dict[str, Any]:
-    """Compute the intensity measures that do not depend on azimuth, such as JMA intensity; NaN if undefined."""
+def _azimuth_independent_measure_variables(
+    records: Sequence[Record], oscillator_periods_s: FloatArray
+) -> dict[str, Any]:
+    """Compute, as dataset variables by name, the intensity measures without dependence on azimuth; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
         jma_intensity_and_peaks_of_record(motion, record.processing)

@@ -21,10 +21,12 @@ def load_study(path: Path) -> Study:
 
     A `ConfigError` is raised if the file cannot be read, or names file, key, value and remedy of each fault.
     """
-    return study_from_content(read_study_content(path), str(path))
+    return study_from_content(read_unvalidated_study_content(path), str(path))
 
 
-def read_study_content(path: Path, remedy_in_error_message: str = "check its name and permissions") -> dict[str, Any]:
+def read_unvalidated_study_content(
+    path: Path, remedy_in_error_message: str = "check its name and permissions"
+) -> dict[str, Any]:
     """Read keys and values of a study file without validation; raise a `ConfigError` if it cannot be read.
 
     `remedy_in_error_message` is stated in the message if the file is missing or must not be read.

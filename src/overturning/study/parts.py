@@ -81,7 +81,7 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
     return grid.copy_with_dimension_values(**{name: directions[number % chunk.chunk_count == chunk.number_from_1 - 1]})
 
 
-def write_sweep_part(
+def write_outcome_file_of_chunk(
     sweep_part_path: Path,
     grid: CaseGrid,
     outcomes_by_variable_name: dict[str, NDArray[Any]],
@@ -116,14 +116,14 @@ class OpenedSweepPartFile(NamedTuple):
             ][:]
 
 
-def read_record_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
+def read_record_id_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
     """Return the record id and variant stated in a file with outcomes; a `ResultError` if it is unreadable."""
     with open_netcdf_without_masking_and_scaling(path, "read", _UNREADABLE_FILE_REMEDY, require_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
-def open_sweep_part(
+def open_outcome_file_of_chunk(
     path: Path, grid: CaseGrid, outcome_variables: Sequence[OutcomeVariable]
 ) -> Iterator[OpenedSweepPartFile]:
     """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""

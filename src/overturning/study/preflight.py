@@ -17,7 +17,7 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordTableRow, paths_of_record_files
 from overturning.study.ensemble import MAX_MEMBER_CASES_PER_RUN, MEMBERS_PER_BATCH
-from overturning.study.grounds import soil_layers_and_records_by_soil_cube_name, soil_settings_of_study
+from overturning.study.grounds import soil_layers_and_records_by_soil_cube_name, soil_setting_keys_and_values_of_study
 from overturning.study.load import read_record_table_rows_of_study
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
@@ -139,7 +139,9 @@ def explorer_fits_single_page(study: Study) -> bool:
     )
 
 
-def check_study_size(study: Study, study_file_in_error_messages: str, chunks_per_record: int = 1) -> StudySizeEstimate:
+def estimate_and_check_study_size(
+    study: Study, study_file_in_error_messages: str, chunks_per_record: int = 1
+) -> StudySizeEstimate:
     """Return the estimated cost of a study; a `ConfigError` if this machine lacks memory or disk space."""
     size = estimate_study_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -174,7 +176,7 @@ def check_soil_curve_package(study: Study, study_file_in_error_messages: str) ->
     from overturning.motion.soil import check_pystrata_has_soil_curves
 
     problems: dict[str, None] = {}
-    for key, site in soil_settings_of_study(study):
+    for key, site in soil_setting_keys_and_values_of_study(study):
         try:
             check_pystrata_has_soil_curves(site.layers)
         except ArgumentError as error:
@@ -240,7 +242,7 @@ def check_records_and_collect_notes(
             notes += [f"record {entry.id}: {note}" for note in record.notes]
             notes += (
                 [f"record {entry.id}: too weak to move any stone of the study"]
-                if _record_is_too_weak_to_move_any_block(study, record)
+                if _record_is_known_too_weak_to_move_any_block(study, record)
                 else []
             )
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
@@ -265,10 +267,10 @@ def can_compute_fault_alignment(record_table_rows: Iterable[RecordTableRow]) -> 
     return any(entry.fault_strike_deg is not None for entry in chosen)
 
 
-def note_if_primary_statistic_is_unavailable(
+def notes_if_primary_statistic_is_unavailable(
     study: Study, record_table_rows_by_id: dict[str, RecordTableRow]
 ) -> tuple[str, ...]:
-    """Return a note if a study's primary statistic cannot be computed for its records; () if it can."""
+    """Return one note if a study's primary statistic cannot be computed for its records; () if it can."""
     if study.primary.statistic != "alignment" or can_compute_fault_alignment(record_table_rows_by_id.values()):
         return ()
     return (
@@ -298,11 +300,13 @@ def _check_cases_at_grid_limits(study: Study, shortest_sampling_interval_s: floa
             cases = Cases(0.0, sizes.to_scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
             plan_simulation(variant_model(study, variant), still, cases, numerical_options_of_study(study))
         except ArgumentError as error:
-            lines = [_name_study_key_in_error_message(line, variant) for line in str(error).split(REASON_SEPARATOR)]
+            lines = [
+                _replace_argument_by_study_key_in_message(line, variant) for line in str(error).split(REASON_SEPARATOR)
+            ]
             raise ConfigError(f"study {study.name!r}: {REASON_SEPARATOR.join(lines)}") from None
 
 
-def _name_study_key_in_error_message(simulation_error_message: str, variant: str) -> str:
+def _replace_argument_by_study_key_in_message(simulation_error_message: str, variant: str) -> str:
     """Replace the name of a simulation argument in an error message by the key of the study that sets it.
 
     A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
@@ -318,15 +322,15 @@ def _name_study_key_in_error_message(simulation_error_message: str, variant: str
     return f"variant {variant}: {simulation_error_message}" if own else simulation_error_message
 
 
-def _record_is_too_weak_to_move_any_block(study: Study, record: "Record") -> bool:
-    """True if the motion is too weak to move a rigid stone: |a| ≤ (g + a_up) min(B/H, D/H, µ) in every case.
+def _record_is_known_too_weak_to_move_any_block(study: Study, record: "Record") -> bool:
+    """True if the motion is surely too weak to move a stone: |a| ≤ (g + a_up) min(B/H, D/H, µ) in every case.
 
     False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
     soil, for which the threshold is not known before the run.
     """
     others = any(one.scene is not None for one in study.variants.values())
     vertices = study.body is not None and study.body.vertices is not None
-    if study.scene != gravestone() or any(soil_settings_of_study(study)) or others or vertices:
+    if study.scene != gravestone() or any(soil_setting_keys_and_values_of_study(study)) or others or vertices:
         return False
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspect_ratios_d_over_b), *study.friction)
     factor = max(study.amplitude)

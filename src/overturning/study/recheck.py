@@ -49,8 +49,8 @@ class RecheckResult:
         return not self.difference_messages and self.content_hash_matches
 
 
-def hash_of_outcomes_in_cube(cube_path: Path) -> str:
-    """Return the hash of the outcomes in a results cube, to detect a cube that another program has changed.
+def stated_or_computed_hash_of_cube_outcomes(cube_path: Path) -> str:
+    """Return the stated or computed hash of outcomes in a results cube, to detect changes by another program.
 
     If the file has the correct checksum of its run, it is unchanged: the hash that it states (``content_sha256``) is
     returned. Another program that saves the cube leaves no checksum but keeps that attribute, so the hash is computed.
@@ -141,6 +141,6 @@ def _recompute_case_of_grid(
         run = create_ensemble_member_case_runner(study, variant, motion, numerical_options_of_study(study))
         arrays |= create_ensemble_runner(
             study, variant, run_members_in_all_grid_cells=True
-        ).run_ensemble_of_selected_cases(motion, few, arrays, run)[0]
+        ).choose_cases_and_run_their_ensembles(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(grid_indices_of_case) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in CASE_COUNTER_NAMES}

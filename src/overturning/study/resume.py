@@ -109,7 +109,7 @@ def _wait_for_processes_of_killed_run(project_folder: Path) -> None:
                 process.wait()
 
 
-def remove_damaged_results(results_folder: Path) -> list[Path]:
+def remove_damaged_results_and_fix_future_times(results_folder: Path) -> list[Path]:
     """Remove damaged and incomplete result files of a study, and each list of figures that names a missing figure.
 
     The next run makes them again if another result needs them. Returns the files that were damaged or missing. File
@@ -243,7 +243,7 @@ def back_up_cubes(results_folder: Path) -> None:
             os.link(path, kept)
 
 
-def restore_cubes(results_folder: Path) -> None:
+def restore_deleted_cubes_from_backups(results_folder: Path) -> None:
     """Restore deleted cubes from their backups after an interrupted run; old file times make a run remake them."""
     for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))

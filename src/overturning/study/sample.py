@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.model.planes import PlanarModel
 from overturning.model.space import MIN_RESULTANT_OF_AGREEING_FALLS, case_weight_in_direction_statistics
-from overturning.study.answers import CaseOutcomes, empty_outcome_array
+from overturning.study.answers import CaseOutcomes, create_outcome_array_to_fill
 from overturning.study.netcdf import open_netcdf_without_masking_and_scaling
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
@@ -48,7 +48,7 @@ class RandomCaseSample:
     study_block_time_step_count: int  # of the whole study
 
 
-def choose_random_case_indices(
+def choose_random_record_and_grid_indices(
     convergence_check_settings: ConvergenceCheckSettings, record_count: int, simulated_cell_mask: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose n cases of a study at random; return their record indices (n,) and grid indices (n, dimensions).
@@ -94,7 +94,7 @@ def read_random_case_sample(
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
         computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
         computed = computed if candidate_cell_mask is None else computed & candidate_cell_mask
-        record, index = choose_random_case_indices(convergence_check_settings, records, computed)
+        record, index = choose_random_record_and_grid_indices(convergence_check_settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
         def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
@@ -103,7 +103,7 @@ def read_random_case_sample(
             return np.concatenate(of)[place].reshape(record.size, -1)
 
         overturned = values_of_chosen_cells("overturned")
-        answers = empty_outcome_array(*overturned.shape)
+        answers = create_outcome_array_to_fill(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
             answers["azimuth"] = values_of_chosen_cells("fall_azimuth")

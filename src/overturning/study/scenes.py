@@ -37,7 +37,7 @@ def variant_names(study: Study) -> list[str]:
     return [NOMINAL_VARIANT, *study.variants]
 
 
-def variant_settings(study: Study, variant: str = NOMINAL_VARIANT) -> Variant:
+def settings_changed_by_variant(study: Study, variant: str = NOMINAL_VARIANT) -> Variant:
     """Return the settings of a study that a variant (a repetition of the study) changes; the others are None.
 
     A `ConfigError` is raised if the study has no such variant.
@@ -49,13 +49,13 @@ def variant_settings(study: Study, variant: str = NOMINAL_VARIANT) -> Variant:
 
 def variant_contact_settings(study: Study, variant: str = NOMINAL_VARIANT) -> ContactSettings:
     """Return the contact settings of a variant of a study, which are the study's unless the variant changes them."""
-    own = variant_settings(study, variant).contact
+    own = settings_changed_by_variant(study, variant).contact
     return study.contact if own is None else own
 
 
 def variant_scene(study: Study, variant: str = NOMINAL_VARIANT) -> Scene:
     """Return the scene of a study or variant; the default gravestone gets the study's density and contact settings."""
-    scene = variant_settings(study, variant).scene or study.scene
+    scene = settings_changed_by_variant(study, variant).scene or study.scene
     if scene != gravestone():
         return scene
     return gravestone(Contact(**variant_contact_settings(study, variant).model_dump()), study.density)
@@ -137,7 +137,7 @@ class StudyToSceneSizeConversion:
     @classmethod
     def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
         """Create the conversion of stone sizes from a study to a variant; both scenes are scaled by the same factor."""
-        scene = variant_settings(study, variant).scene or study.scene
+        scene = settings_changed_by_variant(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(b_over_h_decimal_places=None if scene == gravestone() else 12)
         own_height, own_ratio = reference_element_height_and_b_over_h(scene)
@@ -200,13 +200,13 @@ def numerical_options_of_study(
 
 def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL_VARIANT) -> bool:
     """True if a study or variant applies the vertical ground motion of records that have a vertical component."""
-    own = variant_settings(study, variant).vertical
+    own = settings_changed_by_variant(study, variant).vertical
     return study.simulation.vertical if own is None else own
 
 
-def names_of_differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
+def names_of_settings_in_which_variants_differ(study: Study, variant: str, other_variant: str) -> list[str]:
     """Name the settings (scene, contact, vertical motion, site) in which two variants of a study differ."""
-    one, other = variant_settings(study, variant), variant_settings(study, other_variant)
+    one, other = settings_changed_by_variant(study, variant), settings_changed_by_variant(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
         "contact": variant_contact_settings(study, variant) != variant_contact_settings(study, other_variant),

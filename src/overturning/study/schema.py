@@ -44,7 +44,7 @@ from overturning.study.sections import (
     SimulationSettings,
     StudyOrVariantName,
     Variant,
-    load_scene_by_name,
+    load_scene_if_name_or_path,
 )
 from overturning.study.values import AzimuthRange, ValueListOrRange
 from overturning.units import GRANITE_DENSITY
@@ -190,7 +190,7 @@ class Study(StrictModel):
         if "scene" not in filled:
             return filled
         try:
-            filled["scene"] = Scene.model_validate(load_scene_by_name(unvalidated_study_settings["scene"]))
+            filled["scene"] = Scene.model_validate(load_scene_if_name_or_path(unvalidated_study_settings["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
         height, b_over_h = default_height_and_b_over_h(filled["scene"])

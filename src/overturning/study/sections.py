@@ -98,7 +98,7 @@ class SimulationSettings(StrictModel):
         return time_step_s_or_auto
 
 
-def load_scene_by_name(scene_name_or_path_or_scene: Any) -> Any:
+def load_scene_if_name_or_path(scene_name_or_path_or_scene: Any) -> Any:
     """Load a scene from its name or file path; any other value is returned unchanged."""
     # A name or path is read at once, so that a filled-in study holds the whole scene.
     return (
@@ -108,7 +108,7 @@ def load_scene_by_name(scene_name_or_path_or_scene: Any) -> Any:
     )
 
 
-SceneChoice = Annotated[Scene, BeforeValidator(load_scene_by_name, json_schema_input_type=str | Scene)]
+SceneChoice = Annotated[Scene, BeforeValidator(load_scene_if_name_or_path, json_schema_input_type=str | Scene)]
 
 
 class Variant(StrictModel):

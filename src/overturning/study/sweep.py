@@ -24,7 +24,7 @@ from overturning.study.ensemble import (
     draw_parameter_changes_of_members,
     subtask_progress_callback,
 )
-from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, grid_of_chunk, write_sweep_part
+from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, grid_of_chunk, write_outcome_file_of_chunk
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
@@ -143,7 +143,7 @@ def simulate_and_write_cases_of_record(
     )
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.case_count:
-        write_sweep_part(output_path, grid, {}, attributes | {"block_steps": 0})
+        write_outcome_file_of_chunk(output_path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerical_options_of_study(study)
     factors = grid.motion_amplitude_factors_if_several or (1.0,)
@@ -164,12 +164,12 @@ def simulate_and_write_cases_of_record(
             create_ensemble_runner(study, variant, members),
             create_ensemble_member_case_runner(study, variant, motion, numerics),
         )
-        spread, more = ensemble.run_ensemble_of_selected_cases(motion, grid, outcome, runner, reports[-1])
+        spread, more = ensemble.choose_cases_and_run_their_ensembles(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
     if grid.motion_amplitude_factors_if_several:
         outcome = _join_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
-    write_sweep_part(
+    write_outcome_file_of_chunk(
         output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)
     )
 

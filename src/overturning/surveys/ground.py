@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
 from overturning.study.cube import index_of_record, record_sources_and_processing_by_id, study_of_cube
-from overturning.study.scenes import variant_settings
+from overturning.study.scenes import settings_changed_by_variant
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def soil_below_survey_site_of_cube(cube: xr.Dataset, record_id: str | None) -> S
     may be None for a cube with one record.
     """
     study = study_of_cube(cube)
-    soil = variant_settings(study, str(cube.attrs["variant"])).site or study.site
+    soil = settings_changed_by_variant(study, str(cube.attrs["variant"])).site or study.site
     if soil is None:
         return None
     name = str(np.atleast_1d(cube["record_id"].to_numpy())[index_of_record(cube, record_id)])

@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
-from overturning.statistics.by_record import load_outcomes_of_records
+from overturning.statistics.by_record import load_results_of_records
 from overturning.statistics.circular import mean_angle_deg_and_mean_resultant_length, sector_index
 from overturning.statistics.fragility import FittedFragilityCurve, fit_fragility_curve
 from overturning.study.ensemble import wilson_95_percent_interval
@@ -236,7 +236,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     )
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS}
     for record in range(cube.sizes["record"]):
-        outcomes = outcomes_of_sampled_stones(load_outcomes_of_records(cube, record, reads), stones)
+        outcomes = outcomes_of_sampled_stones(load_results_of_records(cube, record, reads), stones)
         of_class = [
             outcome_rates_at_each_amplitude_factor(outcomes.select_stones(own), population) for own in classes.values()
         ]
@@ -285,7 +285,7 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     )
     for record in range(cube.sizes["record"]):
         outcomes = [
-            outcomes_of_sampled_stones(load_outcomes_of_records(one, record, reads), stones)
+            outcomes_of_sampled_stones(load_results_of_records(one, record, reads), stones)
             for one in (cube, other_cube)
         ]
         known = outcomes[0].has_outcome & outcomes[1].has_outcome

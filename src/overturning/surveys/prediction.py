@@ -12,7 +12,7 @@ from overturning.model.edges import fall_probability_over_each_edge
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
-from overturning.statistics.falls import add_opposite_azimuths, fall_counts_towards_azimuths
+from overturning.statistics.falls import cube_with_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.sectors import FallSectors
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, RANDOM_OUTCOME_SHARE, Stone
 
@@ -60,7 +60,7 @@ class SiteFallPrediction(FallSectors):
         self._side_probabilities: dict[tuple[bytes, tuple[float, float]], FloatArray] = {}
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
-        site = add_opposite_azimuths(site)
+        site = cube_with_opposite_azimuths(site)
         p = fall_probabilities_towards_and_away(site).transpose(*dims)
         self.plane_azimuths_deg: FloatArray = p["azimuth"].values.astype(np.float64)
         # For interpolation round the circle: planes in ascending order between the last one and the first one.

@@ -19,7 +19,7 @@ from overturning.model.planes import (
 )
 from overturning.model.stack import Stack
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
-from overturning.statistics.elements import count_falls_by_element, summarise_element_displacements
+from overturning.statistics.elements import count_falls_of_each_and_any_element, summarise_element_displacements
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
     count_changed_and_all_neighbour_pairs,
@@ -350,7 +350,7 @@ def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
     made = xr.Dataset(
         {"overturned": (dims, flags), "overturning_time": (dims, times)}, {"element": ["pillar", "lintel"]}
     )
-    pillar, lintel, anything = count_falls_by_element(made)
+    pillar, lintel, anything = count_falls_of_each_and_any_element(made)
     assert (pillar.known_outcome_case_count, pillar.fall_count, pillar.count_of_falls_before_other_elements) == (
         4,
         2,

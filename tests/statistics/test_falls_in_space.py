@@ -29,7 +29,7 @@ from overturning.statistics.space import (
     count_agreements_of_2d_and_3d_outcomes,
     shares_of_agreeing_2d_and_3d_outcomes,
     standing_twists_deg_by_b_over_h_and_friction,
-    summarise_twists,
+    summarise_twists_sorting_in_place,
 )
 
 EARTHQUAKE_NAMES_BY_RECORD = ("A", "A", "B", "C", "D")
@@ -357,10 +357,13 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
     ((shape, turned),) = standing_twists_deg_by_b_over_h_and_friction(cube).items()
     assert shape == (0.2, 0.6)
-    found = summarise_twists(turned, probability_of_upper_quantile=0.5)
+    found = summarise_twists_sorting_in_place(turned, probability_of_upper_quantile=0.5)
     assert (found.stone_count, found.median_deg, found.upper_quantile_deg, found.largest_deg) == (3, 3.0, 3.0, 10.0)
     assert (
-        summarise_twists(standing_twists_deg_by_b_over_h_and_friction(cube.isel(record=[3, 4]))[shape]).stone_count == 0
+        summarise_twists_sorting_in_place(
+            standing_twists_deg_by_b_over_h_and_friction(cube.isel(record=[3, 4]))[shape]
+        ).stone_count
+        == 0
     )
 
 
@@ -368,7 +371,7 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
 def test_quantiles_of_twist_match_numpy(size: int) -> None:
     turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
-    found = summarise_twists(turned.copy())
+    found = summarise_twists_sorting_in_place(turned.copy())
     assert (found.median_deg, found.upper_quantile_deg, found.largest_deg) == tuple(expected)
 
 

@@ -28,7 +28,7 @@ from overturning.records.store import round_to_stored_precision
 from overturning.settings import EnsembleSettings
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, create_outcome_array_to_fill
 from overturning.study.convergence import read_convergence_result
-from overturning.study.convergence_check import check_convergence, rerun_functions_by_rerun_kind
+from overturning.study.convergence_check import rerun_cases_to_check_convergence, rerun_functions_by_rerun_kind
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_95_percent_interval
 from overturning.study.load import study_from_content
@@ -142,7 +142,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
-    found = check_convergence(settings, done.records, done.sample)
+    found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
     assert found.rerun_case_count == found.wanted_case_count == 10
     (finer,), (stiffer,) = found.finer_step_rerun.changes_by_element, found.stiffer_contact_rerun.changes_by_element
     assert finer.cases + finer.unanswered == 10
@@ -173,7 +173,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
     assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.study_outcomes["overturned"] == 0, 1, 0).astype(np.int8)
-    wrong = check_convergence(settings, done.records, done.sample_with_replaced_flags(opposite))
+    wrong = rerun_cases_to_check_convergence(settings, done.records, done.sample_with_replaced_flags(opposite))
     assert wrong.finer_step_rerun.changes_by_element[0].flags == 10 - finer.flags
     assert wrong.stiffer_contact_rerun.changes_by_element[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
@@ -186,7 +186,9 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         == wrong.finer_step_rerun.changes_by_element[0].cases
     )
     unsure = done.sample_with_replaced_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
-    (all_divided,) = check_convergence(settings, done.records, unsure).finer_step_rerun.changes_by_element
+    (all_divided,) = rerun_cases_to_check_convergence(
+        settings, done.records, unsure
+    ).finer_step_rerun.changes_by_element
     zeros = (
         "cases_with_agreeing_members",
         "falls_in_one_only_if_members_agree",
@@ -198,9 +200,9 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     assert all_divided == wrong.finer_step_rerun.changes_by_element[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
     turned = done.sample_with_replaced_flags(-done.sample.study_outcomes["overturned"])
-    (sides,) = check_convergence(settings, done.records, turned).finer_step_rerun.changes_by_element
+    (sides,) = rerun_cases_to_check_convergence(settings, done.records, turned).finer_step_rerun.changes_by_element
     assert sides.different_sides_if_members_fall_to_one_side == sides.sides == finer.fallen - finer.sides > 0
-    (both,) = check_convergence(
+    (both,) = rerun_cases_to_check_convergence(
         settings,
         done.records,
         replace(turned, ensemble_members_disagree_on_fall_or_side=~turned.ensemble_members_disagree_on_fall),
@@ -210,7 +212,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         sides.sides,
         0,
     )
-    again = check_convergence(settings, done.records, done.sample, thread_count=2)
+    again = rerun_cases_to_check_convergence(settings, done.records, done.sample, thread_count=2)
     assert again == found
 
 
@@ -244,7 +246,9 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
 
     fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: fakes)
-    found = check_convergence(settings, done.records, replace(done.sample, study_block_time_step_count=1000))
+    found = rerun_cases_to_check_convergence(
+        settings, done.records, replace(done.sample, study_block_time_step_count=1000)
+    )
     assert found.tests_of_finer_step_changes.model_dump() == {
         "changed_cases": 4,
         "retested_cases": 4,
@@ -262,7 +266,9 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
-        found = check_convergence(settings, done.records, replace(done.sample, study_block_time_step_count=steps))
+        found = rerun_cases_to_check_convergence(
+            settings, done.records, replace(done.sample, study_block_time_step_count=steps)
+        )
         assert (
             sum(
                 part.block_steps
@@ -288,7 +294,7 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
-    found = check_convergence(settings, done.records, done.sample)
+    found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
     assert found.wanted_case_count == min(200, done.sample.simulated_case_count_of_study)
     spent = found.finer_step_rerun.block_steps + found.stiffer_contact_rerun.block_steps
     assert spent <= done.sample.study_block_time_step_count
@@ -306,7 +312,7 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
         np.zeros(2, np.int64), index, create_outcome_array_to_fill(2, 1), none, sure, sure, np.ones(2), 36, 0
     )
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
-    found = check_convergence(settings, [quiet], sample)
+    found = rerun_cases_to_check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer_contact_rerun.refusal_reason
     assert found.finer_step_rerun.changes_by_element[0].cases == found.rerun_case_count == 2
 
@@ -323,7 +329,9 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.simulated_case_count_of_study == len(rigid.record_indices) == 2 * 3 * (2 + 3)
-    found = check_convergence(settings, records, sample, sample_for_rigid_block_comparison=rigid).rigid_block_comparison
+    found = rerun_cases_to_check_convergence(
+        settings, records, sample, sample_for_rigid_block_comparison=rigid
+    ).rigid_block_comparison
     assert found is not None
     assert found.non_sliding_block_cells == found.cases == 30
     assert found.fallen > 3
@@ -333,7 +341,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     overturned[first], overturned[second] = 0, -overturned[second]
     wrong = replace(rigid, study_outcomes=rigid.study_outcomes.copy())
     wrong.study_outcomes["overturned"] = overturned
-    again = check_convergence(
+    again = rerun_cases_to_check_convergence(
         settings, records, sample, thread_count=2, sample_for_rigid_block_comparison=wrong
     ).rigid_block_comparison
     one_fall_less = dict.fromkeys(
@@ -357,7 +365,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].sample_count)
     drop[50] = -10.0
-    hopping = check_convergence(
+    hopping = rerun_cases_to_check_convergence(
         settings, [records[0], replace(records[1], up=drop)], sample, sample_for_rigid_block_comparison=rigid
     ).rigid_block_comparison
     assert hopping is not None
@@ -401,7 +409,7 @@ def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block()
 def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
     settings = study_of_two_stones_side_by_side(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
     done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
-    found = check_convergence(settings, done.records, done.sample)
+    found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer_step_rerun.changes_by_element] == ["slender", "squat"]
     for outcome in (*found.finer_step_rerun.changes_by_element, *found.stiffer_contact_rerun.changes_by_element):
         assert outcome.cases + outcome.unanswered == found.rerun_case_count == 4
@@ -410,7 +418,7 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
-    found = check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
+    found = rerun_cases_to_check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
     assert [one.flags for one in found.finer_step_rerun.changes_by_element] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.fall_or_stand_changes.changed_count,
@@ -568,7 +576,7 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     kinds = rerun_functions_by_rerun_kind(settings) | {"nominal": fake_results_at_scaled_amplitude}
     monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
-    found = check_convergence(
+    found = rerun_cases_to_check_convergence(
         settings, done.records, replace(sample, fall_direction_agreement_weight=weight)
     ).amplitude_change_rerun
     assert found is not None

@@ -22,7 +22,7 @@ from overturning.study.preflight import (
     check_records_and_collect_notes,
     check_soil_curve_package,
     estimate_and_check_study_size,
-    estimate_study_size,
+    estimate_cases_time_memory_and_disk_of_study,
     find_record_rows_and_files,
 )
 from tests.expect import command_output
@@ -248,9 +248,14 @@ def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() 
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
     assert (
-        0.5 < estimate_study_size(load_study(ROOT / "config/near-fault.yaml")).total_processor_time_s / processor_s < 2
+        0.5
+        < estimate_cases_time_memory_and_disk_of_study(
+            load_study(ROOT / "config/near-fault.yaml")
+        ).total_processor_time_s
+        / processor_s
+        < 2
     )
-    small = estimate_study_size(study_of_record("wtmc"))
+    small = estimate_cases_time_memory_and_disk_of_study(study_of_record("wtmc"))
     assert 10 < small.total_processor_time_s < 100, "most of it is no case"
     assert 1e6 < small.results_disk_bytes < 5e6, "the report alone is half a megabyte"
 
@@ -258,7 +263,10 @@ def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() 
 def test_the_memory_estimate_includes_the_outcomes_of_ensemble_members() -> None:
     """In the largest job each case has, for each member, a flag of one byte and an azimuth of eight bytes."""
     without, with_members = (
-        estimate_study_size(study_of_record("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
+        estimate_cases_time_memory_and_disk_of_study(
+            study_of_record("rinaldi", ensemble={"members": n}), chunks_per_record=4
+        )
+        for n in (0, 24)
     )
     assert (
         with_members.largest_job_memory_bytes - without.largest_job_memory_bytes
@@ -269,7 +277,7 @@ def test_the_memory_estimate_includes_the_outcomes_of_ensemble_members() -> None
 @pytest.mark.parametrize(("step", "size"), [(360, "1 record × 1 case = 1; "), (180, "1 record × 2 cases = 2; ")])
 def test_the_printed_size_of_a_study_uses_singular_and_plural_correctly(step: int, size: str) -> None:
     one = study_of_record("rinaldi", azimuth={"step": step}, b_over_h=[0.3], height=[0.6], friction=[0.58])
-    assert str(estimate_study_size(one)).startswith(size)
+    assert str(estimate_cases_time_memory_and_disk_of_study(one)).startswith(size)
 
 
 def test_a_study_of_pulses_needs_no_record_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,7 +23,7 @@ from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.statistics.elements import (
-    count_falls_by_element,
+    count_falls_of_each_and_any_element,
     count_falls_of_two_stones,
     mean_shares_of_two_stone_falls,
 )
@@ -104,7 +104,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     with open_cube(nominal, element=None) as cube:
         assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
         assert cube["status"].dims == ("record", "azimuth", "height", "b_over_h", "friction")
-        rows = {row.element_name: row for row in count_falls_by_element(cube)}
+        rows = {row.element_name: row for row in count_falls_of_each_and_any_element(cube)}
         assert list(rows) == ["lower-base", "upper-base", "shaft", "any element"]
         np.testing.assert_allclose(cube["critical_angle"].sel(element="shaft"), np.degrees(np.arctan([0.2, 0.25])))
         assert rows["shaft"].fall_count == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0

@@ -16,8 +16,8 @@ from overturning.model.scene import parse_scene_content
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
-from overturning.statistics.elements import count_falls_by_element
-from overturning.study.convergence_check import check_convergence
+from overturning.statistics.elements import count_falls_of_each_and_any_element
+from overturning.study.convergence_check import rerun_cases_to_check_convergence
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_parts
 from overturning.study.load import study_from_content, study_settings_without_absolute_paths
@@ -102,7 +102,7 @@ def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
     assert study_of_cube(loaded_cube) == study_settings
     assert isinstance(default_model_for_results_cube(loaded_cube), Stack)
     assert loaded_cube["vertical"].item() == 1
-    shares = {row.element_name: row.fall_share for row in count_falls_by_element(loaded_cube)}
+    shares = {row.element_name: row.fall_share for row in count_falls_of_each_and_any_element(loaded_cube)}
     assert 0.0 < shares["shaft"] <= 1.0
 
 
@@ -140,7 +140,7 @@ def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None
 def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, study_settings: Study) -> None:
     sample = read_random_case_sample(cube_file, study_settings.verification)
     done = read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")
-    found = check_convergence(study_settings, [done], sample)
+    found = rerun_cases_to_check_convergence(study_settings, [done], sample)
     for part in (found.finer_step_rerun, found.stiffer_contact_rerun):
         assert [one.element for one in part.changes_by_element] == STONES
 

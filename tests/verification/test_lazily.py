@@ -15,7 +15,7 @@ from overturning.findings.direction import fall_alignments_with_references, plan
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.settings import StonePopulation
-from overturning.statistics.elements import count_falls_by_element, count_falls_of_two_stones
+from overturning.statistics.elements import count_falls_of_each_and_any_element, count_falls_of_two_stones
 from overturning.statistics.illustrative import find_illustrative_cases
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
@@ -55,7 +55,7 @@ def element_and_variant_statistics(results: StudyResults) -> list[object]:
         ensemble_findings(results),
         fall_roses_by_element_figure(stones),
     ]
-    return said + [count_falls_by_element(cube) for cube in results.cubes_by_variant.values()]
+    return said + [count_falls_of_each_and_any_element(cube) for cube in results.cubes_by_variant.values()]
 
 
 STATISTICS_BY_STUDY_KIND: dict[str, dict[str, Statistic]] = {

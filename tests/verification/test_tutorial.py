@@ -3,7 +3,7 @@
 import pytest
 
 from overturning.study.load import study_from_content
-from overturning.study.preflight import estimate_study_size
+from overturning.study.preflight import estimate_cases_time_memory_and_disk_of_study
 from verification import tutorial
 from verification.tables import RESULT_TABLE_FOLDER, read_measured_numbers
 
@@ -22,7 +22,7 @@ def test_the_tutorial_shows_the_printed_size_of_its_study() -> None:
     study = study_from_content(
         {"name": "mine", "records": {"use": ["wtmc"]}, **tutorial.TUTORIAL_STUDY_SETTINGS}, "mine.yaml"
     )
-    assert f"    config/mine.yaml: study 'mine', {estimate_study_size(study)}\n" in page
+    assert f"    config/mine.yaml: study 'mine', {estimate_cases_time_memory_and_disk_of_study(study)}\n" in page
 
 
 @pytest.mark.long

@@ -16,7 +16,7 @@ from overturning.records.record import Record
 from overturning.records.store import round_to_stored_precision, write_record_to_motion_file
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
-from overturning.study.parts import SweepChunk, grid_of_chunk, sweep_part_path, write_outcome_file_of_chunk
+from overturning.study.parts import SweepChunk, grid_of_chunk, path_of_chunk_outcome_file, write_outcome_file_of_chunk
 from overturning.study.scenes import NOMINAL_VARIANT, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
@@ -135,7 +135,7 @@ def write_synthetic_partial_results(
                 )
                 for variable in variables
             }
-            paths.append(sweep_part_path(folder, name, chunk))
+            paths.append(path_of_chunk_outcome_file(folder, name, chunk))
             write_outcome_file_of_chunk(
                 paths[-1], piece, values, {"record_id": name, "variant": variant, "block_steps": 0}, variables
             )

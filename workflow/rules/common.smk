@@ -29,7 +29,7 @@ from overturning.study.preflight import (
     estimate_and_check_study_size,
     estimate_job_seconds_by_workflow_rule,
     explorer_fits_single_page,
-    estimate_study_size,
+    estimate_cases_time_memory_and_disk_of_study,
 )
 from overturning.study.load import study_from_content, read_unvalidated_study_content
 from overturning.study.resume import (
@@ -187,7 +187,7 @@ BATCHES = {
 }
 
 # Memory and time limit of one job of the sweep, for a cluster; the limit is five times the expected time.
-SIZE = estimate_study_size(STUDY, CHUNKS)
+SIZE = estimate_cases_time_memory_and_disk_of_study(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.largest_job_memory_bytes / 1e6)
 READING_MB = round(SIZE.cube_reading_memory_bytes / 1e6)
 SECONDS = estimate_job_seconds_by_workflow_rule(STUDY, CHUNKS)

@@ -177,11 +177,11 @@ def merge_outcome_files_into_cube(
 ) -> None:
     """Combine the files with outcomes of all records and chunks into the results cube of a study or variant."""
     from overturning.study.gather import merge_outcome_files_into_cube
-    from overturning.study.parts import sweep_part_paths
+    from overturning.study.parts import paths_of_chunk_outcome_files
 
     settings, records = _load_study_and_processed_motions(study, motions)
     merge_outcome_files_into_cube(
-        settings, records, sweep_part_paths(parts, settings.records.use, chunks), output, variant
+        settings, records, paths_of_chunk_outcome_files(parts, settings.records.use, chunks), output, variant
     )
 
 
@@ -229,14 +229,14 @@ def recompute_sample_with_finer_steps(
     """Simulate a random sample of cases again with finer time steps and stiffer contacts, and store the changes."""
     from overturning.errors import ConfigError
     from overturning.stored import write_result_as_json
-    from overturning.study.convergence_check import check_convergence
+    from overturning.study.convergence_check import rerun_cases_to_check_convergence
     from overturning.study.sample import read_random_case_sample, read_sample_to_compare_with_rigid_block
 
     settings, records = _load_study_and_processed_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_random_case_sample(cube, settings.verification)
-    found = check_convergence(
+    found = rerun_cases_to_check_convergence(
         settings,
         records,
         sample,
@@ -262,14 +262,16 @@ def draw_figures_of_records(
     from overturning.figures.record import draw_record_figures
     from overturning.figures.write import write_figure_and_delete_files_in_other_formats
     from overturning.study.gather import merge_outcome_files_into_cube
-    from overturning.study.parts import sweep_part_paths
+    from overturning.study.parts import paths_of_chunk_outcome_files
     from overturning.translation.texts import use_translation_language
 
     settings, records = _load_study_and_processed_motions(study, motions)
     write = partial(write_figure_and_delete_files_in_other_formats, settings.figures)
     with TemporaryDirectory() as folder, use_translation_language(settings.language):
         cube = Path(folder) / "cube.nc"
-        merge_outcome_files_into_cube(settings, records, sweep_part_paths(parts, settings.records.use, chunks), cube)
+        merge_outcome_files_into_cube(
+            settings, records, paths_of_chunk_outcome_files(parts, settings.records.use, chunks), cube
+        )
         draw_record_figures(cube, intensity, output, write)
 
 
@@ -331,11 +333,13 @@ def write_research_data_package(
     study: StudyOption,
 ) -> None:
     """Write the study file and the metadata that describe the results as a research data package (RO-Crate)."""
-    from overturning.study.crate import write_ro_crate
+    from overturning.study.crate import write_ro_crate_metadata_and_complete_study
     from overturning.study.load import load_study_from_file_or_json
 
     names = produced_files if "\n" in produced_files else Path(produced_files).read_text(encoding="utf-8")
-    write_ro_crate(load_study_from_file_or_json(study), results, [Path(name) for name in names.splitlines()])
+    write_ro_crate_metadata_and_complete_study(
+        load_study_from_file_or_json(study), results, [Path(name) for name in names.splitlines()]
+    )
 
 
 WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {

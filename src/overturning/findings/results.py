@@ -20,7 +20,7 @@ from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
-from overturning.statistics.elements import ElementFallCounts, count_falls_by_element
+from overturning.statistics.elements import ElementFallCounts, count_falls_of_each_and_any_element
 from overturning.statistics.falls import overturned_share
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
@@ -163,7 +163,7 @@ class StudyResults:
 
         A scene of one free element has one row, "block".
         """
-        return {name: tuple(count_falls_by_element(cube)) for name, cube in self.cubes_by_variant.items()}
+        return {name: tuple(count_falls_of_each_and_any_element(cube)) for name, cube in self.cubes_by_variant.items()}
 
     @cached_property
     def case_and_missing_outcome_counts_by_status(self) -> dict[str, tuple[int, int]]:

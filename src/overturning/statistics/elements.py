@@ -83,7 +83,7 @@ ANY_ELEMENT_LABEL = "any element"
 """Label of the falls of a whole scene, which falls when its first element falls."""
 
 
-def count_falls_by_element(cube: xr.Dataset) -> list[ElementFallCounts]:
+def count_falls_of_each_and_any_element(cube: xr.Dataset) -> list[ElementFallCounts]:
     """Count the falls of each element of a scene in a study's results, and the cases in which any element falls.
 
     For several elements a last row, `ANY_ELEMENT_LABEL`, counts the cases in which any element falls.

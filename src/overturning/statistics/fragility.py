@@ -28,7 +28,7 @@ MAX_VALUES_PER_FIT_BATCH: Final = 50_000
 
 @dataclass(frozen=True)
 class FittedFragilityCurve:
-    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/spread), x the intensity.
+    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/log_std), x the intensity.
 
     Attributes
     ----------
@@ -36,15 +36,15 @@ class FittedFragilityCurve:
         Name of the class of stones.
     measure, unit : str
         Intensity measure and its unit.
-    median, spread : float
+    median, log_std : float
         Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
     median_interval : ConfidenceInterval
         95 % interval of the median, by bootstrap over earthquakes.
     min_fitted_intensity, max_fitted_intensity : float
         Range of the fitted intensities; the curve is not valid outside.
     record_variance_share : float
-        Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
-    median_interval_and_spread_within_data : float, ConfidenceInterval, float
+        Share of the variance log_std² that is between records (see `variance_share_between_records`); NaN if unknown.
+    median_interval_and_log_std_within_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `max_fitted_intensity` are
         infinite, values below `min_fitted_intensity` are 0; the spread is NaN if the median lies outside.
     """
@@ -53,7 +53,7 @@ class FittedFragilityCurve:
     measure: str
     unit: str
     median: float
-    spread: float
+    log_std: float
     median_interval: ConfidenceInterval
     min_fitted_intensity: float
     max_fitted_intensity: float
@@ -62,7 +62,7 @@ class FittedFragilityCurve:
     @property
     def log_std_between_records_and_between_stones(self) -> tuple[float, float]:
         """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
-        spread = self.median_interval_and_spread_within_data[2]
+        spread = self.median_interval_and_log_std_within_data[2]
         return spread * math.sqrt(self.record_variance_share), spread * math.sqrt(1 - self.record_variance_share)
 
     @property
@@ -71,7 +71,7 @@ class FittedFragilityCurve:
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.stone_class.replace("/", "").replace(".", "p"))
 
     @property
-    def median_interval_and_spread_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
+    def median_interval_and_log_std_within_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.max_fitted_intensity else 0.0 if one < self.min_fitted_intensity else one
             for one in (self.median, *self.median_interval)
@@ -79,13 +79,13 @@ class FittedFragilityCurve:
         return (
             median,
             ConfidenceInterval(low, high),
-            self.spread if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
+            self.log_std if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
         )
 
     def fall_probability(self, intensity_in_curve_unit: ArrayLike) -> FloatArray:
         """Return the probability that a stone falls at each value of `intensity_in_curve_unit`, in `unit`."""
         over = np.asarray(intensity_in_curve_unit, dtype=np.float64) / self.median
-        return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
+        return np.asarray(scipy.special.ndtr(np.log(over) / self.log_std))
 
 
 def fit_lognormal_median_and_log_std(

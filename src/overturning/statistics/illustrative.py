@@ -93,7 +93,7 @@ def _case_with_largest_score(
     return BestExampleCaseOfRecord((float(values.flat[place]),), block, (at,))
 
 
-def _standing_case_with_largest_value(
+def _standing_case_with_largest_magnitude(
     record_cube: xr.Dataset, variable_name: str, min_absolute_value: float
 ) -> BestExampleCaseOfRecord | None:
     size = abs(record_cube[variable_name])
@@ -168,7 +168,7 @@ ILLUSTRATIVE_CASE_RULES: Final = (
     IllustrativeCaseRule(
         "Leans furthest of all that stand",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda record_cube: _standing_case_with_largest_value(
+        lambda record_cube: _standing_case_with_largest_magnitude(
             record_cube, "peak_rotation", MIN_VISIBLE_ROTATION_OVER_ALPHA
         ),
         ("peak_rotation",),
@@ -189,7 +189,7 @@ ILLUSTRATIVE_CASE_RULES: Final = (
     IllustrativeCaseRule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
-        lambda record_cube: _standing_case_with_largest_value(record_cube, "residual_twist", MIN_VISIBLE_TWIST_DEG),
+        lambda record_cube: _standing_case_with_largest_magnitude(record_cube, "residual_twist", MIN_VISIBLE_TWIST_DEG),
         ("residual_twist",),
     ),
 )

@@ -103,7 +103,7 @@ def standing_twists_deg_by_b_over_h_and_friction(cube: xr.Dataset) -> dict[tuple
     return {shape: kept[place, : count[place]] for place, shape in enumerate(shapes)}
 
 
-def summarise_twists(
+def summarise_twists_sorting_in_place(
     absolute_twists_deg: NDArray[np.float32], probability_of_upper_quantile: float = 0.9
 ) -> TwistSummary:
     """Compute number, median, upper quantile and maximum of absolute twists, degrees; the array gets partly sorted."""

@@ -55,7 +55,7 @@ MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER: Final = 9.0
 """Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
-def check_convergence(
+def rerun_cases_to_check_convergence(
     study: Study,
     records: Sequence[Record],
     case_sample: RandomCaseSample,
@@ -63,7 +63,7 @@ def check_convergence(
     progress: ProgressCallback | None = None,
     sample_for_rigid_block_comparison: RandomCaseSample | None = None,
 ) -> ConvergenceCheckResult:
-    """Compute a random sample of cases again with finer time steps and with stiffer contacts, at a limited cost.
+    """Rerun a random sample of cases with finer steps and stiffer contacts, at a limited cost; count changed outcomes.
 
     Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
@@ -91,7 +91,7 @@ def check_convergence(
         seed=settings.seed,
         wanted_case_count=len(case_sample.record_indices),
         rerun_case_count=count,
-        rerun_cases_at_rest=int(case_sample.stays_at_rest[:count].sum()),
+        rerun_cases_at_rest=int(case_sample.below_rocking_and_sliding_thresholds[:count].sum()),
         study_cell_count=len(records) * runs.grid.case_count,
         simulated_study_cell_count=case_sample.simulated_case_count_of_study,
         study_block_steps=case_sample.study_block_time_step_count,

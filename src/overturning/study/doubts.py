@@ -48,7 +48,7 @@ MAX_PLAUSIBLE_POPULATION_SHARE_OUTSIDE_GRID: Final = 0.2
 def implausible_setting_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible value in a study, with key, value, limit and likely cause."""
     yield from _too_few_azimuths_warnings(study)
-    yield from _variant_with_several_differences_warnings(study)
+    yield from _compared_variant_with_several_changes_warnings(study)
     yield from _repeated_variant_warnings(study)
     yield from _block_friction_amplitude_and_contact_warnings(study)
     for key, site in soil_setting_keys_and_values_of_study(study):
@@ -65,7 +65,7 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
         yield from _population_outside_grid_warnings(study, study.population)
 
 
-def _variant_with_several_differences_warnings(study: Study) -> Iterator[str]:
+def _compared_variant_with_several_changes_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return

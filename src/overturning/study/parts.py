@@ -51,15 +51,19 @@ SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
 _UNREADABLE_FILE_REMEDY: Final = "run again to recreate it"
 
 
-def sweep_part_path(sweep_part_folder: Path, record_id: str, chunk: SweepChunk) -> Path:
+def path_of_chunk_outcome_file(sweep_part_folder: Path, record_id: str, chunk: SweepChunk) -> Path:
     """Return the path of the file with one chunk of the outcomes of a record, such as ``rinaldi.3-of-8.nc``."""
     return sweep_part_folder / f"{record_id}.{chunk}.nc"
 
 
-def sweep_part_paths(sweep_part_folder: Path, record_ids: Iterable[str], chunks_per_record: int) -> list[Path]:
+def paths_of_chunk_outcome_files(
+    sweep_part_folder: Path, record_ids: Iterable[str], chunks_per_record: int
+) -> list[Path]:
     """Return the paths of all outcome files: one for each given record and each chunk of its cases."""
     all_chunks = [SweepChunk(number, chunks_per_record) for number in range(1, chunks_per_record + 1)]
-    return [sweep_part_path(sweep_part_folder, record, chunk) for record in record_ids for chunk in all_chunks]
+    return [
+        path_of_chunk_outcome_file(sweep_part_folder, record, chunk) for record in record_ids for chunk in all_chunks
+    ]
 
 
 def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL_VARIANT) -> CaseGrid:

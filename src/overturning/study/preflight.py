@@ -108,7 +108,7 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     return {rule: round(one, 1) for rule, one in seconds.items()}
 
 
-def estimate_study_size(study: Study, chunks_per_record: int = 1) -> StudySizeEstimate:
+def estimate_cases_time_memory_and_disk_of_study(study: Study, chunks_per_record: int = 1) -> StudySizeEstimate:
     """Estimate the number of cases, time, memory and disk space of a study, to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     elements, scales = len(variant_model(study).free_element_names), len(study.amplitude)
@@ -143,7 +143,7 @@ def estimate_and_check_study_size(
     study: Study, study_file_in_error_messages: str, chunks_per_record: int = 1
 ) -> StudySizeEstimate:
     """Return the estimated cost of a study; a `ConfigError` if this machine lacks memory or disk space."""
-    size = estimate_study_size(study, chunks_per_record)
+    size = estimate_cases_time_memory_and_disk_of_study(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_closest_existing_folder(Path("results"))).free
     if size.largest_job_memory_bytes > memory or size.results_disk_bytes > disk:

@@ -34,7 +34,7 @@ class RandomCaseSample:
     record_indices: NDArray[np.int64]  # position of the record, shape (n,)
     grid_indices: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
     study_outcomes: CaseOutcomes
-    stays_at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
+    below_rocking_and_sliding_thresholds: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
     ensemble_members_disagree_on_fall: NDArray[
         np.bool_
     ]  # some members of the ensemble fall and others stand, shape (n, elements)

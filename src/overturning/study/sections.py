@@ -227,7 +227,7 @@ class BodySettings(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_vertices_from_mesh_file(cls, unvalidated_body_settings: Any) -> Any:
+    def _replace_mesh_file_by_its_vertices(cls, unvalidated_body_settings: Any) -> Any:
         """Replace the mesh file in the settings of a body by the vertices and properties that are read from it."""
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(unvalidated_body_settings, dict) or unvalidated_body_settings.get("mesh") is None:

@@ -20,7 +20,7 @@ from overturning.statistics.criteria import (
     WeightedFallPredictionCounts,
     block_frequency_parameter,
     ishiyama_velocity_limit,
-    kaneko_hayashi_acceleration_limit,
+    kaneko_hayashi_median_fall_pga,
     kaneko_hayashi_transition_frequency,
     pulse_acceleration_to_overturn_after_impact,
     pulse_acceleration_to_overturn_without_impact,
@@ -54,12 +54,12 @@ def test_overturning_limits_refuse_sizes_that_are_not_positive(value: float) -> 
 @pytest.mark.parametrize("slender", [0.1, 0.3, 0.6])
 def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: float) -> None:
     border = 1 / (2 * math.pi * kaneko_hayashi_transition_frequency(height, slender))
-    below, above = kaneko_hayashi_acceleration_limit(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
+    below, above = kaneko_hayashi_median_fall_pga(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
     assert below == pytest.approx(9.80665 * slender * (1 + slender))
     assert above == pytest.approx(below, rel=6e-4)  # 10 · 15.6 · 2π is 980.2, not 980.665
     # Far above the border it is a limit of PGV, 10 B/√H (1 + B/H)^2.5 in cm and cm/s.
     ratio, height_cm = border / np.array([2.0, 5.0]), 100 * height
-    pgv = 100 * ratio * kaneko_hayashi_acceleration_limit(height, slender, ratio)
+    pgv = 100 * ratio * kaneko_hayashi_median_fall_pga(height, slender, ratio)
     assert pgv == pytest.approx(10 * slender * height_cm / math.sqrt(height_cm) * (1 + slender) ** 2.5)
 
 

@@ -7,7 +7,7 @@ from scipy.stats import multinomial
 from overturning.settings import EnsembleSettings
 from overturning.statistics.spread import (
     estimate_statistic_of_first_run_batch,
-    indicator_that_most_runs_fall_to_both_sides,
+    indicator_that_most_runs_fall_and_sides_differ,
     indicator_that_runs_disagree_on_fall,
 )
 from overturning.study.ensemble import fall_probability_convergence_mask
@@ -38,7 +38,7 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
     fall = towards + away
     for statistic, expected in (
         (indicator_that_runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
-        (indicator_that_most_runs_fall_to_both_sides, chance[both].sum()),
+        (indicator_that_most_runs_fall_and_sides_differ, chance[both].sum()),
     ):
         found = estimate_statistic_of_first_run_batch(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
@@ -65,4 +65,4 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
 def test_members_that_disagree_or_fall_both_ways_are_recognised(towards: int, away: int, parts: int, both: int) -> None:
     """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
     assert indicator_that_runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
-    assert indicator_that_most_runs_fall_to_both_sides(np.array(towards), np.array(away), 8) == both
+    assert indicator_that_most_runs_fall_and_sides_differ(np.array(towards), np.array(away), 8) == both

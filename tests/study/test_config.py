@@ -11,8 +11,8 @@ from overturning.settings import StonePopulation
 from overturning.study.document import (
     WORKFLOW_CATALOGUE_SCHEMA_PATH,
     insert_key_and_column_tables_into_readme_text,
+    study_json_schema_as_yaml_text,
     study_json_schema_text,
-    study_yaml_schema_text,
 )
 from overturning.study.load import (
     load_study,
@@ -63,7 +63,7 @@ def test_the_study_schema_and_key_table_are_up_to_date() -> None:
     )
     assert (CONFIG_FOLDER.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH).read_text(
         encoding="utf-8"
-    ) == study_yaml_schema_text()
+    ) == study_json_schema_as_yaml_text()
     readme = (CONFIG_FOLDER / "README.md").read_text(encoding="utf-8")
     assert readme == insert_key_and_column_tables_into_readme_text(readme), "run: overturning study document"
 

@@ -23,7 +23,7 @@ from overturning.statistics.space import standing_twists_deg_by_b_over_h_and_fri
 from overturning.statistics.spread import (
     RunCountStatistic,
     estimate_statistic_of_first_run_batch,
-    indicator_that_most_runs_fall_to_both_sides,
+    indicator_that_most_runs_fall_and_sides_differ,
     indicator_that_runs_disagree_on_fall,
 )
 from overturning.study.convergence import ConvergenceCheckResult, FinerStepChangesOfRecord
@@ -231,7 +231,7 @@ def count_ensemble_cases_and_runs_by_record(
         "agree": found.get("agree", divided.notnull()),
         "apart": (
             found["apart"] if "apart" in found else
-            estimate_first_run_batch_statistic_by_case(indicator_that_most_runs_fall_to_both_sides)
+            estimate_first_run_batch_statistic_by_case(indicator_that_most_runs_fall_and_sides_differ)
         ),
         "members": members,
         "with_members": members.notnull(),

@@ -72,7 +72,7 @@ def kaneko_hayashi_transition_frequency(height: ArrayLike, b_over_h: ArrayLike) 
     return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
 
 
-def kaneko_hayashi_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+def kaneko_hayashi_median_fall_pga(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """Return the PGA, m/s², at which half of the blocks of height H, m, overturn (Kaneko & Hayashi).
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
@@ -159,7 +159,7 @@ OVERTURNING_CRITERIA: Final = (
         "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration_limit
     ),
     OverturningCriterion(
-        "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration_limit
+        "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_median_fall_pga
     ),
     OverturningCriterion(
         "pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration_to_overturn_after_impact

@@ -34,7 +34,7 @@ def indicator_that_runs_disagree_on_fall(
     return np.asarray((fall_counts > 0) & (fall_counts < known_run_counts), np.float64)
 
 
-def indicator_that_most_runs_fall_to_both_sides(
+def indicator_that_most_runs_fall_and_sides_differ(
     plus_1_fall_counts: RunCountArray, minus_1_fall_counts: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.

@@ -21,7 +21,7 @@ WORKFLOW_CATALOGUE_SCHEMA_PATH = Path("workflow") / "schemas" / "config.schema.y
 """Path of the schema for the catalogue of Snakemake workflows."""
 
 
-def study_yaml_schema_text() -> str:
+def study_json_schema_as_yaml_text() -> str:
     """Return the JSON schema of study files as text in YAML format."""
     import yaml
 
@@ -93,7 +93,7 @@ def write_study_schemas_and_readme_tables(config_folder: Path) -> None:
     (config_folder / "schema.json").write_text(study_json_schema_text(), encoding="utf-8")
     catalogue = config_folder.parent / WORKFLOW_CATALOGUE_SCHEMA_PATH
     if catalogue.parent.is_dir():
-        catalogue.write_text(study_yaml_schema_text(), encoding="utf-8")
+        catalogue.write_text(study_json_schema_as_yaml_text(), encoding="utf-8")
     readme = config_folder / "README.md"
     readme.write_text(
         insert_key_and_column_tables_into_readme_text(readme.read_text(encoding="utf-8")), encoding="utf-8"

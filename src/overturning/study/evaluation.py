@@ -41,8 +41,8 @@ class FigureSettings(StrictModel):
 
     @field_validator("formats")
     @classmethod
-    def _sort_file_formats(cls, figure_file_formats: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the file formats for figures in a fixed order; SVG is always included."""
+    def _sort_figure_formats_and_add_svg(cls, figure_file_formats: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the file formats for figures in a fixed order, with SVG added if it is not among them."""
         return tuple(kind for kind in FIGURE_FILE_FORMATS if kind == "svg" or kind in figure_file_formats)
 
 

@@ -100,8 +100,8 @@ class RecordRefusalReasons:
         self._found: list[str] = []
 
     @contextmanager
-    def collect_reason(self) -> Iterator[None]:
-        """Context manager that stores the reasons of a RecordError raised in its block and suppresses the error."""
+    def suppress_record_error_and_keep_reasons(self) -> Iterator[None]:
+        """Context manager that suppresses a RecordError raised in its block and stores the reasons of the error."""
         try:
             yield
         except RecordError as problem:

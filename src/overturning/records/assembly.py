@@ -90,7 +90,7 @@ def assemble_record(
     )
     differences = _relative_header_peak_difference_by_axis(components, refusals)
     by_files = [c for c in components if not c.vertical_sense]
-    with refusals.collect_reason():
+    with refusals.suppress_record_error_and_keep_reasons():
         components = _order_components_set_azimuths_and_check(components, declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_mismatch_notes(components, by_files)
@@ -141,7 +141,7 @@ def _relative_header_peak_difference_by_axis(
     """
     differences = {}
     for component in components:
-        with refusals_out.collect_reason():
+        with refusals_out.suppress_record_error_and_keep_reasons():
             if (
                 difference := checked_relative_header_peak_difference(
                     component, refusals_out.refuse_or_store_contradiction
@@ -171,15 +171,15 @@ def _cut_to_window_and_check_samples(
     Reasons to refuse the record go to `refusals_out`, and notes on doubtful samples to `notes_out`.
     """
     window = components
-    with refusals_out.collect_reason():
+    with refusals_out.suppress_record_error_and_keep_reasons():
         window = check_and_cut_to_common_window(components, refusals_out)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
     if not refusals_out.has_refusal_reasons:
-        with refusals_out.collect_reason():
+        with refusals_out.suppress_record_error_and_keep_reasons():
             report_dead_horizontal_axis(window, refusals_out.refuse_or_store_contradiction)
-    with refusals_out.collect_reason():
+    with refusals_out.suppress_record_error_and_keep_reasons():
         notes_out += sample_quality_notes(window, refusals_out.refuse_or_store_contradiction)
-    with refusals_out.collect_reason():
+    with refusals_out.suppress_record_error_and_keep_reasons():
         why = _implausible_amplitude_reason(window)
         if why and not refusals_out.trusts_contradictions:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"

@@ -48,7 +48,7 @@ def read_components(
         elif in_archive and not is_csv and _is_table_of_unknown_format(member):
             tables.append(member)
         else:
-            with reasons.collect_reason():
+            with reasons.suppress_record_error_and_keep_reasons():
                 components += _read_file_components(member, named, declared_properties)
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file_name).suffix.lower().lstrip(".") for one in components}
@@ -56,9 +56,9 @@ def read_components(
         if records and member.extension not in records:
             left_out[member] = "its format is not recognised"
         else:
-            with reasons.collect_reason():
+            with reasons.suppress_record_error_and_keep_reasons():
                 _read_file_components(member, named, declared_properties)
-    with reasons.collect_reason():
+    with reasons.suppress_record_error_and_keep_reasons():
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")

@@ -148,7 +148,7 @@ def _assemble_record_of_chosen_sensor(
         one_file = len({component.sha256 for component in chosen}) == 1
         remedy = "cut the file to one of them" if one_file else "name one by the stem of its files in the record table"
         raise RecordError(f"{chosen[0].file_name}: {what}; {remedy}")
-    with reasons.collect_reason():
+    with reasons.suppress_record_error_and_keep_reasons():
         if components and not chosen:
             other, first = components[0].sensor_position, components[0]
             raise RecordError(
@@ -156,7 +156,7 @@ def _assemble_record_of_chosen_sensor(
                 f"{first.station or 'its station'}; declare it (sensor {other} in the "
                 f"record table, --sensor {other}, sensor={other!r} in Python), or give the files of the {sensor} sensor"
             )
-    with reasons.collect_reason():
+    with reasons.suppress_record_error_and_keep_reasons():
         record = assemble_record(chosen or components, record_id, declared_properties, **replaced_fields)
     reasons.raise_collected_reasons()
     others = [c for c in components if c.sensor_position != sensor]

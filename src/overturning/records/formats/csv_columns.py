@@ -34,13 +34,13 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     """
     name, reasons = source_file.name, RecordRefusalReasons()
     columns: list[tuple[str, str]] = []
-    with reasons.collect_reason():
+    with reasons.suppress_record_error_and_keep_reasons():
         text, sisters = _column_declaration_and_record_key_of_file(declared_properties.columns, name)
         text, per_line, width = _split_column_values_per_line_and_field_width(text, name)
         columns = _parse_axes_and_units(text, name)
         if declared_properties.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
-    with reasons.collect_reason():
+    with reasons.suppress_record_error_and_keep_reasons():
         if declared_properties.processed is None:
             raise RecordError(
                 f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed "

@@ -79,7 +79,7 @@ def stream_components_in_m_s2(
             raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
     components, reasons = [], RecordRefusalReasons()
     for trace in obspy_stream:
-        with reasons.collect_reason():
+        with reasons.suppress_record_error_and_keep_reasons():
             components.append(_component_of_trace(trace, obspy_inventory, source_file, declared_properties))
     reasons.raise_collected_reasons()
     return components

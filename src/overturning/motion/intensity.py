@@ -83,10 +83,10 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
     return create_xarray_dataset(variables, {"azimuth": coordinate}, {})
 
 
-def jma_intensity_and_peaks_of_record(
+def jma_intensity_and_peaks_before_after_processing(
     motion: Accelerogram, processing_steps_of_record: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return the JMA intensity of a record, with and without the vertical, and its peaks before and after processing.
+    """Return JMA intensities of a record, with and without the vertical, and its peaks before and after processing.
 
     Returns
     -------

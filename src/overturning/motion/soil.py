@@ -148,7 +148,7 @@ def propagate_through_soil(
             motion_is_on_outcrop,
             padded_sample_count,
         )
-        remaining = _residual_vibration_share(found.surface_acceleration, min_tail_sample_count)
+        remaining = _residual_vibration_to_peak_ratio(found.surface_acceleration, min_tail_sample_count)
         if remaining <= MAX_WRAP_AROUND_TO_PEAK_RATIO:
             count = _sample_count_until_vibration_decays(
                 found.surface_acceleration, acceleration.size, min_tail_sample_count
@@ -163,7 +163,7 @@ def propagate_through_soil(
         zeros = min(2 * zeros, longest)
 
 
-def _residual_vibration_share(surface_acceleration: FloatArray, left_out_end_sample_count: int) -> float:
+def _residual_vibration_to_peak_ratio(surface_acceleration: FloatArray, left_out_end_sample_count: int) -> float:
     """Return the largest acceleration near the end of the zero padding, divided by the peak acceleration.
 
     The last `left_out_end_sample_count` samples are left out: an abrupt start of a record oscillates there at the
@@ -184,7 +184,7 @@ def _sample_count_until_vibration_decays(
 
     The kept part of the padding doubles from `min_tail_sample_count` samples until at most
     `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak is left. The last `min_tail_sample_count` samples are left
-    out, as in `_residual_vibration_share`.
+    out, as in `_residual_vibration_to_peak_ratio`.
     """
     size, tail = np.abs(surface_acceleration), min_tail_sample_count
     while (

@@ -162,13 +162,13 @@ def test_a_fall_angle_given_by_the_scene_is_used() -> None:
         assert np.degrees(place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
             [angle, angle]
         )
-    assert load_shipped_scene("gravestone").is_single_block_on_wide_ground
+    assert load_shipped_scene("gravestone").can_use_single_block_kernel
     assert scene_of_elements(
         GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=90)
-    ).is_single_block_on_wide_ground
+    ).can_use_single_block_kernel
     assert not scene_of_elements(
         GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=30)
-    ).is_single_block_on_wide_ground
+    ).can_use_single_block_kernel
 
 
 def simulate_single_case(

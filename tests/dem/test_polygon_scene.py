@@ -47,7 +47,7 @@ def test_only_symmetric_scenes_have_an_azimuth_period_of_180_degrees() -> None:
 
 
 def test_only_the_gravestone_of_the_shipped_scenes_is_a_single_block() -> None:
-    assert [load_shipped_scene(name).is_single_block_on_wide_ground for name in SHIPPED_SCENES] == [
+    assert [load_shipped_scene(name).can_use_single_block_kernel for name in SHIPPED_SCENES] == [
         True,
         False,
         False,
@@ -148,10 +148,10 @@ def test_a_block_beyond_the_assumptions_of_the_block_kernel_is_simulated_as_a_sc
     ground: dict[str, Any], stone: dict[str, Any], keys: dict[str, Any]
 ) -> None:
     """The ground ends 3.1 m from its middle; a block lies 10 m beside it; the ground is 1 m deep, the block 4 m."""
-    assert scene_of_elements(GROUND, block_element("stone", 0.2, 0.8)).is_single_block_on_wide_ground
+    assert scene_of_elements(GROUND, block_element("stone", 0.2, 0.8)).can_use_single_block_kernel
     assert not scene_of_elements(
         {**GROUND, **ground}, {**block_element("stone", 0.2, 0.8), **stone}, **keys
-    ).is_single_block_on_wide_ground
+    ).can_use_single_block_kernel
 
 
 def test_the_nearest_faces_of_two_elements_are_those_that_face_most_directly() -> None:

@@ -64,6 +64,6 @@ def test_members_that_all_fall_are_apart_if_their_azimuths_spread_beyond_15_degr
         },
         {"orientation": [0, 45]},
     )
-    found = Body().ensemble_fall_shares_by_case(cube)
+    found = Body().ensemble_fall_shares_by_side_and_case(cube)
     assert found["agree"].values.tolist() == [True, False]
     assert found["apart"].values.tolist() == [apart, False]

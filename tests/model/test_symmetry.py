@@ -5,8 +5,8 @@ import pytest
 
 from overturning.model.planes import plane_weights_by_azimuth_spacing
 from overturning.model.symmetry import (
+    copy_with_mirrored_planes_marked,
     first_equivalent_of_each_direction,
-    mark_mirrored_planes,
     nearest_simulated_directions,
     nearest_simulated_planes,
 )
@@ -55,7 +55,9 @@ def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() 
 
 
 def test_grid_directions_equal_by_symmetry_share_the_cell_of_the_first_one() -> None:
-    planes = mark_mirrored_planes(first_equivalent_of_each_direction(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
+    planes = copy_with_mirrored_planes_marked(
+        first_equivalent_of_each_direction(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0
+    )
     assert planes.simulated_direction_index.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.is_mirrored.ravel().tolist() == [False, False, True, True, False, False]
     assert first_equivalent_of_each_direction([5], 0.0).simulated_direction_index.tolist() == [[0]]

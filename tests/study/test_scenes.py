@@ -80,7 +80,7 @@ def test_a_study_without_a_scene_uses_the_shipped_gravestone_scene() -> None:
     assert study.scene == gravestone() == load_scene("gravestone")
     assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 24)
     scene, soft = variant_scene(study), variant_scene(study, "soft")
-    assert scene.is_single_block_on_wide_ground
+    assert scene.can_use_single_block_kernel
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
     assert scene.contact_law(*scene.elements).contact_without_friction == Contact(damping_ratio=0.5)
     assert soft.contact_law(*soft.elements).contact_without_friction == Contact(stiffness=1e7, damping_ratio=0.5)

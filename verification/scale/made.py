@@ -131,7 +131,10 @@ def write_synthetic_partial_results(
             piece = grid_of_chunk(study, grid, chunk, variant)
             values = {
                 variable.name: random_outcome_values(
-                    variable, piece.cube_shape_of_variable(variable), 1000 * number + part, study.ensemble.members
+                    variable,
+                    piece.one_record_cube_shape_of_variable(variable),
+                    1000 * number + part,
+                    study.ensemble.members,
                 )
                 for variable in variables
             }

@@ -260,7 +260,7 @@ def simulate_and_check_scene_cases(
         if not reason and CaseStatus(found.status[row]).has_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
-    if scene.is_single_block_on_wide_ground:
+    if scene.can_use_single_block_kernel:
         block = simulate_cases(scene, motion, cases, replace(numerics, general=False))
         # The ground of the scene is finite, that of the single block is not.
         there = found.peak_slip < 0.5 * prepared.elements[0].shape.width

@@ -44,7 +44,7 @@ def plan_simulation(model: "Model", motion: Motion, cases: Cases, numerics: Nume
 
         return of_bodies.plan_body_simulation(model, motion, cases, numerics)
     assert isinstance(model, PlanarModel)
-    if model.scene.is_single_block_on_wide_ground and not numerics.general:
+    if model.scene.can_use_single_block_kernel and not numerics.general:
         from overturning.dem.block.plan import plan_block_simulation
 
         return plan_block_simulation(model, motion, cases, numerics)

@@ -72,7 +72,7 @@ def create_case_grid(
 
 def simulate_grid(model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid under one motion; return arrays of the shape of the grid by variable name."""
-    few = model.drop_ineffective_frictions(grid)
+    few = model.keep_one_friction_if_scene_sets_all(grid)
     sources = model.simulated_direction_for_each_direction(few, numerics.leave_out)
     own, of_each = np.arange(few.case_count).reshape(few.shape), few.case_count // few.shape[0]
     answering = few.broadcast_over_grid(sources.simulated_direction_index) * of_each + own % of_each
@@ -197,7 +197,11 @@ def simulate(
     level = "none: the motion has two components, so the base moves level"
     return create_xarray_dataset(
         {
-            item.name: (grid.cube_dimensions_of_variable(item), item.decode(arrays[item.name]), item.cf_attributes)
+            item.name: (
+                grid.one_record_cube_dimensions_of_variable(item),
+                item.decode(arrays[item.name]),
+                item.cf_attributes,
+            )
             for item in model.outcome_variables
         },
         coordinates,
@@ -212,7 +216,7 @@ def critical_angle_coordinate(
 
     None for a single block or body, whose critical angle follows from B/H.
     """
-    if not isinstance(model, PlanarModel) or model.scene.is_single_block_on_wide_ground:
+    if not isinstance(model, PlanarModel) or model.scene.can_use_single_block_kernel:
         return None
     from overturning.dem.polygon.prepare import CRITICAL_ANGLE_ATTRIBUTES, free_element_critical_angles_deg
 

@@ -57,7 +57,7 @@ def film_title_facts(
 def _stone_and_friction_in_title_of_scene(scene: Scene) -> dict[str, Any]:
     """Return fields of `FilmTitleFacts`: kind and name of a scene's stone; and friction None if the scene sets it."""
     own = {} if scene.has_contact_with_unset_friction else {"friction": None}
-    if scene.is_single_block_on_wide_ground and scene.name == "gravestone":
+    if scene.can_use_single_block_kernel and scene.name == "gravestone":
         return {"stone_kind": "stone", **own}
     return {
         "stone_kind": "scene",

@@ -208,7 +208,7 @@ def count_ensemble_cases_and_runs_by_record(
     ``with_first_batch``, in which at least as many runs as those of the first batch have an outcome.
     """
     found, half = (
-        model.ensemble_fall_shares_by_case(cube),
+        model.ensemble_fall_shares_by_side_and_case(cube),
         cube.isel({model.direction_dimension_name: model.distinct_direction_indices(cube)}),
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)

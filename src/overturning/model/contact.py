@@ -105,7 +105,7 @@ class Contact(ContactSettings):
     )
 
     @model_validator(mode="after")
-    def _check_one_stiffness_setting(self) -> Self:
+    def _check_stiffness_and_penetration_not_both_given(self) -> Self:
         """Raise a ValueError if both a stiffness and a static penetration are given."""
         if self.stiffness != "auto" and self.static_penetration != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO:
             raise ValueError(

@@ -141,7 +141,7 @@ class Element(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _check_plan_dimensions(self) -> Self:
+    def _check_dimensions_of_round_or_polygonal_plan(self) -> Self:
         """Raise a ValueError if an element with circular or polygonal plan lacks width and height, or gives a depth."""
         if self.plan == "rectangle":
             return self
@@ -155,7 +155,7 @@ class Element(StrictModel):
 
     @model_validator(mode="after")
     def _check_geometry_and_fall_settings(self) -> Self:
-        """Raise a ValueError unless an element gives exactly one of width and height, vertices, or convex pieces."""
+        """Raise a ValueError unless an element has one kind of geometry, and fall settings only if it is free."""
         rectangle = self.width is not None and self.height is not None
         forms = (rectangle, self.vertices is not None, self.pieces is not None)
         if sum(forms) != 1 or (not rectangle and (self.width or self.height)):

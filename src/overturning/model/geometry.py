@@ -292,8 +292,8 @@ def possible_contact_points_of_elements(
     return ends[0], ends[1]
 
 
-def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Yield indices and gap (m) of each pair of scene elements, except pairs in which neither element can move."""
+def _index_pairs_and_gaps_of_movable_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
+    """Yield both indices and the gap (m) of each pair of scene elements of which at least one can move."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.is_driven_or_held and b.is_driven_or_held):
             gaps = (
@@ -369,7 +369,7 @@ def check_elements_have_support_without_overlap(scene: SceneElementsAndMaterials
 
 def first_overlap_or_support_error_message(placed_elements: list[PlacedElement]) -> str:
     """Return an error message for the first element that overlaps another or lacks support; "" if there is none."""
-    for i, j, gap in sorted(_gaps_between_elements(placed_elements)):
+    for i, j, gap in sorted(_index_pairs_and_gaps_of_movable_elements(placed_elements)):
         a, b = placed_elements[i], placed_elements[j]
         if -gap > 1e-6 * min(a.smaller_of_width_and_height, b.smaller_of_width_and_height):
             return (

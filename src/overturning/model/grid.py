@@ -141,8 +141,8 @@ class CaseGrid:
             values.pop(self.dimension_names[0]) - angle_subtracted_from_direction_deg, **values, **further_columns
         )
 
-    def cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
-        """Return the dimension names of an outcome variable in a results dataset, without the dimension of records."""
+    def one_record_cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
+        """Return the dimension names of an outcome variable in the results of one record: amplitude, grid, element."""
         before = ("amplitude",) if self.motion_amplitude_factors_if_several else ()
         return (
             *before,
@@ -150,10 +150,10 @@ class CaseGrid:
             *(("element",) if self.free_element_names_if_several and variable.has_element_dimension else ()),
         )
 
-    def cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
+    def one_record_cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
         """Return the shape of an outcome variable in a results dataset, without the dimension of records."""
         sizes = self.values_by_dimension | {
             "element": np.array(self.free_element_names_if_several),
             "amplitude": np.array(self.motion_amplitude_factors_if_several),
         }
-        return tuple(sizes[name].size for name in self.cube_dimensions_of_variable(variable))
+        return tuple(sizes[name].size for name in self.one_record_cube_dimensions_of_variable(variable))

@@ -125,12 +125,12 @@ class Model(ABC):
         return False
 
     @property
-    def direction_coordinate_attributes(self) -> dict[str, float]:
-        """Attributes of the azimuth or orientation coordinate in a results dataset."""
+    def azimuth_period_attribute_or_empty(self) -> dict[str, float]:
+        """Attribute ``period`` (degrees) of the azimuth coordinate of a 2-D results dataset; no attribute in 3-D."""
         return {}
 
-    def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        """Reduce the grid to one friction value if the scene sets all frictions, so that equal cases run once."""
+    def keep_one_friction_if_scene_sets_all(self, grid: CaseGrid) -> CaseGrid:
+        """Return a grid with the first friction only if the scene sets all frictions (equal cases), else unchanged."""
         return grid
 
     def simulated_direction_for_each_direction(
@@ -211,8 +211,8 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return, for each case that is no copy by symmetry, the shares of its ensemble runs that fall to either side.
+    def ensemble_fall_shares_by_side_and_case(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Return the shares of ensemble runs that fall to either side, for each case that is no copy by symmetry.
 
         Returns
         -------

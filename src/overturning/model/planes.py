@@ -24,7 +24,7 @@ from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
     PLANE_SYMMETRY_PERIOD_DEG,
     EquivalentSimulatedDirections,
-    mark_mirrored_planes,
+    copy_with_mirrored_planes_marked,
     nearest_simulated_directions,
     nearest_simulated_planes,
 )
@@ -255,7 +255,7 @@ class PlanarModel(SceneModel):
 
     @property
     @override
-    def direction_coordinate_attributes(self) -> dict[str, float]:
+    def azimuth_period_attribute_or_empty(self) -> dict[str, float]:
         return {"period": azimuth_period_of_outcome_deg(self.scene)}
 
     @override
@@ -277,8 +277,8 @@ class PlanarModel(SceneModel):
         return replace(self, scene=self.scene.model_copy(update={"contacts": tuple(laws)}))
 
     @override
-    def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
-        """Reduce the grid to one friction value if the scene file sets all frictions, so that equal cases run once."""
+    def keep_one_friction_if_scene_sets_all(self, grid: CaseGrid) -> CaseGrid:
+        """Return a grid with the first friction only if the scene sets all frictions (equal cases), else unchanged."""
         return (
             grid
             if self.scene.has_contact_with_unset_friction
@@ -291,9 +291,9 @@ class PlanarModel(SceneModel):
     ) -> EquivalentSimulatedDirections:
         """Return the azimuth to simulate for each azimuth φ of a grid: φ, or φ + 180° to mirror its outcome."""
         found = super().simulated_direction_for_each_direction(grid, use_symmetry)
-        return (
-            mark_mirrored_planes(found, float(self._symmetry_periods_of_grid_deg(grid)[0])) if use_symmetry else found
-        )
+        if not use_symmetry:
+            return found
+        return copy_with_mirrored_planes_marked(found, float(self._symmetry_periods_of_grid_deg(grid)[0]))
 
     @override
     def adapt_and_mark_copied_outcomes_in_place(
@@ -368,7 +368,7 @@ class PlanarModel(SceneModel):
         return found
 
     @override
-    def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
+    def ensemble_fall_shares_by_side_and_case(self, cube: "xr.Dataset") -> "xr.Dataset":
         import xarray as xr
 
         half = cube.isel(azimuth=self.distinct_direction_indices(cube))

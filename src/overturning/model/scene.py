@@ -78,7 +78,7 @@ class Scene(StrictModel):
         """Raise an error if elements overlap or lack support, or if a single block has its ground as reference."""
         check_elements_have_support_without_overlap(self)
         # The single-block kernel applies the height and B/H of each case to the block.
-        if self.is_single_block_on_wide_ground and self.size_reference_element_name not in self.free_element_names:
+        if self.can_use_single_block_kernel and self.size_reference_element_name not in self.free_element_names:
             raise ValueError(
                 f"reference: {self.size_reference_element_name} is the ground of a single block; leave it out, or name "
                 f"{self.free_element_names[0]}"
@@ -111,8 +111,8 @@ class Scene(StrictModel):
         return any(self.contact_law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
 
     @property
-    def is_single_block_on_wide_ground(self) -> bool:
-        """True if the scene is one upright rectangle on wide driven ground, simulated by the faster block kernel.
+    def can_use_single_block_kernel(self) -> bool:
+        """True if the faster kernel can simulate the scene: one upright rectangle on wide driven ground.
 
         A contact given per metre of depth acts over the smaller depth; that kernel takes the depth of the block.
         """

@@ -148,7 +148,7 @@ class ThreeDimensionalModel(Model):
         return xr.Dataset({**found, "weight": (self.direction_dimension_name, np.full(count, 1.0 / count))})
 
     @override
-    def ensemble_fall_shares_by_case(self, cube: "xr.Dataset") -> "xr.Dataset":
+    def ensemble_fall_shares_by_side_and_case(self, cube: "xr.Dataset") -> "xr.Dataset":
         """Return, for each case, the share of its ensemble runs that fall, and whether their fall directions differ.
 
         Directions differ if they spread by more than 15° about their mean.

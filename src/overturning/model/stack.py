@@ -124,7 +124,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def drop_ineffective_frictions(self, grid: CaseGrid) -> CaseGrid:
+    def keep_one_friction_if_scene_sets_all(self, grid: CaseGrid) -> CaseGrid:
         return (
             grid
             if self.scene.has_contact_with_unset_friction

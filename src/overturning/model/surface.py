@@ -140,7 +140,9 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
     # A part of no volume, such as a double face, adds no mass; four parts are enough for a message.
     solid = (number for number in np.argsort(-volumes) if abs(volumes[number]) > 1e-9 * volumes.max())
     outside = (
-        n for n in solid if volumes[n] > 0.0 or not _are_points_inside_body(body, corners[part == n].reshape(-1, 3))
+        n
+        for n in solid
+        if volumes[n] > 0.0 or not _are_outermost_points_inside_body(body, corners[part == n].reshape(-1, 3))
     )
     separate = [volumes[number] for number in itertools.islice(outside, 4)]
     if len(separate) > 1:
@@ -152,8 +154,8 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
         )
 
 
-def _are_points_inside_body(body_triangle_corners: FloatArray, points: FloatArray) -> bool:
-    """True if points, shape (n, 3), lie inside a body given by its triangles; only extreme points are tested.
+def _are_outermost_points_inside_body(body_triangle_corners: FloatArray, points: FloatArray) -> bool:
+    """True if the outermost of points, shape (n, 3), lie inside a body given by its triangles.
 
     The tested points are the farthest ones in 26 directions.
     """

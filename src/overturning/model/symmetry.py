@@ -55,7 +55,7 @@ def nearest_simulated_planes(
     symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
 ) -> EquivalentSimulatedDirections:
     """Return the simulated vertical plane nearest to each azimuth, marked as mirrored if it is rotated by 180°."""
-    return mark_mirrored_planes(
+    return copy_with_mirrored_planes_marked(
         nearest_simulated_directions(simulated_azimuth_deg, requested_azimuth_deg, symmetry_period_deg),
         symmetry_period_deg,
     )
@@ -99,10 +99,10 @@ def nearest_simulated_directions(
     )
 
 
-def mark_mirrored_planes(
+def copy_with_mirrored_planes_marked(
     equivalent_directions: EquivalentSimulatedDirections, symmetry_period_deg: float
 ) -> EquivalentSimulatedDirections:
-    """Mark the simulated vertical planes that are rotated by 180°: their outcomes have to be mirrored."""
+    """Return a copy that marks simulated vertical planes rotated by 180°: their outcomes have to be mirrored."""
     return replace(
         equivalent_directions,
         is_mirrored=(equivalent_directions.clockwise_rotation_from_simulated_deg == PLANE_SYMMETRY_PERIOD_DEG)

@@ -97,7 +97,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube.createDimension("record", len(records))
     _add_record_coordinate_variables(cube, records, variant_uses_vertical_motion(study, variant))
     create_grid_dimensions_and_coordinates(cube, grid)
-    cube[model.direction_dimension_name].setncatts(model.direction_coordinate_attributes)
+    cube[model.direction_dimension_name].setncatts(model.azimuth_period_attribute_or_empty)
     if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
     own = StudyToSceneSizeConversion.for_variant(study, variant).scene_b_over_h_independent_of_study
@@ -109,7 +109,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
         angles.setncatts(attributes)
         angles[:] = values
     for variable in cube_variables_of_study(study):
-        names = ("element_name",) if "element" in grid.cube_dimensions_of_variable(variable) else ()
+        names = ("element_name",) if "element" in grid.one_record_cube_dimensions_of_variable(variable) else ()
         create_outcome_variable(cube, variable, grid, "record").coordinates = " ".join(
             (*RECORD_COORDINATE_VARIABLE_NAMES, *names)
         )
@@ -134,7 +134,9 @@ def _copy_record_outcomes_into_cube_if_complete(
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)
         for variable in outcome_variables:
-            cells = np.full(grid.cube_shape_of_variable(variable), variable.fill_value_in_file, variable.dtype_in_file)
+            cells = np.full(
+                grid.one_record_cube_shape_of_variable(variable), variable.fill_value_in_file, variable.dtype_in_file
+            )
             for part in parts:
                 part.copy_variable_into(variable.name, cells)
             cube[variable.name][record_index] = cells

@@ -103,9 +103,9 @@ def create_outcome_variable(
     netcdf_file: Any, outcome_variable: OutcomeVariable, grid: CaseGrid, *leading_dimensions: str
 ) -> Any:
     """Create an outcome variable over a grid in an open netCDF4 file, with all values missing."""
-    dimensions = (*leading_dimensions, *grid.cube_dimensions_of_variable(outcome_variable))
+    dimensions = (*leading_dimensions, *grid.one_record_cube_dimensions_of_variable(outcome_variable))
     own = hdf5_chunk_shape(
-        grid.cube_shape_of_variable(outcome_variable)[1 if grid.motion_amplitude_factors_if_several else 0 :]
+        grid.one_record_cube_shape_of_variable(outcome_variable)[1 if grid.motion_amplitude_factors_if_several else 0 :]
     )
     created = netcdf_file.createVariable(
         outcome_variable.name, outcome_variable.dtype_in_file, dimensions,

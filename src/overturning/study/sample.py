@@ -70,7 +70,7 @@ def choose_random_record_and_grid_indices(
 def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]:
     """Return a mask of a study's grid: True for single rectangular blocks with too much friction to slide."""
     model, grid = variant_model(study), variant_grid(study)
-    if not (isinstance(model, PlanarModel) and model.scene.is_single_block_on_wide_ground):
+    if not (isinstance(model, PlanarModel) and model.scene.can_use_single_block_kernel):
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.contact_law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)

@@ -110,7 +110,7 @@ _REMEDY_BY_ERROR_NUMBER = {
 }
 
 
-def os_error_message(error: OSError) -> str:
+def os_error_message_with_known_remedy(error: OSError) -> str:
     """Return a message for an operating-system error, with file and remedy; "" if no remedy is known."""
     remedy = _REMEDY_BY_ERROR_NUMBER.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
@@ -155,13 +155,18 @@ def path_in_working_folder_or_package(relative_path: Path) -> Path:
     if relative_path.exists() or relative_path.is_absolute():
         return relative_path
     here = next(
-        (root / relative_path for root in possible_project_file_folders() if (root / relative_path).exists()), None
+        (
+            root / relative_path
+            for root in folders_of_shipped_files_in_wheel_and_checkout()
+            if (root / relative_path).exists()
+        ),
+        None,
     )
     return relative_path if here is None else here
 
 
-def possible_project_file_folders() -> list[Path]:
-    """Return the folders that may contain the project files: inside the package (wheel) and around it (checkout)."""
+def folders_of_shipped_files_in_wheel_and_checkout() -> list[Path]:
+    """Return the folders in which files of the project may lie: in the package (wheel) and around it (checkout)."""
     package = Path(__file__).resolve().parent
     return [package / "project", package.parents[1]]
 

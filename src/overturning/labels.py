@@ -34,7 +34,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
     return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
 
 
-def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
+def variant_label_in_list_if_not_nominal(cube: "xr.Dataset") -> list[str]:
     """Return a cube's variant (study with changed settings) for titles, as a list such as ["variant soil"], or [].
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
@@ -46,8 +46,8 @@ def variant_label_as_list(cube: "xr.Dataset") -> list[str]:
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
-def note_on_size_reference_stone(cube: "xr.Dataset") -> str:
-    """Return a note if height and B/H are those of another stone than the one whose outcomes are shown; else ""."""
+def note_if_sizes_are_not_those_of_shown_stone(cube: "xr.Dataset") -> str:
+    """Return a note if height and B/H of the cube are not those of the stone whose outcomes are shown; else ""."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name
     if element_name_to_show(cube) != reference:

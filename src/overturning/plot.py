@@ -39,8 +39,8 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-def _with_project_style(draw_figure: DrawFunction, first_argument_is_cube: bool = False) -> DrawFunction:
-    """Decorate a drawing function to use the project's Matplotlib settings and to check that its argument is a cube."""
+def _with_style_and_checks(draw_figure: DrawFunction, first_argument_is_cube: bool = False) -> DrawFunction:
+    """Return a drawing function that checks keywords and (optionally) its cube, and uses the project's style."""
 
     @refuse_unknown_keywords()
     @wraps(draw_figure)
@@ -58,7 +58,7 @@ def _with_project_style(draw_figure: DrawFunction, first_argument_is_cube: bool 
 
 def _register_cube_figure(figure_kind: str, draw_figure: DrawFunction) -> DrawFunction:
     """Register a function that draws a kind of figure from a results cube; return it with the project's style."""
-    CUBE_FIGURE_FUNCTIONS[figure_kind] = styled = _with_project_style(draw_figure, figure_kind != "history")
+    CUBE_FIGURE_FUNCTIONS[figure_kind] = styled = _with_style_and_checks(draw_figure, figure_kind != "history")
     return styled
 
 
@@ -207,11 +207,11 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with logistic fit and published criteria (2-D)."""
     from overturning.figures.content import check_has_outcomes_and_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
-    from overturning.labels import note_on_size_reference_stone
+    from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
     def draw_outcomes_by_pga_and_pgv_ratio(sorted_cube: "xr.Dataset") -> "Figure":
-        if other := note_on_size_reference_stone(sorted_cube):
+        if other := note_if_sizes_are_not_those_of_shown_stone(sorted_cube):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _read_intensity_measures(sorted_cube)
         check_has_outcomes_and_motion(sorted_cube, measures)
@@ -268,7 +268,7 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     return record_before_and_after_processing_figure(one, one)
 
 
-@_with_project_style
+@_with_style_and_checks
 def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: str = "") -> "Figure":
     """Draw Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
     from overturning.figures.ground import fourier_and_response_spectra_figure
@@ -280,7 +280,7 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
     )
 
 
-@_with_project_style
+@_with_style_and_checks
 def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
     """Draw rotation, slip and uplift over time of 2-D simulations from `overturning.trajectory`, a column each."""
     from overturning.figures.content import check_are_trajectories_in_2d
@@ -325,12 +325,11 @@ def _checked_nonzero_motion(motion: MotionOrRecord, figure_kind: str) -> MotionO
 
 def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("station", "event")) -> str:
     """Return a title from metadata of the record, such as station, with variant and amplitude factor if not nominal."""
-    from overturning.labels import variant_label_as_list
+    from overturning.labels import variant_label_in_list_if_not_nominal
 
     times = [f"motion × {_motion_amplitude_factor(cube):g}"] if _motion_amplitude_factor(cube) != 1.0 else []
-    return ", ".join(
-        [*filter(None, (str(cube[name].item()) for name in coordinate_names)), *variant_label_as_list(cube), *times]
-    )
+    own = filter(None, (str(cube[name].item()) for name in coordinate_names))
+    return ", ".join([*own, *variant_label_in_list_if_not_nominal(cube), *times])
 
 
 def _motion_amplitude_factor(cube: "xr.Dataset") -> float:

@@ -71,7 +71,7 @@ class EnsembleSettings(StrictModel):
     seed: int = Field(default=1, ge=0, description="seed of the two scrambled sequences")
 
     @model_serializer(mode="wrap")
-    def _leave_out_unused_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _leave_out_relief_and_orientation_if_unset(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Return the settings as a dictionary; relief and orientation are left out if the runs do not vary them."""
         content: dict[str, Any] = handler(self)
         unused = [name for name in ("relief", "orientation") if not content.get(name)]

@@ -209,7 +209,7 @@ def describe_invalid_keys(
             known = sorted({name for form in forms for name in form.model_fields})
             message += f"; {closest_name_hint(str(steps[-1]), known)}" if known else ""
         elif kind in ("model_type", "union_tag_not_found", "model_attributes_type") and forms:
-            message = _hint_on_keys_of_setting(steps, forms, given)
+            message = _message_on_value_given_instead_of_keys(steps, forms, given)
         elif kind == "literal_error" and forms:
             message += f", or keys with values: {', '.join(forms[0].model_fields)}"
         odd = kind == "extra_forbidden" and not _is_key_of_file(str(steps[-1]))  # not even similar to a key
@@ -304,8 +304,10 @@ def _is_key_of_file(error_location_part: str) -> bool:
     )
 
 
-def _hint_on_keys_of_setting(key_path: KeyPath, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
-    """Return a message with the correct form of a setting that has keys of its own but was given as a single value."""
+def _message_on_value_given_instead_of_keys(
+    key_path: KeyPath, union_models: Sequence[type[BaseModel]], given_value: object
+) -> str:
+    """Return a message with the correct form of a setting that was given as one value instead of its own keys."""
     if len(union_models) > 1:
         key, known = _discriminator_key_and_values(union_models)
         if isinstance(given_value, str) and given_value in known:

@@ -15,7 +15,7 @@ from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_page_data
 from overturning.findings.contrast import compare_study_with_variants, element_fall_findings
 from overturning.findings.results import StudyResults
-from overturning.labels import variant_label_as_list
+from overturning.labels import variant_label_in_list_if_not_nominal
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import reference_element_height_and_b_over_h
@@ -116,7 +116,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         assert rows["lower-base"].fall_count == 0
         assert explorer_page_data(cube)["title"] == "stack, H and B/H of the shaft"
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
-        assert variant_label_as_list(alone) == ["variant alone"]
+        assert variant_label_in_list_if_not_nominal(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
         found = count_falls_of_two_stones(shaft, alone)
@@ -160,12 +160,12 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         centre = ((y + np.roll(y, -1)) * across).sum() / (3 * across.sum())
         np.testing.assert_allclose(monolith["critical_angle"], np.degrees(np.arctan(0.2725 / centre)))
         assert "the monolith has 1.85 times that height and a B/H of 0.463" in monolith["b_over_h"].attrs["comment"]
-        assert variant_label_as_list(monolith)[0] == (
+        assert variant_label_in_list_if_not_nominal(monolith)[0] == (
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
         exported = command_output("cube", "export", paths["monolith"], tmp_path / "cases.csv")
-        assert f"cases.csv: 24 cases, {variant_label_as_list(monolith)[0]}\n" in exported
+        assert f"cases.csv: 24 cases, {variant_label_in_list_if_not_nominal(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
         study=study, default_element_cube=cubes["nominal"], cubes_by_variant=cubes,

@@ -185,11 +185,15 @@ def write_case_table(
 ) -> None:
     """Write the outcomes of all cases as a table: one row per case, for every element and amplitude factor."""
     from overturning.files import check_output_path
-    from overturning.labels import variant_label_as_list
+    from overturning.labels import variant_label_in_list_if_not_nominal
     from overturning.study.cube import open_cube
     from overturning.study.small import write_table_of_cases
 
     check_output_path(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
         count = write_table_of_cases(data, output)
-        print(", ".join([f"{output}: {count} case{'' if count == 1 else 's'}", *variant_label_as_list(data)]))
+        print(
+            ", ".join(
+                [f"{output}: {count} case{'' if count == 1 else 's'}", *variant_label_in_list_if_not_nominal(data)]
+            )
+        )

@@ -30,14 +30,14 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
     import shutil
 
     from overturning.errors import ArgumentError
-    from overturning.files import possible_project_file_folders, write_text
+    from overturning.files import folders_of_shipped_files_in_wheel_and_checkout, write_text
     from overturning.study.document import adapt_readme_text_to_new_project, new_study_file_text
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
     project = next(
         root
-        for root in possible_project_file_folders()
+        for root in folders_of_shipped_files_in_wheel_and_checkout()
         if (root / FILES_AND_FOLDERS_COPIED_TO_NEW_PROJECT[0]).is_file()
     )
     for part in FILES_AND_FOLDERS_COPIED_TO_NEW_PROJECT:

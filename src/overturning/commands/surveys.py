@@ -143,7 +143,7 @@ def _compare_survey_with_cubes_and_write_results(
     """
     from overturning.findings.survey_commands import SurveyCommandResults
     from overturning.findings.surveys import survey_prediction_findings
-    from overturning.labels import unsimulated_azimuth_label, variant_label_as_list
+    from overturning.labels import unsimulated_azimuth_label, variant_label_in_list_if_not_nominal
     from overturning.stored import write_result_as_json
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
@@ -158,7 +158,7 @@ def _compare_survey_with_cubes_and_write_results(
     default = cubes.pop("")
     name = str(default["record_id"].item())
     on_soil = {site: one for site, one in grounds.items() if one is not None}
-    print(f"{survey_path.name} against {', '.join([name, *variant_label_as_list(default)])}")
+    print(f"{survey_path.name} against {', '.join([name, *variant_label_in_list_if_not_nominal(default)])}")
     if "residual_twist" in default:
         _compare_falls_shifts_and_twists_and_write_results(
             survey_path,

@@ -38,7 +38,7 @@ from overturning.figures.style import (
     STANDS_COLOUR,
 )
 from overturning.files import write_text
-from overturning.labels import variant_label_as_list
+from overturning.labels import variant_label_in_list_if_not_nominal
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import azimuth_period_of_cube_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
@@ -202,7 +202,7 @@ def _direction_cell_edges_rad_or_deg(azimuths_or_orientations_deg: FloatArray, i
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the interactive page: study, variant, and the element to which height and B/H refer."""
     title = (study.title if study else "") or str(cube.attrs.get("title", ""))
-    parts = filter(None, [title, *variant_label_as_list(cube), *_list_with_note_on_size_reference_element(cube)])
+    parts = filter(None, [title, *variant_label_in_list_if_not_nominal(cube), *_list_with_note_on_size_reference_element(cube)])
     return translate(", ").join(map(translate, parts))
 
 

@@ -108,8 +108,9 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
     A figure for a phone shows the smallest height only. `pga_and_pgv_dataset` has ``pga`` (m/s²) and ``pgv`` (m/s) by
-    record and azimuth. `size_reference_note` is a note (see `note_on_size_reference_stone`) that the sizes belong to
-    another stone: it is added to the title, and the criteria, which need the stone's own sizes, are left out.
+    record and azimuth. `size_reference_note` says that the sizes belong to another stone (see
+    `note_if_sizes_are_not_those_of_shown_stone`): it is added to the title, and the criteria, which need the stone's
+    own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")

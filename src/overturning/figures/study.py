@@ -14,7 +14,7 @@ from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses
 from overturning.figures.site_map import earthquake_map_figures, mappable_earthquakes
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import FigureWriter, empty_folder_then_write_list_of_new_files
-from overturning.labels import note_on_size_reference_stone
+from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.earthquakes import (
     alignments_with_references_by_record_group,
@@ -43,7 +43,7 @@ def draw_study_figures(
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
         use_package_matplotlib_settings(),
     ):
-        fits = default_model_for_results_cube(cube).is_planar and not note_on_size_reference_stone(cube)
+        fits = default_model_for_results_cube(cube).is_planar and not note_if_sizes_are_not_those_of_shown_stone(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
         for name, draw in all_records_figure_functions_by_name(
             cube, intensity, fit, fall_axes_from_fault_normal_by_group(cube)
@@ -70,7 +70,7 @@ def all_records_figure_functions_by_name(
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
     if default_model_for_results_cube(cube).is_planar:
-        friction, another = float(cube["friction"].max()), note_on_size_reference_stone(cube)
+        friction, another = float(cube["friction"].max()), note_if_sizes_are_not_those_of_shown_stone(cube)
         plane = partial(
             outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity_measures, logistic_fit, friction, another
         )

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
-from overturning.labels import note_on_size_reference_stone
+from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.statistics.criteria import MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO, score_overturning_criteria
 from overturning.statistics.logistic import CONFIDENCE_LEVEL, coefficient_name_estimate_interval_range_rows
 
@@ -200,7 +200,7 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
-    asked = results.model.is_planar and not note_on_size_reference_stone(results.default_element_cube)
+    asked = results.model.is_planar and not note_if_sizes_are_not_those_of_shown_stone(results.default_element_cube)
     found = score_overturning_criteria(results.default_element_cube, results.intensity_measures) if asked else None
     if found is None:
         return None

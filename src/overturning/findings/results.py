@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.errors import ResultError
 from overturning.files import file_name_if_absolute_else_path
-from overturning.labels import note_on_size_reference_stone
+from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.model import Model
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
@@ -139,7 +139,7 @@ class StudyResults:
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
         """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
-        if not self.model.is_planar or note_on_size_reference_stone(self.default_element_cube):
+        if not self.model.is_planar or note_if_sizes_are_not_those_of_shown_stone(self.default_element_cube):
             return None
         return fit_logistic_overturning_model(self.default_element_cube, self.intensity_measures)
 

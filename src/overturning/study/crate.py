@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
-from overturning.files import possible_project_file_folders, read_yaml_mapping, write_text
+from overturning.files import folders_of_shipped_files_in_wheel_and_checkout, read_yaml_mapping, write_text
 from overturning.study.cube import COMPLETE_STUDY_FILE_NAME
 from overturning.study.load import study_settings_without_absolute_paths
 from overturning.study.schema import Study
@@ -163,7 +163,7 @@ def _record_metadata_and_package_versions_of_cube(cube_path: Path) -> dict[str, 
 
 def _citation_metadata_of_program() -> dict[str, Any]:
     """Read the citation metadata (CITATION.cff) of this version of the program."""
-    files = (root / "CITATION.cff" for root in possible_project_file_folders())
+    files = (root / "CITATION.cff" for root in folders_of_shipped_files_in_wheel_and_checkout())
     return read_yaml_mapping(
         next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io"
     )

@@ -121,7 +121,7 @@ class Element(StrictModel):
         }
 
     @model_validator(mode="after")
-    def _check_lengths(self) -> Self:
+    def _check_lengths_and_coordinates_in_range(self) -> Self:
         """Raise a ValueError if a length or coordinate of an element is outside the allowed range."""
         for name in ("width", "height", "depth"):
             length = getattr(self, name)

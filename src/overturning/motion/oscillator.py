@@ -116,7 +116,7 @@ class OscillatorResponseCalculator:
             self._finer[interpolated_points_per_sample] = finer[:, : count * interpolated_points_per_sample]
         return self._finer[interpolated_points_per_sample]
 
-    def points_per_sample_for_period(self, period_s: float) -> int:
+    def interpolated_points_per_sample_for_period(self, period_s: float) -> int:
         """Return the points per sample (1, 2, 4, 8 or 16) to which to refine the motion for an oscillator period."""
         wanted = self._interval * max(
             self._points / max(period_s, 3.0 * self._interval), 1.0 / MAX_INTERPOLATION_STEP_S
@@ -139,7 +139,7 @@ class OscillatorResponseCalculator:
 
         if not 0 <= damping_ratio < 1:
             raise ArgumentError(f"damping: {damping_ratio}; give a ratio from 0 to below 1")
-        factor = self.points_per_sample_for_period(period_s)
+        factor = self.interpolated_points_per_sample_for_period(period_s)
         # The free response decays: its peak lies within one period after the end of the motion.
         until = self._samples + math.ceil(period_s / self._interval)
         motion = self._interpolated_components(factor)[:, : factor * until]

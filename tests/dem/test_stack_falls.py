@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.simulate import simulate
-from overturning.dem.stack.statics import initial_stone_table, joint_constants_of_stack
+from overturning.dem.stack.statics import joint_constants_of_stack, stone_constants_and_initial_states_table
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.contact import VertexContact
@@ -146,7 +146,7 @@ def test_the_critical_angle_of_a_slab_held_down_by_a_stone_is_that_of_both() -> 
         CUBE_SIZE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
         {"width": 0.3, "depth": 0.5, "height": 0.5, "at": (-0.35, 0.0)},
     )).stones()  # fmt: skip
-    table = initial_stone_table(stones, joint_constants_of_stack(stones, VertexContact()))
+    table = stone_constants_and_initial_states_table(stones, joint_constants_of_stack(stones, VertexContact()))
     assert np.degrees(np.arcsin(np.sqrt(table["critical_lean_squared_sine_on_contact_patch"]))) == pytest.approx(
         np.degrees(np.arctan([1.0, 0.16 / 0.23, 0.15 / 0.25]))
     )

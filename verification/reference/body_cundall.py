@@ -21,9 +21,9 @@ from numba import njit
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
     body_base_lands_flat,
+    compute_base_contact_states,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
-    update_base_contacts,
     vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
@@ -560,7 +560,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
         advance_momenta_with_last_forces(state, lane_count, -0.5)
         for _ in range(steps_per_sample):
             compute_axes_and_reset_contact_forces(state, acting, lane_count)
-            update_base_contacts(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
+            compute_base_contact_states(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
             for pair in range(0, half, VERTEX_VALUE_COUNT_OF_ALL_LANES):
                 one, other = (
                     vertex_rows[pair : pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],

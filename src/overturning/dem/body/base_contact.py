@@ -45,9 +45,7 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def point_normal_force_is_nearly_spring_force(
-    body: BodyConstants, point_state_at_step_start: BodyContactPointState
-) -> float:
+def one_if_point_rests_on_its_spring(body: BodyConstants, point_state_at_step_start: BodyContactPointState) -> float:
     """Return 1 if a point penetrates and its normal force differs by less than half from its spring force; else 0."""
     spring = body.point_normal_stiffness_per_mass * point_state_at_step_start.penetration
     return (
@@ -70,7 +68,7 @@ def update_lowest_and_highest_base_vertex(
     height, below, still = (
         matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z,
         vertex_belongs_to_base(body, vertex),
-        point_normal_force_is_nearly_spring_force(body, point_state_at_step_start),
+        one_if_point_rests_on_its_spring(body, point_state_at_step_start),
     )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
@@ -203,10 +201,10 @@ def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def set_tilting_friction_share_of_landing_bases(
+def raise_tilting_friction_share_where_body_tips(
     body_states: Any, vertex_rows: Any, vertex_array_length: int, lane_count: int
 ) -> None:
-    """Set the tilting share of friction's moment to 1 for bodies that friction tips over an edge in a flat landing.
+    """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
     The share is `BaseContactState.tilting_friction_share_in_flat_landing`. It is read only for bodies whose base lands
     flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of
@@ -234,7 +232,7 @@ def set_tilting_friction_share_of_landing_bases(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_base_contacts(
+def compute_base_contact_states(
     body_states: Any,
     vertex_rows: Any,
     start_index_of_opposite_vertices: int,
@@ -242,7 +240,7 @@ def update_base_contacts(
     lane_count: int,
     base_is_round: Any,
 ) -> None:
-    """Update the contact state of each body's base, from the base vertices or from the points of a round rim.
+    """Compute the contact state of each body's base anew, from the base vertices or from the points of a round rim.
 
     The vertices form opposite pairs; the rows of the second vertices of the pairs start at index
     `start_index_of_opposite_vertices` of `vertex_rows`.
@@ -276,8 +274,8 @@ def update_base_contacts(
                 BaseContactState(
                     0.0,
                     0.0,
-                    point_normal_force_is_nearly_spring_force(body, ahead),
-                    point_normal_force_is_nearly_spring_force(body, behind),
+                    one_if_point_rests_on_its_spring(body, ahead),
+                    one_if_point_rests_on_its_spring(body, behind),
                     landing,
                     longest,
                     tilting,
@@ -300,7 +298,7 @@ def update_base_contacts(
                 longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
             )
     if any_body_base_lands_flat(body_states, lane_count):
-        set_tilting_friction_share_of_landing_bases(
+        raise_tilting_friction_share_where_body_tips(
             body_states, vertex_rows, 2 * start_index_of_opposite_vertices, lane_count
         )
     if few:

@@ -260,10 +260,13 @@ def predict_contact_point(
 
 
 @njit(**INLINE_OPTIONS)
-def ratio_of_friction_limit_to_sticking_force(
+def clipped_friction_limit_to_sticking_force_ratio(
     friction_limit: float, squared_sticking_force: float, is_assumed_to_slide: bool
 ) -> float:
-    """Return the ratio, at most 1, of a sliding point's friction limit to the force that would make it stick."""
+    """Return the ratio, clipped to 0…1, of a sliding point's friction limit to the force that would make it stick.
+
+    The value has no meaning for a point that is not assumed to slide.
+    """
     part = friction_limit / math.sqrt(squared_sticking_force if is_assumed_to_slide else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
@@ -301,7 +304,7 @@ def contact_force_and_derivatives_of_point(
         -(body.point_tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_y)
         - body.point_dashpot_constant_per_mass * u.y,
     )
-    part = ratio_of_friction_limit_to_sticking_force(
+    part = clipped_friction_limit_to_sticking_force_ratio(
         body.friction * (n if predicted_forces_decide_contact else point_state_at_step_start.normal_force_per_mass),
         hx * hx + hy * hy,
         slides,

@@ -7,9 +7,9 @@ from numba import njit
 
 from overturning.dem.body.base_contact import (
     body_base_lands_flat,
+    compute_base_contact_states,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
-    update_base_contacts,
     vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
@@ -221,10 +221,12 @@ def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_point_pair_forces(
+def compute_point_pair_forces_and_new_states(
     body_states: Any, point_rows: Any, opposite_rows: Any, lane_count: int, base_is_round: Any, none_if_first_pair: Any
 ) -> None:
-    """Compute the forces at two opposite contact points at the end of the step, for all cases in parallel.
+    """Compute forces and new states of two opposite contact points at the step end, for all cases in parallel.
+
+    The forces and contact changes are added to those of the whole body.
 
     `none_if_first_pair` is None for the first two points of a body: their forces replace those of the last step.
     """
@@ -323,7 +325,7 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
         half = vertex_count // 2 * ARRAY_LENGTH_PER_VERTEX
         for _ in range(attempted_step_count):
             predict_bodies_at_step_end(body_states, lane_count, ticks_per_sample)
-            update_base_contacts(body_states, vertex_rows, half, base_vertex_count, lane_count, base_is_round)
+            compute_base_contact_states(body_states, vertex_rows, half, base_vertex_count, lane_count, base_is_round)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one, other = (
                     vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
@@ -345,9 +347,9 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
                     vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
                 )
                 if pair == 0:
-                    compute_point_pair_forces(body_states, one, other, lane_count, base_is_round, None)
+                    compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, None)
                 else:
-                    compute_point_pair_forces(body_states, one, other, lane_count, base_is_round, 1)
+                    compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, 1)
             accept_or_reject_steps(body_states, lane_count, ticks_per_sample, base_is_round)
             for point in range(0, 2 * half, ARRAY_LENGTH_PER_VERTEX):
                 store_contact_point_states_after_accepted_steps(

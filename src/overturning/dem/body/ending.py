@@ -208,7 +208,7 @@ def body_has_fallen(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def case_status(
+def update_late_tilt_and_return_case_status(
     body_states: Any,
     vertex_rows: Any,
     base_vertex_count: int,
@@ -217,7 +217,10 @@ def case_status(
     record_sample_count: float,
     fall_limits_by_lean_sector: Any,
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
+    """Update late tilt and slide end of the case in column `lane`; return its `CaseStatus`, or `CASE_NOT_ENDED`.
+
+    The late tilt is the largest one near the end of the case.
+    """
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
     body, s, peaks = load_body(body_states, lane), load_state(body_states, lane), load_peaks(body_states, lane)
     course, limits = load_course(body_states, lane), load_limits(body_states, lane)

@@ -24,7 +24,7 @@ from overturning.dem.body.tables import (
     INITIAL_STATE_DTYPE,
     RESULT_TABLE_DTYPE,
     TRAJECTORY_ROW_DTYPE,
-    body_and_vertex_tables,
+    body_constant_and_vertex_tables,
     initial_conditions_at_rest,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
@@ -165,7 +165,7 @@ class BodySimulationPlan(SimulationPlan3D):
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
-def sample_ranges_able_to_move_body_at_rest(
+def sample_ranges_able_to_move_3d_model_at_rest(
     motion: Motion,
     amplitude_factor_by_case: FloatArray,
     onset_acceleration_g_by_case: FloatArray,
@@ -211,12 +211,12 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         numerics, square[which], dashpot * modes[which], interval, period[which]
     )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
-    row, cosines, along = base_accelerations_by_orientation(motion, cases)
+    row, cosines, along = base_motion_indices_cosines_and_accelerations(motion, cases)
     rest_limit, threshold = np.zeros(cases.case_count), np.minimum((reach / foot)[which], friction)
     leaves_out = numerics.leave_out and start is None
-    first, calm, stays_at_rest = sample_ranges_able_to_move_body_at_rest(motion, amplitude, threshold, leaves_out)
+    first, calm, stays_at_rest = sample_ranges_able_to_move_3d_model_at_rest(motion, amplitude, threshold, leaves_out)
     if leaves_out:
-        rest_limit = _max_base_acceleration_g_at_rest_by_case(made, which, laws, dashpot, friction, interval)
+        rest_limit = _rest_acceleration_limit_g_by_case(made, which, laws, dashpot, friction, interval)
     table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     has_vertices_at_rest = start is None and made[0].rim_radius == 0.0
     columns = {
@@ -249,7 +249,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
             *start.centre_velocity,
             *start.angular_velocity,
         )
-    bodies, points = body_and_vertex_tables(made)
+    bodies, points = body_constant_and_vertex_tables(made)
     return BodySimulationPlan(
         model=model,
         motion=motion,
@@ -288,7 +288,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
         raise ArgumentError(f"start: quaternion {start.rest_to_initial_quaternion_wxyz}; its length must be 1")
 
 
-def _max_base_acceleration_g_at_rest_by_case(
+def _rest_acceleration_limit_g_by_case(
     solids_by_size: list[RigidSolid],
     solid_index_by_case: NDArray[np.int64],
     stiffnesses_and_dashpot_per_mass_by_solid: FloatArray,
@@ -296,7 +296,7 @@ def _max_base_acceleration_g_at_rest_by_case(
     friction_by_case: FloatArray,
     sampling_interval_s: float,
 ) -> FloatArray:
-    """Return the base acceleration |a|/g up to which a body at rest stays at rest, for each case, shape (cases,).
+    """Return, for each case, the base acceleration |a|/g up to which a body at rest stays at rest, shape (cases,).
 
     See `overturning.dem.quiet.largest_acceleration_without_motion_g`. `stiffnesses_and_dashpot_per_mass_by_solid` are
     those per mass of each solid, shape (solids, 3); `solid_index_by_case`, `point_dashpot_constant_per_mass_by_case`
@@ -327,11 +327,10 @@ def steps_per_sample_and_step_control(
     rocking_time_constant_s_by_case: FloatArray,
     kernel_step_control: KernelStepControl = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the longest steps per sample of n cases, shape (n,), and the columns of their step control by name.
+    """Return the number of longest steps in a sample, for n cases, and the columns of their step control by name.
 
     ω² (1/s²) and 2ξω (1/s) are those of the highest vibration on the contact springs, the rocking time constant is 1/p
-    (s); each of these and of the columns has the shape (n,). `kernel_step_control` holds the step control of the
-    kernel.
+    (s). All arrays have the shape (n,). `kernel_step_control` holds the step control of the kernel.
 
     Raises
     ------
@@ -373,7 +372,9 @@ def steps_per_sample_and_step_control(
     }
 
 
-def base_accelerations_by_orientation(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+def base_motion_indices_cosines_and_accelerations(
+    motion: Motion, cases: Cases
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return each case's index of its base motion, its direction cosines (north, east), and all base motions, m/s².
 
     Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.

@@ -14,8 +14,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import build_time_stepping_loop
 from overturning.dem.body.ending import (
     body_rests_upright_on_all_base_vertices,
-    case_status,
     state_sum_for_finite_check,
+    update_late_tilt_and_return_case_status,
     write_body_trajectory_row,
     write_case_results,
 )
@@ -182,7 +182,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
 
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, case_index_by_lane: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each case, and rescale each quaternion to length 1."""
-    start_sample_and_load_base_motion(
+    advance_sample_and_load_base_motion(
         workspace.state,
         lane_count,
         kernel_input.motion_row_by_case,
@@ -193,7 +193,7 @@ def update_sample_and_load_motion(kernel_input: Any, workspace: Any, case_index_
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def start_sample_and_load_base_motion(
+def advance_sample_and_load_base_motion(
     body_states: Any,
     lane_count: int,
     motion_row_by_case: Any,
@@ -201,7 +201,7 @@ def start_sample_and_load_base_motion(
     ground_motion: Any,
     queue_settings: SettingsOfParallelCases,
 ) -> None:
-    """Load the base motion of the current sample for each case, and rescale each quaternion to length 1."""
+    """Go on to the next sample where one has ended, rescale each quaternion to length 1, and load the base motion."""
     along, up, ticks, interval, scale = (
         ground_motion.horizontal_acceleration,
         ground_motion.upward_acceleration,
@@ -374,7 +374,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
         float(kernel_input.settings.sample_count),
         kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case_index].body],
     )
-    return case_status(
+    return update_late_tilt_and_return_case_status(
         workspace.state,
         workspace.vertex_rows,
         kernel_input.base_vertex_count,

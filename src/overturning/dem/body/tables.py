@@ -173,7 +173,7 @@ def initial_conditions_at_rest(rest_position_and_rotation_vector: FloatArray) ->
     return begin
 
 
-def body_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
+def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[NDArray[np.void], FloatArray]:
     """Return the kernel's input tables of the bodies: constants (type `BODY_TABLE_DTYPE`) and vertices.
 
     An odd number of vertices is padded with a vertex at the centre of the body.

@@ -54,7 +54,7 @@ def clip_side_by_half_plane(
 
 
 @njit(**INLINE_OPTIONS)
-def set_length_of_clipped_side(side_part: SidePartInContactPatch, whole_side_length: float) -> SidePartInContactPatch:
+def clipped_side_with_length(side_part: SidePartInContactPatch, whole_side_length: float) -> SidePartInContactPatch:
     """Return the clipped part of a face's side with its length, m; `whole_side_length` is that of the whole side, m."""
     part = side_part.end_side_fraction - side_part.begin_side_fraction
     return SidePartInContactPatch(
@@ -70,7 +70,9 @@ def reset_clipped_side(side_rows: Any, lane_count: int) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clip_base_side(base_side_rows: Any, next_base_corner_rows: Any, lower_side_rows: Any, lane_count: int) -> None:
+def clip_base_side_by_lower_side(
+    base_side_rows: Any, next_base_corner_rows: Any, lower_side_rows: Any, lane_count: int
+) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
         a, b, limit = (
@@ -98,13 +100,13 @@ def clip_base_side(base_side_rows: Any, next_base_corner_rows: Any, lower_side_r
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_clipped_base_side_length(
+def add_clipped_base_side_to_patch_perimeter(
     joint_rows: Any, base_side_rows: Any, next_base_corner_rows: Any, lane_count: int
 ) -> None:
-    """Compute the length of a side of a stone's base after clipping, and add it to the contact patch's perimeter."""
+    """Store the length of a clipped side of a stone's base, and add it to the contact patch's perimeter."""
     for j in range(round_to_vector_multiple(lane_count)):
         a, b = load_place(base_side_rows, j), load_place(next_base_corner_rows, j)
-        clip = set_length_of_clipped_side(
+        clip = clipped_side_with_length(
             load_clip(base_side_rows, j),
             math.sqrt((b.x_in_joint_frame - a.x_in_joint_frame) ** 2 + (b.y_in_joint_frame - a.y_in_joint_frame) ** 2),
         )
@@ -113,7 +115,7 @@ def add_clipped_base_side_length(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def clip_base_sides(
+def clip_base_sides_and_add_patch_perimeter(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> None:
     """Clip all sides of a stone's base by the face below, and add their lengths to the contact patch's perimeter."""
@@ -122,10 +124,10 @@ def clip_base_sides(
         next_corner = slice_contact_point_rows(joint_point_rows, following)
         reset_clipped_side(point, lane_count)
         for k in range(lower_face_corner_count):
-            clip_base_side(
+            clip_base_side_by_lower_side(
                 point, next_corner, slice_contact_point_rows(joint_point_rows, base_corner_count + k), lane_count
             )
-        add_clipped_base_side_length(joint_rows, point, next_corner, lane_count)
+        add_clipped_base_side_to_patch_perimeter(joint_rows, point, next_corner, lane_count)
 
 
 @njit(**INLINE_OPTIONS)
@@ -159,14 +161,14 @@ def clear_overhang_and_normal_slopes(lower_side_rows: Any, lane_count: int) -> N
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clip_side_of_lower_face(
+def clip_lower_side_and_update_overhang(
     lower_side_rows: Any,
     next_lower_corner_rows: Any,
     base_side_start_corner_rows: Any,
     base_side_end_corner_rows: Any,
     lane_count: int,
 ) -> None:
-    """Clip a side of the lower face by one side of the upper stone's base, for all stacks in parallel."""
+    """Clip a side of the lower face by a side of the upper base; update overhang and normal slopes, in all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         a, b = load_place(base_side_start_corner_rows, j), load_place(base_side_end_corner_rows, j)
         c, d = load_outline(lower_side_rows, j), load_outline(next_lower_corner_rows, j)
@@ -199,13 +201,13 @@ def clip_side_of_lower_face(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_clipped_lower_side_length(
+def add_clipped_lower_side_to_patch_perimeter(
     joint_rows: Any, lower_side_rows: Any, next_lower_corner_rows: Any, lane_count: int
 ) -> None:
-    """Compute the length of a side of the lower face after clipping, and add it to the contact patch's perimeter."""
+    """Store the length of a clipped side of the lower face, and add it to the contact patch's perimeter."""
     for j in range(round_to_vector_multiple(lane_count)):
         c, d = load_outline(lower_side_rows, j), load_outline(next_lower_corner_rows, j)
-        clip = set_length_of_clipped_side(
+        clip = clipped_side_with_length(
             load_clip(lower_side_rows, j),
             math.sqrt(
                 (d.x_from_face_centre - c.x_from_face_centre) ** 2 + (d.y_from_face_centre - c.y_from_face_centre) ** 2
@@ -216,7 +218,7 @@ def add_clipped_lower_side_length(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def clip_sides_of_lower_face(
+def clip_lower_sides_and_add_patch_perimeter(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> None:
     """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
@@ -228,11 +230,11 @@ def clip_sides_of_lower_face(
         clear_overhang_and_normal_slopes(side, lane_count)
         for i in range(base_corner_count):
             n = (i + 1) % base_corner_count
-            clip_side_of_lower_face(
+            clip_lower_side_and_update_overhang(
                 side,
                 next_corner,
                 slice_contact_point_rows(joint_point_rows, i),
                 slice_contact_point_rows(joint_point_rows, n),
                 lane_count,
             )
-        add_clipped_lower_side_length(joint_rows, side, next_corner, lane_count)
+        add_clipped_lower_side_to_patch_perimeter(joint_rows, side, next_corner, lane_count)

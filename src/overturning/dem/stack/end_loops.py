@@ -90,9 +90,9 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
-    contact_points_land_together,
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
+    stone_base_lands_flat,
 )
 from overturning.dem.stack.solve import shift_wrench_to_stone_centre, wrench_minus, wrench_plus
 from overturning.dem.stack.state import (
@@ -143,10 +143,10 @@ def relative_velocity_change_of_joint(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_relative_velocity_changes(
+def store_joint_velocity_change_and_clear_sums(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int, none_unless_on_ground: Any
 ) -> None:
-    """Store the solved change of the relative velocity of a stone and its support at their contact, in all stacks."""
+    """Store the solved change of a stone's velocity relative to its support; clear their contact's force sums."""
     for j in range(round_to_vector_multiple(lane_count)):
         stone, one = load_predicted(upper_stone_rows, j), load_change(upper_stone_rows, j)
         if none_unless_on_ground is None:
@@ -164,15 +164,15 @@ def store_relative_velocity_changes(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_point_normal_force(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
-    """Compute the normal force at one contact point of two stones at the end of the step, for all stacks."""
+def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+    """Compute a contact point's normal force and new state at the step end; add the force to its contact's sums."""
     for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point_rows, j)
         change, landing = load_joint_change(joint_rows, j), load_landing(joint_rows, j)
         old = load_point(point_rows, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
-            (load_time(case_rows, j).half_step_length_s, contact_points_land_together(landing),
+            (load_time(case_rows, j).half_step_length_s, stone_base_lands_flat(landing),
              remaining_landing_time_of_new_contact(joint, landing),
              point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
              landing.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S),
@@ -201,7 +201,7 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, l
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_joint_force_and_moment(
+def compute_joint_forces_and_add_to_stones(
     case_rows: Any,
     upper_stone_rows: Any,
     lower_stone_rows: Any,
@@ -209,9 +209,9 @@ def compute_joint_force_and_moment(
     lane_count: int,
     none_unless_on_ground: Any,
 ) -> None:
-    """Compute force and moment between a stone and its support at the end of the step; add them to both."""
+    """Compute force, moment and new state of a stone's contact with its support; add the force to both stones' sums."""
     for j in range(round_to_vector_multiple(lane_count)):
-        change, flat = load_joint_change(joint_rows, j), contact_points_land_together(load_landing(joint_rows, j))
+        change, flat = load_joint_change(joint_rows, j), stone_base_lands_flat(load_landing(joint_rows, j))
         fine = (
             load_attempt(case_rows, j).length_in_ticks
             <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
@@ -254,8 +254,8 @@ def compute_joint_force_and_moment(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
-    """Mark contacts of two stones in which a point other than a corner of the upper base has a share of stiffness.
+def mark_joints_that_use_a_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+    """Mark contacts of two stones that use a given point, no corner of the upper base: it has a share of stiffness.
 
     Such a base extends beyond the rim of the face below.
     """
@@ -268,8 +268,8 @@ def mark_joints_with_loaded_non_corner_point(joint_rows: Any, point_rows: Any, l
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Accept or reject the attempted time step of each stack, and choose the length of the next attempt."""
+def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
+    """Decide whether each stack's step is accepted, advance its clock if so, and choose the next attempt's length."""
     for j in range(round_to_vector_multiple(lane_count)):
         attempt, most, time = load_attempt(case_rows, j), load_findings(case_rows, j), load_time(case_rows, j)
         inertial = load_inertial(case_rows, j)
@@ -310,8 +310,13 @@ def accept_or_reject_steps(case_rows: Any, lane_count: int, ticks_per_sample: fl
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def complete_stone_step(case_rows: Any, stone_rows: Any, lane_count: int, none_unless_lowest_stone: Any) -> None:
-    """Store a stone's new state, and add the work of the base motion on it, in stacks whose step is accepted."""
+def store_stone_and_energy_if_step_accepted(
+    case_rows: Any, stone_rows: Any, lane_count: int, none_unless_lowest_stone: Any
+) -> None:
+    """Store a stone's new state, and add the base motion's work on it, in stacks whose step is accepted.
+
+    With the lowest stone the losses of the step are added too.
+    """
     for j in range(round_to_vector_multiple(lane_count)):
         half, again, push = (
             load_time(case_rows, j).half_step_length_s,

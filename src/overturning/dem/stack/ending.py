@@ -321,7 +321,7 @@ def stop_fallen_stones_and_return_status(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_cannot_fall(stack_states: Any, lane: int, max_corner_count: int, stone_table_rows: Any) -> bool:
-    """True if no stone has fallen, and the energy of the stack does not suffice to overturn the stones above any joint.
+    """True if no stone has fallen or leans critically, and the energy cannot overturn the stones above any joint.
 
     Overturning needs the energy `CaseProgress.overturning_energy`. A slip on another stone shortens the supported base:
     if a share s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has

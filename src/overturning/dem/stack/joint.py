@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.body.centred import ratio_of_friction_limit_to_sticking_force
+from overturning.dem.body.centred import clipped_friction_limit_to_sticking_force_ratio
 from overturning.dem.body.vectors import Matrix3, Vector3, plus
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
@@ -43,7 +43,7 @@ def tangential_contact_force(
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_slip_direction(
+def flat_landing_slip_direction_and_slide_flag(
     joint_constants: JointConstants,
     relative_velocity_at_origin: Vector3,
     relative_angular_velocity: Vector3,
@@ -131,7 +131,9 @@ def predict_friction(
     )
     force = tangential_contact_force(joint, stretch, velocity)
     most = joint.friction * (sums.normal_force if forces_decide_contact | (not was) else previous.normal_force)
-    slip, drifts = flat_landing_slip_direction(joint, frame.velocity_at_origin, spin, centre_height, (cx, cy, arm))
+    slip, drifts = flat_landing_slip_direction_and_slide_flag(
+        joint, frame.velocity_at_origin, spin, centre_height, (cx, cy, arm)
+    )
     drifts = drifts & lands_flat
     square, smooth, decides = squared_length(force), joint.friction == 0.0, forces_decide_contact | (not was)
     slides = square > most * most if decides else previous.slid_in_last_step > 0.0
@@ -164,7 +166,7 @@ def joint_equation_terms(
     in_contact, slides = friction.is_assumed_loaded > 0.0, friction.is_assumed_to_slide > 0.0
     d = friction.friction_direction
     held = tangential_contact_force(joint, friction.tangential_spring_stretch, friction.slip_velocity_at_friction_point)
-    part = ratio_of_friction_limit_to_sticking_force(
+    part = clipped_friction_limit_to_sticking_force_ratio(
         joint.friction * friction_limiting_normal_force, squared_length(held), slides
     )
     mu = joint.friction if slides & in_contact else 0.0
@@ -316,7 +318,7 @@ def solve_joint_contact(
     force = tangential_contact_force(joint, stretch, velocity)
     at_origin = plus(relative_motion.velocity_at_origin, change[0])
     spin = plus(relative_motion.angular_velocity, change[1])
-    slip, drifts = flat_landing_slip_direction(joint, at_origin, spin, centre_height, (cx, cy, arm))
+    slip, drifts = flat_landing_slip_direction_and_slide_flag(joint, at_origin, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
     hx, hy = (-slip.x if drifts else force.x), (-slip.y if drifts else force.y)
     ht = -slip.twist_times_radius if drifts else force.twist_times_radius

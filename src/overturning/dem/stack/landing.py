@@ -27,7 +27,7 @@ PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 
 
 @njit(**INLINE_OPTIONS)
-def contact_points_land_together(landing_times_and_heights: RemainingFlatLandingTimes) -> bool:
+def stone_base_lands_flat(landing_times_and_heights: RemainingFlatLandingTimes) -> bool:
     """True while a flat landing of a stone lasts: all contact points with its support touch down in one impact.
 
     Dashpots may pull during this impact.

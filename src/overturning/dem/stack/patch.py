@@ -215,10 +215,13 @@ def include_corner_in_min_rim_distance(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_bases_on_lower_face(
+def update_rim_distance_and_check_full_support(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> bool:
-    """True if, in all stacks, a stone's whole base lies within the face below, now and after the last step."""
+    """Update base corners' least distance from the rim below; True if, in all stacks, the face below supports all.
+
+    Then the stone's whole base lies within the face, now and after the last step.
+    """
     for i in range(base_corner_count):
         for k in range(lower_face_corner_count):
             side = slice_contact_point_rows(joint_point_rows, base_corner_count + k)

@@ -184,10 +184,10 @@ def _fill_in_stone_free_flight(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def record_motion_of_first_stack(
+def write_stack_trajectory_row(
     stack_states: Any, stone_count: int, sampling_interval_s: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
-    """Write time, base acceleration and motion of all stones of the first simulated stack into a trajectory row."""
+    """Write time, base acceleration and motion of all stones of the stack in column 0 into a trajectory row."""
     time, shaking = load_time(stack_states, 0), load_shaking(stack_states, 0)
     trajectory_row[0] = (
         load_course(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample

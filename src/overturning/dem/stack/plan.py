@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
-    base_accelerations_by_orientation,
-    sample_ranges_able_to_move_body_at_rest,
+    base_motion_indices_cosines_and_accelerations,
+    sample_ranges_able_to_move_3d_model_at_rest,
     steps_per_sample_and_step_control,
 )
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
@@ -42,13 +42,13 @@ from overturning.dem.stack.statics import (
     JointConstantsOfStack,
     base_x_offsets_from_support_at_rest,
     eigenvalue_bound_factor_for_inertia_products,
-    initial_stone_table,
     joint_constants_of_stack,
     kernel_rows_of_face_corners,
-    motion_onset_acceleration_g,
+    motion_onset_acceleration_g_by_case,
     scale_factors_for_unit_mass_matrix,
     scaled_stiffness_matrix_of_stack_at_rest,
     spring_energy_at_rest,
+    stone_constants_and_initial_states_table,
 )
 from overturning.dem.stack.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, STONE_RESULT_TABLE_DTYPE
 from overturning.dem.time_step import IntegrationScheme, parse_scheme
@@ -204,7 +204,7 @@ def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; a stack has the depths of its scene")
 
 
-def _rest_limit_to_onset_acceleration_ratios(
+def _rest_limit_to_onset_acceleration_ratio_by_case(
     stones_by_stack: list[list[StackStone]],
     joint_constants_by_stack: list[JointConstantsOfStack],
     stack_index_by_case: NDArray[np.int64],
@@ -245,7 +245,7 @@ def _least_overturning_energy(joint_constants: JointConstantsOfStack) -> float:
             - patch.height_of_centre_of_all_mass_above
         )
         for distance, patch in zip(
-            joint_constants.stones_above_mass_centre_to_side_distance, joint_constants.contact_patches, strict=True
+            joint_constants.min_side_distances_from_mass_centre_above, joint_constants.contact_patches, strict=True
         )
     )
 
@@ -277,11 +277,11 @@ def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: Joi
     return highest_eigenvalue(stiffness) * eigenvalue_bound_factor_for_inertia_products(stones)
 
 
-def _slowest_rocking_time_constant(joint_constants: JointConstantsOfStack) -> float:
+def _longest_rocking_time_constant_s(joint_constants: JointConstantsOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
     side, height = (
-        joint_constants.stones_above_mass_centre_to_side_distance,
-        joint_constants.stones_above_mass_centre_height_above_joint,
+        joint_constants.min_side_distances_from_mass_centre_above,
+        joint_constants.mass_centre_heights_above_joints,
     )
     return float(np.sqrt(np.sqrt(side**2 + height**2) / (0.75 * STANDARD_GRAVITY)).max())
 
@@ -295,7 +295,9 @@ def plan_stack_simulation(
     stacks = [model.stones(float(height), float(ratio)) for height, ratio in sizes]
     _check_that_stacks_can_stand(sizes, stacks)
     joints = [joint_constants_of_stack(stones, model.contact) for stones in stacks]
-    tables = np.stack([initial_stone_table(stones, table) for stones, table in zip(stacks, joints, strict=True)])
+    tables = np.stack(
+        [stone_constants_and_initial_states_table(stones, table) for stones, table in zip(stacks, joints, strict=True)]
+    )
     given = np.array([np.nan if (mu := stone.base_joint_friction) is None else mu for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
     square = np.array([_upper_bound_of_omega_squared(*stack) for stack in zip(stacks, joints, strict=True)])
@@ -303,7 +305,7 @@ def plan_stack_simulation(
     foot, reach = tables["centre_height"], tables["nearest_base_side_distance"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
-    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array([_slowest_rocking_time_constant(one) for one in joints])
+    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array([_longest_rocking_time_constant_s(one) for one in joints])
     interval, samples = motion.sampling_interval, motion.sample_count
     damping = np.asarray(cases.damping_factor)
     rate = (square * delay)[which] * damping
@@ -319,18 +321,18 @@ def plan_stack_simulation(
     )
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:
-        rest_share = _rest_limit_to_onset_acceleration_ratios(stacks, joints, which, damping, interval)
+        rest_share = _rest_limit_to_onset_acceleration_ratio_by_case(stacks, joints, which, damping, interval)
     amplitude = np.asarray(cases.amplitude)
-    row, cosines, along = base_accelerations_by_orientation(motion, cases)
+    row, cosines, along = base_motion_indices_cosines_and_accelerations(motion, cases)
     threshold = np.zeros(cases.case_count)
     for index, table in enumerate(joints):
         of_stack = which == index
-        threshold[of_stack] = motion_onset_acceleration_g(table, friction[of_stack])
-    first, calm, at_rest = sample_ranges_able_to_move_body_at_rest(motion, amplitude, threshold, numerics.leave_out)
+        threshold[of_stack] = motion_onset_acceleration_g_by_case(table, friction[of_stack])
+    first, calm, at_rest = sample_ranges_able_to_move_3d_model_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([_least_overturning_energy(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    side = np.array([table.stones_above_mass_centre_to_side_distance.min() for table in joints])
+    side = np.array([table.min_side_distances_from_mass_centre_above.min() for table in joints])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "stack": which, "amplitude_factor": amplitude, "damping_factor": damping,

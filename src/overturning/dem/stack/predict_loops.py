@@ -71,9 +71,9 @@ from overturning.dem.stack.joint_point import (
 from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
-    contact_points_land_together,
     include_point_in_landing_times_and_heights,
     point_contact_is_deferred,
+    stone_base_lands_flat,
 )
 from overturning.dem.stack.solve import (
     eliminate_stone_from_equations,
@@ -139,8 +139,11 @@ def predict_stone_at_step_end(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Compute the inertial acceleration from base motion and gravity at the end of each stack's attempted step."""
+def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
+    """Start each stack's attempted step: set its length, and the inertial acceleration (with gravity) at its end.
+
+    Contact changes and energy losses of the step are cleared.
+    """
     for j in range(round_to_vector_multiple(lane_count)):
         length, time, shaking = (
             load_attempt(case_rows, j).length_in_ticks,
@@ -192,8 +195,8 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clear_joint_sums(joint_rows: Any, lane_count: int) -> None:
-    """Reset the sums over the contact points of a stone with its support, for all stacks in parallel."""
+def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) -> None:
+    """Reset landing times, height range and normal force sums of the contact points of two stones, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = (
@@ -226,8 +229,8 @@ def update_landing_times_with_contact_point(joint_rows: Any, point_rows: Any, la
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_point_normal_force(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
-    """Predict the normal force at one contact point of two stones and add it to their sums, for all stacks."""
+def add_predicted_point_force_to_joint_sums(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+    """Predict the normal force at a contact point of two stones and add it to their contact's sums, in all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point_rows, j)
         landing, old, half = (
@@ -241,21 +244,23 @@ def predict_point_normal_force(case_rows: Any, joint_rows: Any, point_rows: Any,
             <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
         )
         pressure, on = predicted_force_per_share_and_contact_flag(
-            joint, frame, place, old, (fine, contact_points_land_together(landing), waits)
+            joint, frame, place, old, (fine, stone_base_lands_flat(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
         store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_joint_friction(case_rows: Any, upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Predict the friction between a stone and its support, with its terms in the equations, for all stacks."""
+def predict_joint_friction_and_equations(
+    case_rows: Any, upper_stone_rows: Any, joint_rows: Any, lane_count: int
+) -> None:
+    """Predict the friction between a stone and its support, and the equation terms of their contact, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
         joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
         old, half, flat = (
             load_history(joint_rows, j),
             load_time(case_rows, j).half_step_length_s,
-            contact_points_land_together(load_landing(joint_rows, j)),
+            stone_base_lands_flat(load_landing(joint_rows, j)),
         )
         fine = (
             load_attempt(case_rows, j).length_in_ticks
@@ -269,7 +274,7 @@ def predict_joint_friction(case_rows: Any, upper_stone_rows: Any, joint_rows: An
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def rotate_joint_equations(joint_rows: Any, lane_count: int) -> None:
+def rotate_joint_equations_to_ground_axes(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
     for j in range(round_to_vector_multiple(lane_count)):
         axes = load_joint_pose(joint_rows, j).axes

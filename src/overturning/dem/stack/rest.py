@@ -154,10 +154,10 @@ def moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessSh
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_point_unloading_acceleration_g(
+def first_point_unloading_acceleration_g(
     joint_point_rows: Any, lane: int, mass_centre_above_in_lower_face_frame: Vector3
 ) -> float:
-    """Return the base acceleration over g, in the worst direction, that unloads a contact point of two stones.
+    """Return the least base acceleration over g, in the worst direction, that unloads a contact point of two stones.
 
     `mass_centre_above_in_lower_face_frame` is the centre of mass of the stones above, m. The pressure is a linear
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
@@ -236,12 +236,12 @@ def onset_acceleration_g_of_current_stack_state(
             minus(Vector3(one * above.mass_times_x, one * above.mass_times_y, one * above.mass_times_z), origin),
         )
         raised = Vector3(centre.x, centre.y, centre.z - level)
-        onset = min(onset, contact_point_unloading_acceleration_g(joint[JOINT_SIZE:], lane, raised), friction)
+        onset = min(onset, first_point_unloading_acceleration_g(joint[JOINT_SIZE:], lane, raised), friction)
     return onset if above.mass > 0.0 else 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def base_acceleration_limit_g_of_stack_at_rest(
+def rest_acceleration_limit_g_or_0_if_moving(
     stack_states: Any, lane: int, stone_count: int, max_corner_count: int
 ) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""

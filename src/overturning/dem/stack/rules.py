@@ -40,11 +40,11 @@ from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     POINT_ROW_LAYOUT,
 )
-from overturning.dem.stack.path import record_motion_of_first_stack
+from overturning.dem.stack.path import write_stack_trajectory_row
 from overturning.dem.stack.rest import (
     MAY_BE_AT_REST_ROW_OFFSET,
-    base_acceleration_limit_g_of_stack_at_rest,
     mark_possibly_resting_stacks,
+    rest_acceleration_limit_g_or_0_if_moving,
 )
 from overturning.dem.stack.start import write_initial_stack_state
 from overturning.dem.stack.state import (
@@ -54,7 +54,7 @@ from overturning.dem.stack.state import (
     StoneFallState,
     StonePeakTilt,
 )
-from overturning.dem.stack.step import advance_stacks, state_array_length_per_joint
+from overturning.dem.stack.step import attempt_time_steps_of_stacks, state_array_length_per_joint
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
     CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
@@ -126,14 +126,14 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
 
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, case_index_by_lane: Any, lane_count: int) -> None:
     """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
-    start_sample_and_load_base_motion(
+    advance_sample_and_load_base_motion(
         workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_row_by_case,
         case_index_by_lane, kernel_input.ground_motion, kernel_input.settings,
     )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def start_sample_and_load_base_motion(
+def advance_sample_and_load_base_motion(
     stack_states: Any,
     stone_count: int,
     lane_count: int,
@@ -189,12 +189,12 @@ def attempt_steps_until_next_check(
         trajectory_buffer = grow_trajectory_array(trajectory_buffer, recorded_row_count + 1, most_rows)
         if trajectory_buffer.shape[0] == recorded_row_count:
             return trajectory_buffer, -1
-        record_motion_of_first_stack(
+        write_stack_trajectory_row(
             workspace.state, stones, interval, settings.ticks_per_sample, trajectory_buffer[recorded_row_count]
         )
         due = trajectory_buffer[recorded_row_count - 1, 0] + 0.999 * interval if recorded_row_count > 0 else 0.0
         recorded_row_count += 1 if trajectory_buffer[recorded_row_count, 0] >= due else 0
-    advance_stacks(
+    attempt_time_steps_of_stacks(
         workspace.state, stones, limit, corners, workspace.used_point_count_and_indices, lane_count,
         settings.attempted_steps_between_end_checks, settings.ticks_per_sample,
     )  # fmt: skip
@@ -258,7 +258,7 @@ def skip_quiet_samples_of_resting_cases(
         direction = row[case_index_by_lane[j]]
         if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude_factor, bound):
             continue
-        rest_limit = base_acceleration_limit_g_of_stack_at_rest(state, j, stones, corners)
+        rest_limit = rest_acceleration_limit_g_or_0_if_moving(state, j, stones, corners)
         if rest_limit > 0.0:
             samples = count_skippable_samples(ground, direction, now, course.amplitude_factor, rest_limit)
             state[SAMPLE + j] += samples

@@ -42,12 +42,12 @@ class JointConstantsOfStack:
         return np.asarray(self.joint_table["normal_dashpot"] / self.joint_table["normal_stiffness"])
 
     @property
-    def stones_above_mass_centre_to_side_distance(self) -> FloatArray:
+    def min_side_distances_from_mass_centre_above(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
         return np.array([patch.side_distances_from_mass_centre_above.min() for patch in self.contact_patches])
 
     @property
-    def stones_above_mass_centre_height_above_joint(self) -> FloatArray:
+    def mass_centre_heights_above_joints(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
         return np.array([patch.height_of_centre_of_all_mass_above for patch in self.contact_patches])
 
@@ -82,7 +82,9 @@ def joint_constants_of_stack(stones: list[StackStone], contact_properties: Verte
     return table
 
 
-def initial_stone_table(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> NDArray[np.void]:
+def stone_constants_and_initial_states_table(
+    stones: list[StackStone], joint_constants: JointConstantsOfStack
+) -> NDArray[np.void]:
     """Return constants and initial states of a stack's stones at rest, of type `STONE_TABLE_DTYPE`, shape (stones,)."""
     table, level = np.zeros(len(stones), STONE_TABLE_DTYPE), 0.0
     pose = static_displacements_and_rotations(stones, joint_constants)
@@ -320,7 +322,7 @@ def spring_energy_at_rest(stones: list[StackStone], joint_constants: JointConsta
     )
 
 
-def motion_onset_acceleration_g(
+def motion_onset_acceleration_g_by_case(
     joint_constants: JointConstantsOfStack, friction_by_case_and_joint: FloatArray
 ) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
@@ -331,8 +333,8 @@ def motion_onset_acceleration_g(
     return np.minimum(
         float(
             np.min(
-                joint_constants.stones_above_mass_centre_to_side_distance
-                / joint_constants.stones_above_mass_centre_height_above_joint
+                joint_constants.min_side_distances_from_mass_centre_above
+                / joint_constants.mass_centre_heights_above_joints
             )
         ),
         friction_by_case_and_joint.min(axis=1),

@@ -5,37 +5,41 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
-from overturning.dem.stack.clip import clip_base_sides, clip_sides_of_lower_face, slice_contact_point_rows
+from overturning.dem.stack.clip import (
+    clip_base_sides_and_add_patch_perimeter,
+    clip_lower_sides_and_add_patch_perimeter,
+    slice_contact_point_rows,
+)
 from overturning.dem.stack.end_loops import (
-    accept_or_reject_steps,
     add_force_times_pressure_centre_distance,
-    complete_stone_step,
-    compute_joint_force_and_moment,
-    compute_point_normal_force,
-    mark_joints_with_loaded_non_corner_point,
+    compute_joint_forces_and_add_to_stones,
+    compute_point_normal_force_and_new_state,
+    decide_step_acceptance_and_advance_clock,
+    mark_joints_that_use_a_non_corner_point,
     store_contact_point_states_after_accepted_steps,
     store_joint_states_after_accepted_steps,
-    store_relative_velocity_changes,
+    store_joint_velocity_change_and_clear_sums,
+    store_stone_and_energy_if_step_accepted,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.patch import (
-    all_bases_on_lower_face,
     any_stack_uses_contact_point,
     place_contact_points_of_partial_patch,
     predict_base_corner_positions,
     predict_motion_relative_to_ground,
     predict_motion_relative_to_stone_below,
+    update_rim_distance_and_check_full_support,
 )
 from overturning.dem.stack.predict_loops import (
-    clear_joint_sums,
+    add_predicted_point_force_to_joint_sums,
     compute_upper_stone_velocity_corrections,
     eliminate_upper_stone_of_each_stack,
-    predict_inertial_acceleration,
-    predict_joint_friction,
-    predict_point_normal_force,
+    predict_joint_friction_and_equations,
     predict_stone_motion_and_equations,
-    rotate_joint_equations,
+    reset_landing_times_and_normal_force_sums,
+    rotate_joint_equations_to_ground_axes,
     solve_velocity_corrections_of_lowest_stones,
+    start_step_and_predict_inertial_acceleration,
     update_landing_times_with_contact_point,
 )
 from overturning.dem.stack.rim import (
@@ -60,7 +64,7 @@ def state_array_length_per_joint(max_corner_count: int) -> int:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def predict_contact_patch_forces(
+def predict_contact_points_and_patch_forces(
     case_rows: Any,
     upper_stone_rows: Any,
     lower_stone_rows: Any,
@@ -81,11 +85,11 @@ def predict_contact_patch_forces(
     for i in range(upper_count):
         used_point_count_and_indices[1 + i] = i
     count = upper_count
-    if lower_count > 0 and not all_bases_on_lower_face(
+    if lower_count > 0 and not update_rim_distance_and_check_full_support(
         joint_rows, joint_point_rows, upper_count, lower_count, lane_count
     ):
-        clip_base_sides(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
-        clip_sides_of_lower_face(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        clip_base_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        clip_lower_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         place_contact_points_of_partial_patch(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         sum_contact_normals(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
@@ -97,19 +101,19 @@ def predict_contact_patch_forces(
                 joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
             )
     used_point_count_and_indices[0] = count
-    clear_joint_sums(joint_rows, lane_count)
+    reset_landing_times_and_normal_force_sums(joint_rows, lane_count)
     for n in range(count):
         update_landing_times_with_contact_point(
             joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
         )
     for n in range(count):
-        predict_point_normal_force(
+        add_predicted_point_force_to_joint_sums(
             case_rows,
             joint_rows,
             slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]),
             lane_count,
         )
-    predict_joint_friction(case_rows, upper_stone_rows, joint_rows, lane_count)
+    predict_joint_friction_and_equations(case_rows, upper_stone_rows, joint_rows, lane_count)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -124,9 +128,11 @@ def compute_contact_patch_forces(
     none_unless_on_ground: Any,
 ) -> None:
     """Compute the contact forces of two stones at the end of the step, from the solved equations."""
-    store_relative_velocity_changes(upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground)
+    store_joint_velocity_change_and_clear_sums(
+        upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground
+    )
     for n in range(used_point_count_and_indices[0]):
-        compute_point_normal_force(
+        compute_point_normal_force_and_new_state(
             case_rows,
             joint_rows,
             slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]),
@@ -136,7 +142,7 @@ def compute_contact_patch_forces(
         add_force_times_pressure_centre_distance(
             joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
         )
-    compute_joint_force_and_moment(
+    compute_joint_forces_and_add_to_stones(
         case_rows, upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground
     )
 
@@ -154,9 +160,9 @@ def store_accepted_stack_states(
     for s in range(stone_count):
         stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
         if s == 0:
-            complete_stone_step(case, stone, lane_count, 1)
+            store_stone_and_energy_if_step_accepted(case, stone, lane_count, 1)
         else:
-            complete_stone_step(case, stone, lane_count, None)
+            store_stone_and_energy_if_step_accepted(case, stone, lane_count, None)
         at = first + s * state_array_length_per_joint
         store_joint_states_after_accepted_steps(case, stack_states[at : at + JOINT_SIZE], lane_count)
         points = stack_states[at + JOINT_SIZE : at + state_array_length_per_joint]
@@ -167,7 +173,7 @@ def store_accepted_stack_states(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def advance_stacks(
+def attempt_time_steps_of_stacks(
     stack_states: Any,
     stone_count: int,
     max_corner_count: int,
@@ -181,7 +187,7 @@ def advance_stacks(
     case = stack_states[:CASE_SIZE]
     first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
     for _ in range(attempted_step_count):
-        predict_inertial_acceleration(case, lane_count, ticks_per_sample)
+        start_step_and_predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
             stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             predict_stone_motion_and_equations(case, stone, lane_count)
@@ -191,7 +197,7 @@ def advance_stacks(
             joint, points = stack_states[at : at + JOINT_SIZE], stack_states[at + JOINT_SIZE : at + size]
             if s == 0:
                 predict_motion_relative_to_ground(stone, joint, lane_count)
-                predict_contact_patch_forces(
+                predict_contact_points_and_patch_forces(
                     case,
                     stone,
                     stone,
@@ -205,10 +211,10 @@ def advance_stacks(
                 lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_count_by_stone[s]), int(corner_count_by_stone[s - 1]))
-                predict_contact_patch_forces(
+                predict_contact_points_and_patch_forces(
                     case, stone, lower, joint, points, both, used_point_count_and_indices[s], lane_count
                 )
-                rotate_joint_equations(joint, lane_count)
+                rotate_joint_equations_to_ground_axes(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
             stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
             lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
@@ -237,8 +243,8 @@ def advance_stacks(
                     case, stone, lower, joint, points, used_point_count_and_indices[s], lane_count, None
                 )
                 for n in range(corner_count_by_stone[s], used_point_count_and_indices[s, 0]):
-                    mark_joints_with_loaded_non_corner_point(
+                    mark_joints_that_use_a_non_corner_point(
                         joint, slice_contact_point_rows(points, used_point_count_and_indices[s, 1 + n]), lane_count
                     )
-        accept_or_reject_steps(case, lane_count, ticks_per_sample)
+        decide_step_acceptance_and_advance_clock(case, lane_count, ticks_per_sample)
         store_accepted_stack_states(stack_states, stone_count, size, used_point_count_and_indices, lane_count)

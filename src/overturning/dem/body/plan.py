@@ -128,7 +128,7 @@ class BodySimulationPlan(SimulationPlan3D):
             body_constants_by_size=self.body_constants_by_size,
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
-            fall_limits_by_lean_sector=np.stack(
+            fall_limits_by_size_and_lean_sector=np.stack(
                 [body.lean_sector_start_vector_and_fall_dot_limit for body in self.solids_by_size]
             ),
         )

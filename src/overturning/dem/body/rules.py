@@ -76,7 +76,7 @@ LOOP_BY_BASE_SHAPE_TAG: Final[dict[type, Any]] = {
     PolygonalBaseLoopTag: build_time_stepping_loop(False),
     RoundBaseLoopTag: build_time_stepping_loop(True),
 }
-"""Function that computes the steps of a sample, by the type of the selector."""
+"""Compiled function that attempts time steps, by the type of the tag that selects it."""
 
 
 class BodyKernelInput(NamedTuple):
@@ -90,7 +90,7 @@ class BodyKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground_motion: GroundMotion
     base_shape_loop_tag: Any
-    """Marker of the bodies, of a type in `LOOP_BY_BASE_SHAPE_TAG`."""
+    """Value whose type, a key of `LOOP_BY_BASE_SHAPE_TAG`, selects the time loop."""
     body_constants_by_size: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
     vertices_and_base_edges_by_size: FloatArray
@@ -98,7 +98,7 @@ class BodyKernelInput(NamedTuple):
     distance (m) of the edge of the base that starts there."""
     base_vertex_count: int
     """Number of vertices of the base."""
-    fall_limits_by_lean_sector: FloatArray
+    fall_limits_by_size_and_lean_sector: FloatArray
     """Sectors of each body, see `overturning.model.solid.RigidSolid`, shape (bodies, sectors, 5)."""
 
 
@@ -372,7 +372,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
     end, sectors = (
         float(kernel_input.settings.sample_count),
-        kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case_index].body],
+        kernel_input.fall_limits_by_size_and_lean_sector[kernel_input.cases[case_index].body],
     )
     return update_late_tilt_and_return_case_status(
         workspace.state,
@@ -387,7 +387,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case_index: int, status: int) -> None:
     """Write the results of case number `case_index`, stored in column `lane`, into `kernel_input.results`."""
-    sectors = kernel_input.fall_limits_by_lean_sector[kernel_input.cases[case_index].body]
+    sectors = kernel_input.fall_limits_by_size_and_lean_sector[kernel_input.cases[case_index].body]
     write_case_results(workspace.state, workspace.vertex_rows, lane, status, kernel_input.results[case_index], sectors)
 
 

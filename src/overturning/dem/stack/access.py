@@ -19,6 +19,7 @@ from overturning.dem.stack.joint_state import (
     ContactNormalSums,
     ContactPointPosition,
     FaceCorner,
+    FlatLandingTimesAndPointHeights,
     JointAtStepStartAndEnd,
     JointConstants,
     JointEquations,
@@ -27,7 +28,6 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
     JointPointAtStepStartAndEnd,
     JointRelativeMotion,
-    RemainingFlatLandingTimes,
     SidePartInContactPatch,
     SolvedContactForceSums,
     SumOfForceTimesDistance,
@@ -92,7 +92,7 @@ load_joint_change, store_joint_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_wri
     JointEquations, "force_and_moment_or_velocity_change"
 )
 load_joint_pose, store_joint_pose, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
-load_landing, store_landing, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(RemainingFlatLandingTimes)
+load_landing, store_landing, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(FlatLandingTimesAndPointHeights)
 load_next_history, store_next_history, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "new")
 load_normal, store_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
 load_rim, store_rim, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
@@ -124,7 +124,7 @@ STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of
     JointPointAtStepStartAndEnd, "old.joint_stiffness_share"
 )
 """Array index, in the rows of a contact point, at which its stiffness shares after the last step start."""
-NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET, NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET = (
-    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.has_loaded_non_corner_point")
+USES_NON_CORNER_AT_STEP_START_ROW_OFFSET, USES_NON_CORNER_AT_STEP_END_ROW_OFFSET = (
+    JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.uses_non_corner_point")
     for end in ("old", "new")
 )

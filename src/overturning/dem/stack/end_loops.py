@@ -31,8 +31,8 @@ from overturning.dem.kernel.lanes import (
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
-    NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET,
     STIFFNESS_SHARE_ROW_OFFSET,
+    USES_NON_CORNER_AT_STEP_END_ROW_OFFSET,
     add_losses,
     larger_of,
     load_account,
@@ -175,7 +175,7 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
             (load_time(case_rows, j).half_step_length_s, stone_base_lands_flat(landing),
              remaining_landing_time_of_new_contact(joint, landing),
              point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
-             landing.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S),
+             landing.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S),
         )  # fmt: skip
         store_next_point(point_rows, j, new)
         store_point_sum(joint_rows, j, add_end(load_point_sum(joint_rows, j), end))
@@ -260,10 +260,10 @@ def mark_joints_that_use_a_non_corner_point(joint_rows: Any, point_rows: Any, la
     Such a base extends beyond the rim of the face below.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j] = select(
+        joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j] = select(
             point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0,
             1.0,
-            joint_rows[NON_CORNER_LOAD_AT_STEP_END_ROW_OFFSET + j],
+            joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j],
         )
 
 

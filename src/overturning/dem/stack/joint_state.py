@@ -88,7 +88,7 @@ class JointContactState(NamedTuple):
     """Normal force, N."""
     slid_in_last_step: float
     """1 if the joint slid in the last step, or in an attempt rejected since; else 0."""
-    has_loaded_non_corner_point: float
+    uses_non_corner_point: float
     """1 if a contact point other than a corner of the upper stone had a share of the stiffness, else 0."""
 
 
@@ -99,15 +99,15 @@ class JointAtStepStartAndEnd(NamedTuple):
     new: JointContactState
 
 
-class RemainingFlatLandingTimes(NamedTuple):
+class FlatLandingTimesAndPointHeights(NamedTuple):
     """Shortest and longest time left (s) in a flat landing of a stone, and lowest and highest contact point (m).
 
     The times are those over the contact points of two stones, in the impact of a base that lands flat.
     """
 
-    shortest_time_of_points: float
+    shortest_landing_time_of_points: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
-    longest_time_of_loaded_points: float
+    longest_landing_time_of_loaded_points: float
     """Longest remaining landing time of loaded points, s; a large negative number if none is loaded."""
     lowest_point_height_above_lower_face: float
     """Smallest height of a point of the patch above the lower face at the predicted end of the step, m."""
@@ -310,8 +310,8 @@ class SolvedContactForceSums(NamedTuple):
 
 
 JOINT_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, RemainingFlatLandingTimes, JointFrameAxesAndOrigin,
-    ContactNormalSums, JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance,
+    PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, FlatLandingTimesAndPointHeights,
+    JointFrameAxesAndOrigin, ContactNormalSums, JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance,
     JointFrictionInStepEquations, JointEquations, SolvedContactForceSums
 )  # fmt: skip
 POINT_ROW_LAYOUT: Final = TupleRowLayout(

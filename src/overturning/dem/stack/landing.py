@@ -10,8 +10,8 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     ContactPointState,
+    FlatLandingTimesAndPointHeights,
     JointConstants,
-    RemainingFlatLandingTimes,
 )
 
 SHORTEST_LANDING_TIME_WITHOUT_POINTS_S: Final = 1e300
@@ -27,20 +27,20 @@ PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 
 
 @njit(**INLINE_OPTIONS)
-def stone_base_lands_flat(landing_times_and_heights: RemainingFlatLandingTimes) -> bool:
+def stone_base_lands_flat(landing_times_and_heights: FlatLandingTimesAndPointHeights) -> bool:
     """True while a flat landing of a stone lasts: all contact points with its support touch down in one impact.
 
     Dashpots may pull during this impact.
     """
-    return (landing_times_and_heights.shortest_time_of_points > 0.0) & (
-        landing_times_and_heights.shortest_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
+    return (landing_times_and_heights.shortest_landing_time_of_points > 0.0) & (
+        landing_times_and_heights.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
     )
 
 
 @njit(**INLINE_OPTIONS)
 def point_contact_is_deferred(
     joint_constants: JointConstants,
-    landing_times_and_heights: RemainingFlatLandingTimes,
+    landing_times_and_heights: FlatLandingTimesAndPointHeights,
     point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState,
     min_base_corner_distance_inside_rim: float,
@@ -86,10 +86,10 @@ def point_contact_is_deferred(
 
 @njit(**INLINE_OPTIONS)
 def include_point_in_landing_times_and_heights(
-    landing_times_and_heights: RemainingFlatLandingTimes,
+    landing_times_and_heights: FlatLandingTimesAndPointHeights,
     point_state_at_step_start: ContactPointState,
     point_position: ContactPointPosition,
-) -> RemainingFlatLandingTimes:
+) -> FlatLandingTimesAndPointHeights:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = (
         point_position.base_height_above_lower_face
@@ -110,22 +110,25 @@ def include_point_in_landing_times_and_heights(
     left = (
         point_state_at_step_start.remaining_flat_landing_time
         if counts
-        & (point_state_at_step_start.remaining_flat_landing_time < landing_times_and_heights.shortest_time_of_points)
-        else landing_times_and_heights.shortest_time_of_points
+        & (
+            point_state_at_step_start.remaining_flat_landing_time
+            < landing_times_and_heights.shortest_landing_time_of_points
+        )
+        else landing_times_and_heights.shortest_landing_time_of_points
     )
     longest = longest_landing_time_including_point(
-        landing_times_and_heights.longest_time_of_loaded_points,
+        landing_times_and_heights.longest_landing_time_of_loaded_points,
         point_state_at_step_start.remaining_flat_landing_time,
         point_state_at_step_start.penetration,
     )
-    return RemainingFlatLandingTimes(
-        left, longest if counts else landing_times_and_heights.longest_time_of_loaded_points, lowest, highest
+    return FlatLandingTimesAndPointHeights(
+        left, longest if counts else landing_times_and_heights.longest_landing_time_of_loaded_points, lowest, highest
     )
 
 
 @njit(**INLINE_OPTIONS)
 def remaining_landing_time_of_new_contact(
-    joint_constants: JointConstants, landing_times_and_heights: RemainingFlatLandingTimes
+    joint_constants: JointConstants, landing_times_and_heights: FlatLandingTimesAndPointHeights
 ) -> float:
     """Return the time left (s) in a flat landing for a point that comes into contact.
 
@@ -133,6 +136,7 @@ def remaining_landing_time_of_new_contact(
     """
     return (
         joint_constants.flat_landing_duration_s
-        if landing_times_and_heights.longest_time_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
-        else landing_times_and_heights.longest_time_of_loaded_points
+        if landing_times_and_heights.longest_landing_time_of_loaded_points
+        == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        else landing_times_and_heights.longest_landing_time_of_loaded_points
     )

@@ -29,9 +29,9 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
-    NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET,
     STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET,
     STIFFNESS_SHARE_ROW_OFFSET,
+    USES_NON_CORNER_AT_STEP_START_ROW_OFFSET,
     load_axes,
     load_clip,
     load_constants,
@@ -233,7 +233,7 @@ def update_rim_distance_and_check_full_support(
         number += (
             1
             if (joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j] < 0.0)
-            | (joint_rows[NON_CORNER_LOAD_AT_STEP_START_ROW_OFFSET + j] > 0.0)
+            | (joint_rows[USES_NON_CORNER_AT_STEP_START_ROW_OFFSET + j] > 0.0)
             else 0
         )
     return number == 0

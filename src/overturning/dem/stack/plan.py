@@ -79,15 +79,15 @@ class StackSimulationPlan(SimulationPlan3D):
     ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
     model: Stack
-    stones_by_stack: NDArray[np.void]  # shape (stacks, stones)
-    joints_by_stack: NDArray[np.void]  # shape (stacks, stones)
+    stone_table_by_stack: NDArray[np.void]  # shape (stacks, stones)
+    joint_table_by_stack: NDArray[np.void]  # shape (stacks, stones)
     face_corners_by_stack: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
     corner_counts_by_stone: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
     friction_by_case_and_joint: FloatArray  # shape (n, stones)
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, shape (cases, stones)."""
-        each = np.zeros((case_count, self.stones_by_stack.shape[1]), STONE_RESULT_TABLE_DTYPE)
+        each = np.zeros((case_count, self.stone_table_by_stack.shape[1]), STONE_RESULT_TABLE_DTYPE)
         return {"results": np.zeros(case_count, RESULT_TABLE_DTYPE), "each": each}
 
     def kernel_input(
@@ -102,8 +102,8 @@ class StackSimulationPlan(SimulationPlan3D):
             **queued,
             stone_results=result_tables["each"],
             friction_by_case_and_joint=self.friction_by_case_and_joint[case_numbers],
-            stones_by_stack=self.stones_by_stack,
-            joints_by_stack=self.joints_by_stack,
+            stone_table_by_stack=self.stone_table_by_stack,
+            joint_table_by_stack=self.joint_table_by_stack,
             corner_counts_by_stone=self.corner_counts_by_stone,
             face_corners_by_stack=self.face_corners_by_stack,
         )
@@ -115,7 +115,7 @@ class StackSimulationPlan(SimulationPlan3D):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.case_table["stack"][case_numbers]
-        each["slip_x_on_support_at_end"] -= base_x_offsets_from_support_at_rest(self.stones_by_stack)[stack]
+        each["slip_x_on_support_at_end"] -= base_x_offsets_from_support_at_rest(self.stone_table_by_stack)[stack]
         return outcome_variables_of_stacks(
             result_tables["results"], each, orientation, self.orientation_cosines_north_east[case_numbers]
         )
@@ -126,7 +126,8 @@ class StackSimulationPlan(SimulationPlan3D):
         It has no rows unless `is_recorded`.
         """
         columns = (
-            TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * self.stones_by_stack.shape[1]
+            TRAJECTORY_COLUMN_COUNT_BEFORE_STONES
+            + TRAJECTORY_COLUMN_COUNT_PER_STONE * self.stone_table_by_stack.shape[1]
         )
         rows = (
             int(self.case_table[0]["end_sample_if_undecided"] - self.first_simulated_sample[0]) + 3
@@ -138,7 +139,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the stack at rest, one for each of the first `sample_count` samples."""
-        count, amplitude = self.stones_by_stack.shape[1], float(self.case_table[0]["amplitude_factor"])
+        count, amplitude = self.stone_table_by_stack.shape[1], float(self.case_table[0]["amplitude_factor"])
         rows = np.zeros(
             (sample_count, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * count)
         )
@@ -146,7 +147,7 @@ class StackSimulationPlan(SimulationPlan3D):
         rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
         rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
         for stone, columns in zip(
-            self.stones_by_stack[0],
+            self.stone_table_by_stack[0],
             np.split(rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:], count, axis=1),
             strict=True,
         ):
@@ -173,7 +174,7 @@ class StackSimulationPlan(SimulationPlan3D):
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.orientation_cosines_north_east[0].tolist()
-        critical = np.arcsin(np.sqrt(self.stones_by_stack[0]["critical_lean_squared_sine_on_contact_patch"]))
+        critical = np.arcsin(np.sqrt(self.stone_table_by_stack[0]["critical_lean_squared_sine_on_contact_patch"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
 
@@ -340,8 +341,8 @@ def plan_stack_simulation(
         "max_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
         "min_side_distance_of_mass_centre_above_joint": side[which],
-        "max_share_of_onset_acceleration_at_rest": rest_share,
-        "max_base_acceleration_at_rest_g": rest_share * friction.min(axis=1),
+        "rest_limit_to_onset_acceleration_ratio": rest_share,
+        "rest_acceleration_limit_upper_bound_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which], "end_sample_if_undecided": samples + np.ceil(late[which] / interval),
         **pace,
@@ -354,9 +355,9 @@ def plan_stack_simulation(
         motion=motion,
         cases=cases,
         numerics=numerics,
-        stones_by_stack=tables,
+        stone_table_by_stack=tables,
         friction_by_case_and_joint=friction,
-        joints_by_stack=np.stack([table.joint_table for table in joints]),
+        joint_table_by_stack=np.stack([table.joint_table for table in joints]),
         face_corners_by_stack=_face_corner_table(stacks),
         corner_counts_by_stone=np.array([len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]]),
         orientation_cosines_north_east=cosines,

@@ -68,7 +68,7 @@ from overturning.dem.stack.joint_point import (
     normal_force_sum_terms_of_point,
     predicted_force_per_share_and_contact_flag,
 )
-from overturning.dem.stack.joint_state import JointNormalForceSums, RemainingFlatLandingTimes
+from overturning.dem.stack.joint_state import FlatLandingTimesAndPointHeights, JointNormalForceSums
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
     include_point_in_landing_times_and_heights,
@@ -205,7 +205,7 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
         store_landing(
             joint_rows,
             j,
-            RemainingFlatLandingTimes(
+            FlatLandingTimesAndPointHeights(
                 SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
                 longest,
                 SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,

@@ -89,7 +89,7 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
         most = (
             1.001
             * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
-            * load_rest(stack_states, j).max_base_acceleration_at_rest_g
+            * load_rest(stack_states, j).rest_acceleration_limit_upper_bound_g
             * GRAVITY
         )
         slow = most * (load_case(stack_states, j).tick_length_s * length)
@@ -249,7 +249,7 @@ def rest_acceleration_limit_g_or_0_if_moving(
         return 0.0
     limit = load_rest(
         stack_states, lane
-    ).max_share_of_onset_acceleration_at_rest * onset_acceleration_g_of_current_stack_state(
+    ).rest_limit_to_onset_acceleration_ratio * onset_acceleration_g_of_current_stack_state(
         stack_states, lane, stone_count, max_corner_count
     )
     return limit if limit > 0.0 and stones_stand_upright_and_still(stack_states, lane, stone_count, limit) else 0.0

@@ -85,9 +85,9 @@ class StackKernelInput(NamedTuple):
     ground_motion: GroundMotion
     friction_by_case_and_joint: FloatArray
     """Coefficient of friction of each joint, shape (n, stones)."""
-    stones_by_stack: NDArray[np.void]
+    stone_table_by_stack: NDArray[np.void]
     """Constants and initial state of the stones of each stack, of type `STONE_TABLE_DTYPE`, shape (stacks, stones)."""
-    joints_by_stack: NDArray[np.void]
+    joint_table_by_stack: NDArray[np.void]
     """Contact constants of the joint below each stone, of type `JOINT_TABLE_DTYPE`, shape (stacks, stones)."""
     corner_counts_by_stone: NDArray[np.int64]
     """Number of corners of each stone's faces, shape (stones,)."""
@@ -116,7 +116,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
         workspace.state,
         lane,
         given,
-        (kernel_input.stones_by_stack[given.stack], kernel_input.joints_by_stack[given.stack]),
+        (kernel_input.stone_table_by_stack[given.stack], kernel_input.joint_table_by_stack[given.stack]),
         kernel_input.friction_by_case_and_joint[case_index],
         kernel_input.face_corners_by_stack[given.stack],
         kernel_input.corner_counts_by_stone,
@@ -250,7 +250,7 @@ def skip_quiet_samples_of_resting_cases(
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
-        course, bound = load_course(state, j), load_rest(state, j).max_base_acceleration_at_rest_g
+        course, bound = load_course(state, j), load_rest(state, j).rest_acceleration_limit_upper_bound_g
         now = course.current_sample + state[TICK + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):
@@ -271,7 +271,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     return stop_fallen_stones_and_return_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
-        kernel_input.stones_by_stack[kernel_input.cases[case_index].stack],
+        kernel_input.stone_table_by_stack[kernel_input.cases[case_index].stack],
     )  # fmt: skip
 
 
@@ -284,7 +284,7 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
         stones,
         corners,
         status,
-        kernel_input.stones_by_stack[kernel_input.cases[case_index].stack].centre_height_at_rest,
+        kernel_input.stone_table_by_stack[kernel_input.cases[case_index].stack].centre_height_at_rest,
         kernel_input.results[case_index],
         kernel_input.stone_results[case_index],
     )

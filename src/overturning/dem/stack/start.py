@@ -78,7 +78,9 @@ def write_initial_stack_state(
         stack_states,
         lane,
         StackRestFlagAndLimits(
-            case_table_row.max_share_of_onset_acceleration_at_rest, case_table_row.max_base_acceleration_at_rest_g, 0.0
+            case_table_row.rest_limit_to_onset_acceleration_ratio,
+            case_table_row.rest_acceleration_limit_upper_bound_g,
+            0.0,
         ),
     )
     store_attempt(stack_states, lane, NextStepToAttempt(case_table_row.shortest_step_ticks, steps, 0.0))

@@ -42,10 +42,10 @@ class StackTickLengthAndLimits(NamedTuple):
 class StackRestFlagAndLimits(NamedTuple):
     """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
 
-    max_share_of_onset_acceleration_at_rest: float
-    """Share of the acceleration that slides or unloads a joint, up to which nothing moves; 0: no sample is skipped."""
-    max_base_acceleration_at_rest_g: float
-    """Largest base acceleration over g up to which the stack can stay at rest."""
+    rest_limit_to_onset_acceleration_ratio: float
+    """Ratio of the acceleration up to which a stack at rest stays at rest to that which slides or unloads a joint."""
+    rest_acceleration_limit_upper_bound_g: float
+    """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     may_be_at_rest_at_sample_start: float
     """1 if the stack may be at rest at the beginning of the sample, else 0."""
 

@@ -26,10 +26,10 @@ class StackCaseTableColumns(NamedTuple):
     """Largest kinetic energy of a stack at rest, J."""
     min_side_distance_of_mass_centre_above_joint: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
-    max_share_of_onset_acceleration_at_rest: float
+    rest_limit_to_onset_acceleration_ratio: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
-    max_base_acceleration_at_rest_g: float
-    """Largest base acceleration over g up to which the stack can stay at rest; 0 if no sample is skipped."""
+    rest_acceleration_limit_upper_bound_g: float
+    """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     first_simulated_sample: float
     """First sample that is computed."""
     last_onset_sample: float

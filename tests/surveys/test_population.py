@@ -295,11 +295,11 @@ def test_fragility_fits_separate_spread_of_records_from_that_of_stones() -> None
     )
     curves = {(one.measure, one.stone_class): one for one in fit_population_fragility_curves(found, intensity)}
     own = curves["SA(0.5)", "all stones"]
-    assert (own.unit, own.median, own.log_std) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
+    assert (own.unit, own.median, own.spread) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
     assert own.log_std_between_records_and_between_stones[0] < 0.05
     other = curves["PGA", "all stones"]
     assert other.log_std_between_records_and_between_stones[0] > 0.4
-    assert np.hypot(*other.log_std_between_records_and_between_stones) == pytest.approx(other.log_std)
+    assert np.hypot(*other.log_std_between_records_and_between_stones) == pytest.approx(other.spread)
     # With the outcomes of five stones per record, shares differ by chance, not from record to record.
     fell = generator.binomial(5, rate) / 5
     few = found.assign(free_fall_rate=found["free_fall_rate"].copy(data=fell), unknown=found["unknown"] + 195 / 200)

@@ -202,7 +202,9 @@ def _direction_cell_edges_rad_or_deg(azimuths_or_orientations_deg: FloatArray, i
 def _explorer_title(cube: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the interactive page: study, variant, and the element to which height and B/H refer."""
     title = (study.title if study else "") or str(cube.attrs.get("title", ""))
-    parts = filter(None, [title, *variant_label_in_list_if_not_nominal(cube), *_list_with_note_on_size_reference_element(cube)])
+    parts = filter(
+        None, [title, *variant_label_in_list_if_not_nominal(cube), *_list_with_note_on_size_reference_element(cube)]
+    )
     return translate(", ").join(map(translate, parts))
 
 

@@ -28,7 +28,7 @@ MAX_VALUES_PER_FIT_BATCH: Final = 50_000
 
 @dataclass(frozen=True)
 class FittedFragilityCurve:
-    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/log_std), x the intensity.
+    """Fitted lognormal fragility curve of a class of stones: P(fall) = Φ(ln(x/median)/spread), x the intensity.
 
     Attributes
     ----------
@@ -36,14 +36,14 @@ class FittedFragilityCurve:
         Name of the class of stones.
     measure, unit : str
         Intensity measure and its unit.
-    median, log_std : float
+    median, spread : float
         Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
     median_interval : ConfidenceInterval
         95 % interval of the median, by bootstrap over earthquakes.
     min_fitted_intensity, max_fitted_intensity : float
         Range of the fitted intensities; the curve is not valid outside.
     record_variance_share : float
-        Share of the variance log_std² that is between records (see `variance_share_between_records`); NaN if unknown.
+        Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
     median_interval_and_log_std_within_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `max_fitted_intensity` are
         infinite, values below `min_fitted_intensity` are 0; the spread is NaN if the median lies outside.
@@ -53,7 +53,7 @@ class FittedFragilityCurve:
     measure: str
     unit: str
     median: float
-    log_std: float
+    spread: float
     median_interval: ConfidenceInterval
     min_fitted_intensity: float
     max_fitted_intensity: float
@@ -79,13 +79,13 @@ class FittedFragilityCurve:
         return (
             median,
             ConfidenceInterval(low, high),
-            self.log_std if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
+            self.spread if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
         )
 
     def fall_probability(self, intensity_in_curve_unit: ArrayLike) -> FloatArray:
         """Return the probability that a stone falls at each value of `intensity_in_curve_unit`, in `unit`."""
         over = np.asarray(intensity_in_curve_unit, dtype=np.float64) / self.median
-        return np.asarray(scipy.special.ndtr(np.log(over) / self.log_std))
+        return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
 
 def fit_lognormal_median_and_log_std(

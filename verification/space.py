@@ -15,7 +15,7 @@ from unittest import mock
 import numpy as np
 import typer
 
-from overturning.dem.kernel.balance import STEP_DIVISOR_PER_RERUN, run_cases_until_energy_balances
+from overturning.dem.kernel.balance import STEP_DIVISOR_PER_RERUN, rerun_until_energy_balances_or_mark_unstable
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation
 from overturning.dem.simulate import simulate_as_arrays
@@ -200,9 +200,9 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
             again.append(case_indices.size if step_divisor == STEP_DIVISOR_PER_RERUN else 0)
             run_selected_cases(case_indices, step_divisor)
 
-        run_cases_until_energy_balances(count_if_rerun_and_run_cases, *more)
+        rerun_until_energy_balances_or_mark_unstable(count_if_rerun_and_run_cases, *more)
 
-    with mock.patch("overturning.dem.plan.run_cases_until_energy_balances", run_cases_and_count_reruns):
+    with mock.patch("overturning.dem.plan.rerun_until_energy_balances_or_mark_unstable", run_cases_and_count_reruns):
         found, seconds = run_and_measure_min_processor_time(
             partial(simulate_case_grid_under_motions, motions, case_grid_values_by_axis=axes), 1, int
         )

@@ -6,8 +6,8 @@ import pytest
 from overturning.dem.block.commit import (
     SolvedCornerContact,
     SolvedCornerContactPair,
-    compute_corner_forces,
     contact_changes_in_block_step,
+    corner_forces_new_state_and_contact_changes,
 )
 from overturning.dem.block.state import (
     MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
@@ -29,11 +29,11 @@ from overturning.dem.kernel.clock import (
     KernelStepControl,
     NextStepToAttempt,
     StepContactChanges,
-    accept_or_reject_and_choose_next_step,
+    is_rejected_keeps_assumed_sliding_and_next_step,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
-from overturning.dem.time_step import block_highest_eigenvalue_bound, shortest_contact_time_constant
+from overturning.dem.time_step import block_highest_eigenvalue_bound, contact_time_reduced_by_damping
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
@@ -90,11 +90,11 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps_per_sample / TICKS_PER_WHOLE_STEP * ticks * refinement
     assert (
-        finest <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * shortest_contact_time_constant(square, rate)
+        finest <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * contact_time_reduced_by_damping(square, rate)
     ).all()
     assert (
         finest
-        > 0.49 * BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * shortest_contact_time_constant(square, rate)
+        > 0.49 * BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * contact_time_reduced_by_damping(square, rate)
     ).all()
 
 
@@ -132,7 +132,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
         length, end = attempt.length_in_ticks, tick + attempt.length_in_ticks
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, _, attempt = accept_or_reject_and_choose_next_step.py_func(
+        again, _, attempt = is_rejected_keeps_assumed_sliding_and_next_step.py_func(
             pace,
             case_step_control,
             attempt,
@@ -168,7 +168,7 @@ def sticking_corner_with_changed_penetration(before: float, after: float) -> Sol
     step = BlockPredictedAtStepEnd(
         **dict.fromkeys(BlockPredictedAtStepEnd._fields[:-3], 0.0), half_step_duration=0.5, left=there, right=there
     )
-    return compute_corner_forces.py_func(
+    return corner_forces_new_state_and_contact_changes.py_func(
         block,
         step,
         there,
@@ -198,7 +198,7 @@ def step_is_rejected(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(
-        accept_or_reject_and_choose_next_step.py_func(
+        is_rejected_keeps_assumed_sliding_and_next_step.py_func(
             BLOCK_STEP_CONTROL,
             case_step_control,
             NextStepToAttempt(length, 8.0, 0.0),
@@ -243,7 +243,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
     most = int(pace.max_repeats_with_corrected_sliding)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = accept_or_reject_and_choose_next_step.py_func(
+        again, _, attempt = is_rejected_keeps_assumed_sliding_and_next_step.py_func(
             pace,
             case_step_control,
             attempt,
@@ -267,7 +267,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
     )
     attempt, lengths = NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0), []
     while attempt.repeats_with_corrected_sliding == 0.0:
-        again, as_before, attempt = accept_or_reject_and_choose_next_step.py_func(
+        again, as_before, attempt = is_rejected_keeps_assumed_sliding_and_next_step.py_func(
             pace, case_step_control, attempt, begins, pace.ticks_per_whole_step, pace.ticks_per_whole_step
         )
         assert again
@@ -276,7 +276,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP_IN_SAMPLES * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
     slides = NO_CONTACT_CHANGES._replace(slides_on_all_points=True)
-    assert not accept_or_reject_and_choose_next_step.py_func(
+    assert not is_rejected_keeps_assumed_sliding_and_next_step.py_func(
         pace,
         case_step_control,
         NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0),

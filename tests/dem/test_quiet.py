@@ -6,7 +6,7 @@ import pytest
 from overturning.dem.quiet import (
     SIMULATED_LEAD_TIME_S,
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
-    find_strong_motion_ranges,
+    simulated_sample_ranges_and_stays_at_rest,
 )
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -31,7 +31,7 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
     north = level * (1.5 if vertical else 1.0)
     motion = Motion(north, 0 * north, up, sampling_interval=INTERVAL, trust_data=True)
-    first, calm, stays_at_rest = find_strong_motion_ranges(
+    first, calm, stays_at_rest = simulated_sample_ranges_and_stays_at_rest(
         motion, np.array([0]), np.array([amplitude]), north[None, :], np.array([slenderness])
     )
     assert not stays_at_rest[0]
@@ -48,5 +48,7 @@ def test_only_a_case_below_its_threshold_is_marked_as_staying_at_rest() -> None:
     north = np.full(100, 0.99 * 0.3 * STANDARD_GRAVITY)
     motion = Motion(north, 0 * north, sampling_interval=INTERVAL)
     rows, amplitudes = np.zeros(3, np.int64), np.array([1.0, 1.02, -1.02])
-    _, _, stays_at_rest = find_strong_motion_ranges(motion, rows, amplitudes, north[None, :], np.full(3, 0.3))
+    _, _, stays_at_rest = simulated_sample_ranges_and_stays_at_rest(
+        motion, rows, amplitudes, north[None, :], np.full(3, 0.3)
+    )
     assert stays_at_rest.tolist() == [True, False, False]

@@ -16,7 +16,7 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.time_step import (
     block_highest_eigenvalue_bound,
-    longest_stable_step,
+    longest_stable_or_accurate_step,
     parse_scheme,
     rocking_time_constant,
     steps_per_sample,
@@ -198,7 +198,9 @@ def _ratio_of_time_step_to_stable_step(
         sampling_interval
         / per_sample
         / float(
-            longest_stable_step(scheme, largest_spring_eigenvalue, largest_dashpot_eigenvalue, rocking_time_constant)[0]
+            longest_stable_or_accurate_step(
+                scheme, largest_spring_eigenvalue, largest_dashpot_eigenvalue, rocking_time_constant
+            )[0]
         )
     )
 

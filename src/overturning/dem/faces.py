@@ -20,10 +20,10 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 
-def simulate_grid_in_3d_and_face_planes(
+def simulate_grid_and_face_planes_if_rectangular(
     model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
-    """Simulate a grid of cases; for a rectangular 3-D body, also in the vertical planes of its faces.
+    """Simulate a grid of cases; if the body is a rectangle in 3-D, also in the vertical planes of its faces.
 
     The arrays are those of `simulate_grid` and the model's `study_variables_besides_outcomes`. A rectangle is also
     simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If it

@@ -109,7 +109,7 @@ class PlanarTrajectory:
                 "element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"
             ),
         }
-        variables |= self._outcome_variables(results)
+        variables |= self._dataset_tuples_of_outcome_variables(results)
         coordinates = {
             "time": dataset_variable_tuple("time", self.time, "s", "time after the record's start"),
             "element": ("element", [item.element.name for item in self.placed_elements]),
@@ -118,8 +118,8 @@ class PlanarTrajectory:
         weight = self.scene.gravity * sum(item.mass for item in self.placed_elements if not item.is_driven_or_held)
         return variables, coordinates, {"reference": self.scene.name_of_element_shown_by_default, "weight": weight}
 
-    def _outcome_variables(self, results: CaseResults) -> dict[str, Any]:
-        """Return the outcome variables of a case by name; those per element are missing for driven or held elements."""
+    def _dataset_tuples_of_outcome_variables(self, results: CaseResults) -> dict[str, Any]:
+        """Return dimensions, values, attributes of a case's outcomes by name; missing for driven or held elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed_elements) if not item.is_driven_or_held]
         for variable in (item for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"):

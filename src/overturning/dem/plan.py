@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import run_cases_until_energy_balances
-from overturning.dem.kernel.ground import GroundMotion, largest_upcoming_acceleration
+from overturning.dem.kernel.balance import rerun_until_energy_balances_or_mark_unstable
+from overturning.dem.kernel.ground import GroundMotion, largest_upcoming_acceleration_by_rest_check
 from overturning.dem.kernel.queue import SettingsOfParallelCases, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
@@ -98,8 +98,8 @@ class SimulationPlan(ABC):
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
-    def largest_upcoming_accelerations(self) -> tuple[FloatArray, FloatArray]:
-        """Largest unscaled horizontal and vertical base acceleration in a time window ahead, m/s² (`GroundMotion`)."""
+    def largest_upcoming_horizontal_and_vertical_m_s2(self) -> tuple[FloatArray, FloatArray]:
+        """Largest unscaled horizontal and vertical base accelerations ahead at each rest check, m/s²: two arrays."""
         across = (
             np.abs(self.base_accelerations)
             if self.base_accelerations.ndim == 2
@@ -111,7 +111,9 @@ class SimulationPlan(ABC):
             else np.abs(self.vertical_base_acceleration)
         )
         interval = self.motion.sampling_interval
-        return largest_upcoming_acceleration(across, interval), largest_upcoming_acceleration(up, interval)
+        return largest_upcoming_acceleration_by_rest_check(
+            across, interval
+        ), largest_upcoming_acceleration_by_rest_check(up, interval)
 
     def results_before_simulation(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
@@ -144,7 +146,7 @@ class SimulationPlan(ABC):
         Returns
         -------
         outcomes : dict of ndarray, shape (m, …)
-            Variables by name; see `case_outcome_variables`.
+            Variables by name; see `outcome_arrays_by_variable_name`.
         trajectory : ndarray, shape (rows, …)
             Trajectory of the first case; no rows if `trajectory_buffer_of_first_case` was not given.
         """
@@ -168,8 +170,8 @@ class SimulationPlan(ABC):
                 check_trajectory_size(2 * recorded.size * self.dataset_values_per_trajectory_row)
             recorded = recorded[:count]
 
-        run_cases_until_energy_balances(simulate_cases_in_rows, results["status"], results["energy_error"])
-        return self.case_outcome_variables(case_numbers, tables), recorded
+        rerun_until_energy_balances_or_mark_unstable(simulate_cases_in_rows, results["status"], results["energy_error"])
+        return self.outcome_arrays_by_variable_name(case_numbers, tables), recorded
 
     def simulate_single_case(self, simulated_time_after_outcome_s: float = 0.0) -> tuple[CaseResults, Trajectory]:
         """Simulate the single case of the plan; return its results and its trajectory.
@@ -255,7 +257,9 @@ class SimulationPlan(ABC):
         )
         ground, row = (
             GroundMotion(
-                self.base_accelerations, self.vertical_base_acceleration, *self.largest_upcoming_accelerations
+                self.base_accelerations,
+                self.vertical_base_acceleration,
+                *self.largest_upcoming_horizontal_and_vertical_m_s2,
             ),
             self.motion_row_by_case[case_numbers],
         )
@@ -281,10 +285,10 @@ class SimulationPlan(ABC):
         """
 
     @abstractmethod
-    def case_outcome_variables(
+    def outcome_arrays_by_variable_name(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of the cases by name, read from the tables that the kernel has filled.
+        """Return arrays of the cases' outcomes by name of the variable, from the tables that the kernel has filled.
 
         One of the names is ``block_steps``: number of time steps times number of stones.
         """
@@ -306,7 +310,7 @@ class SimulationPlan(ABC):
         """Convert the kernel's output rows of the plan's only case to a trajectory object."""
 
 
-def azimuth_rows_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+def azimuth_row_by_case_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
     """Return, for each of n cases, the row of its unscaled base acceleration, and the array of these, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.

@@ -28,14 +28,16 @@ MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO: Final = 0.9
 """Upper limit of the rest threshold, as a share of the acceleration at which the lighter corner slips."""
 
 
-def find_strong_motion_ranges(
+def simulated_sample_ranges_and_stays_at_rest(
     motion: Motion,
     motion_row_by_case: NDArray[np.int64],
     amplitude_factor_by_case: FloatArray,
     unscaled_acceleration_by_azimuth_m_s2: FloatArray,
     rocking_or_sliding_threshold_g_by_case: FloatArray,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return, for each case, the range of samples outside which the base motion is too weak to move a block at rest.
+    """Return each case's range of samples to simulate, and whether the block stays at rest for the whole record.
+
+    Outside the range the base motion is too weak to move a block at rest.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between two
     samples both accelerations are linear in time, so that their ratio is largest at one of the samples.

@@ -132,7 +132,7 @@ def rocking_time_constant(width: FloatArray, height: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))
 
 
-def longest_stable_step(
+def longest_stable_or_accurate_step(
     scheme: IntegrationScheme,
     omega_squared_of_highest_mode: FloatArray,
     two_xi_omega_of_highest_mode: FloatArray,
@@ -162,13 +162,13 @@ def longest_stable_step(
             + two_xi_omega_of_highest_mode
         )
     return (
-        2.0 * shortest_contact_time_constant(omega_squared_of_highest_mode, two_xi_omega_of_highest_mode)
+        2.0 * contact_time_reduced_by_damping(omega_squared_of_highest_mode, two_xi_omega_of_highest_mode)
         if block_rocking_time_constant_by_case_s is None
         else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time_constant_by_case_s
     )
 
 
-def shortest_contact_time_constant(
+def contact_time_reduced_by_damping(
     omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
 ) -> FloatArray:
     """Return 1/ω of the highest contact mode, s, times ξ₀/ξ if its damping ratio ξ exceeds ξ₀.
@@ -202,7 +202,7 @@ def steps_per_sample(
     requested_time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     omega_squared_of_highest_mode, two_xi_omega_of_highest_mode : ndarray
-        ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `longest_stable_step`.
+        ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `longest_stable_or_accurate_step`.
     sampling_interval : float
         Time between samples, s.
     block_rocking_time_constant_by_case_s : ndarray, optional
@@ -218,7 +218,7 @@ def steps_per_sample(
     ArgumentError
         If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
-    stable = longest_stable_step(
+    stable = longest_stable_or_accurate_step(
         scheme, omega_squared_of_highest_mode, two_xi_omega_of_highest_mode, block_rocking_time_constant_by_case_s
     )
     return steps_per_sample_from_stable_step(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.faces import simulate_grid_in_3d_and_face_planes
+from overturning.dem.faces import simulate_grid_and_face_planes_if_rectangular
 from overturning.dem.numerics import NumericalOptions, ProgressCallback
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
@@ -81,8 +81,8 @@ def simulate_variant(
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.scene_b_over_h_independent_of_study is None:
-        return simulate_grid_in_3d_and_face_planes(model, motion, sized, numerics)
-    arrays = simulate_grid_in_3d_and_face_planes(
+        return simulate_grid_and_face_planes_if_rectangular(model, motion, sized, numerics)
+    arrays = simulate_grid_and_face_planes_if_rectangular(
         model,
         motion,
         sized.copy_with_dimension_values(b_over_h=np.array([sizes.scene_b_over_h_independent_of_study])),

@@ -1,7 +1,7 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
 The step of one block has three parts, as in docs/method.md: `predict_block_at_step_end` and
-`solve_velocity_corrections` are here, `compute_corner_forces` and `complete_block_step` in
+`solve_velocity_corrections` are here, `corner_forces_new_state_and_contact_changes` and `complete_block_step` in
 `overturning.dem.block.commit`. `overturning.dem.block.loops` has the loops over the blocks.
 """
 
@@ -190,14 +190,14 @@ def signed_friction_coefficient_and_sliding(
 
 
 @njit(**INLINE_OPTIONS)
-def zero_velocity_normal_force_and_velocity_factor(
+def zero_velocity_normal_force_and_dimensionless_slope(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     half_step_duration: float,
     normal_force_per_mass: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return a corner's normal force per mass at zero velocity (m/s²), and half a step times its decrease per velocity.
+    """Return a corner's normal force per mass at zero velocity (m/s²), and its decrease per velocity times half a step.
 
     Both are for the end of the step; the velocity is the upward one of the corner, so that the second value, 0 without
     contact, is dimensionless.
@@ -220,7 +220,7 @@ def corner_equation_terms(
     signed_mu_or_zero_if_sticking: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms, per block mass, in the linear equations for a block's velocities at a step's end."""
-    normal_force_per_mass, press = zero_velocity_normal_force_and_velocity_factor(
+    normal_force_per_mass, press = zero_velocity_normal_force_and_dimensionless_slope(
         block, predicted_corner, half_step_duration, normal_force_per_mass, is_in_contact
     )
     tangential = block.dashpot_constant_per_mass + half_step_duration * block.tangential_stiffness_per_mass
@@ -332,8 +332,8 @@ def solve_velocity_corrections_without_friction(
     nr, on_r = predict_normal_force_per_mass_and_contact(
         block, right, state.right, forces_decide_contact_and_slip, held
     )
-    nl, press_l = zero_velocity_normal_force_and_velocity_factor(block, left, half, nl, on_l)
-    nr, press_r = zero_velocity_normal_force_and_velocity_factor(block, right, half, nr, on_r)
+    nl, press_l = zero_velocity_normal_force_and_dimensionless_slope(block, left, half, nl, on_l)
+    nr, press_r = zero_velocity_normal_force_and_dimensionless_slope(block, right, half, nr, on_r)
     ex = predicted_block.mid_step_centre_vx + half * predicted_block.inertial_acceleration_x
     hz = predicted_block.mid_step_centre_vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
     hw = predicted_block.mid_step_angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))

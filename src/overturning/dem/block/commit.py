@@ -20,7 +20,7 @@ from overturning.dem.block.state import (
     CornerState,
     SolvedCornerContact,
     SolvedCornerContactPair,
-    displacement_of_block_base,
+    displacement_of_block_lower_side_middle,
 )
 from overturning.dem.kernel.clock import CaseStepControl, StepContactChanges
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
@@ -29,7 +29,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 @njit(**INLINE_OPTIONS)
-def compute_corner_forces(
+def corner_forces_new_state_and_contact_changes(
     block: BlockConstants,
     predicted_block: BlockPredictedAtStepEnd,
     predicted_corner: CornerPredictedAtStepEnd,
@@ -38,7 +38,7 @@ def compute_corner_forces(
     velocity_correction: BlockStepEndVelocityCorrection,
     with_friction: bool,
 ) -> SolvedCornerContact:
-    """Return a corner's contact force per block mass at the end of a step, limited by friction, and its new state.
+    """Return a corner's force per block mass at a step's end, limited by friction, its new state and contact changes.
 
     The velocity corrections of the step's equations change the position by half a step times the correction. A corner
     that was predicted to be in the base but is pushed out by these corrections counts as a change of contact. A corner
@@ -192,12 +192,12 @@ def assumed_signed_friction_for_next_attempt(
 
 
 @njit(**INLINE_OPTIONS)
-def time_in_contact_minus_half_step(
+def time_since_contact_closed_minus_half_step_or_zero(
     half_step_duration: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
-    """Return the time (s) from a corner's first contact to the end of the step, less half the step.
+    """Return the time (s) from a corner's first contact to the end of the step, less half the step; 0 if none closed.
 
-    0 for corners that did not close in this step.
+    A corner that was in contact before, or is not in contact now, has not closed in this step.
 
     A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
     division serves both corners.
@@ -245,7 +245,10 @@ def complete_block_step(
         predicted_block.mid_step_centre_vz + half * az,
         predicted_block.mid_step_angular_velocity + half * aw,
     )
-    pl, pr = time_in_contact_minus_half_step(half, left, right), time_in_contact_minus_half_step(half, right, left)
+    pl, pr = (
+        time_since_contact_closed_minus_half_step_or_zero(half, left, right),
+        time_since_contact_closed_minus_half_step_or_zero(half, right, left),
+    )
     vx = vx - (pl * left.tangential_force_per_mass + pr * right.tangential_force_per_mass) if with_friction else vx
     vz = vz + (pl * nl + pr * nr)
     vw = vw + block.mass_over_moment_of_inertia * (pl * left.moment_per_mass + pr * right.moment_per_mass)
@@ -265,7 +268,7 @@ def complete_block_step(
     lost = (half * (account.dissipated_power_per_mass + loss) + early_loss) + 0.5 * springs
     peaks = BlockPeakValues(
         updated_maximum(peaks.max_abs_angle, abs(angle)),
-        updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_base(block, x, sn))),
+        updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_lower_side_middle(block, x, sn))),
         updated_maximum(peaks.max_corner_penetration, deep_l if deep_l > deep_r else deep_r),
         tick if abs(angle) < block.critical_angle else peaks.last_tick_in_sample_below_critical_angle,
     )

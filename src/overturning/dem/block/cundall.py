@@ -18,7 +18,7 @@ from overturning.dem.block.state import (
     BlockState,
     CornerState,
     corner_x_and_depth_from_centre,
-    displacement_of_block_base,
+    displacement_of_block_lower_side_middle,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, select
@@ -184,7 +184,7 @@ def advance_block_one_step(
     x, z, angle = state.centre_x + dt * vx, state.centre_z + dt * vz, state.angle + turn
     peaks = BlockPeakValues(
         updated_maximum(peaks.max_abs_angle, abs(angle)),
-        updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_base(block, x, sn))),
+        updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_lower_side_middle(block, x, sn))),
         updated_maximum(
             peaks.max_corner_penetration,
             left.new_corner.penetration

@@ -13,7 +13,7 @@ from overturning.dem.block.state import (
     BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
-    displacement_of_block_base,
+    displacement_of_block_lower_side_middle,
 )
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
@@ -22,7 +22,7 @@ from overturning.dem.kernel.ending import (
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltNearCaseEnd,
-    largest_tilt_near_case_end,
+    updated_largest_tilt_ratio_near_case_end,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
@@ -100,11 +100,14 @@ def standing_outcome_is_final(
     ):
         return False
     # Let it slide to its end; without friction it never stops.
-    return abs(remaining_slide_distance(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M or block.friction == 0.0
+    return (
+        abs(signed_remaining_slide_or_zero_if_frictionless(block, state)) < NEGLIGIBLE_REMAINING_SLIP_M
+        or block.friction == 0.0
+    )
 
 
 @njit(**INLINE_OPTIONS)
-def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
+def signed_remaining_slide_or_zero_if_frictionless(block: BlockConstants, state: BlockState) -> float:
     """Return the signed distance (m) that a block still slides along x until friction stops it; 0 if μ = 0.
 
     It is v²/2μg, with the velocity v of the middle of the block's lower side relative to the base.
@@ -114,7 +117,7 @@ def remaining_slide_distance(block: BlockConstants, state: BlockState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def case_status(
+def update_largest_tilt_and_return_case_status(
     state: Any,
     lane: int,
     velocity_lag_steps: float,
@@ -122,7 +125,7 @@ def case_status(
     record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended."""
+    """Return the `CaseStatus` of the case in column `lane`, or `CASE_NOT_ENDED`; update its largest late tilt."""
     block, s, peaks, course = (
         load_block(state, lane),
         load_state(state, lane),
@@ -150,7 +153,7 @@ def case_status(
     if standing_outcome_is_final(block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_steps):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.critical_angle, s.centre_z - block.half_height
-    late_tilt = largest_tilt_near_case_end(
+    late_tilt = updated_largest_tilt_ratio_near_case_end(
         state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane], course, sample, record_end_sample, tilt, rise
     )
     state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane] = late_tilt
@@ -161,7 +164,7 @@ def case_status(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_case_results(
+def write_case_results_except_status_and_counters(
     state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row_out: Any
 ) -> None:
     """Write the results of the case in column `lane`, except status and counters, into a row of the result table."""
@@ -174,13 +177,16 @@ def write_case_results(
     result_row_out.peak_rotation = (
         0.5 * np.pi if fallen else min(peaks.max_abs_angle, 0.5 * np.pi)
     ) / block.critical_angle
-    peak_slip, residual_slip = peaks.max_abs_base_slip, displacement_of_block_base(block, s.centre_x, s.sin)
+    peak_slip, residual_slip = (
+        peaks.max_abs_base_slip,
+        displacement_of_block_lower_side_middle(block, s.centre_x, s.sin),
+    )
     if (
         status == CaseStatus.SIMULATED
         and not fallen
         and course.current_sample + s.ticks_since_sample_start / ticks_per_sample >= course.end_sample_if_undecided
     ):
-        residual_slip += remaining_slide_distance(block, s)
+        residual_slip += signed_remaining_slide_or_zero_if_frictionless(block, s)
         peak_slip = max(peak_slip, abs(residual_slip))
     result_row_out.peak_slip, result_row_out.residual_slip = peak_slip, residual_slip
     result_row_out.peak_penetration = peaks.max_corner_penetration

@@ -33,7 +33,7 @@ from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
     CaseStepControl,
     NextStepToAttempt,
-    accept_or_reject_and_choose_next_step,
+    is_rejected_keeps_assumed_sliding_and_next_step,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, round_to_vector_multiple
 from overturning.dem.time_step import IntegrationScheme
@@ -93,7 +93,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         BlockPredictedAtStepEnd, unused_fields=unused
     )
     store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockStepEndVelocityCorrection, unused_fields=unused).store
-    complete_block_steps = create_step_completion_loop(with_vertical_base_motion, with_friction)
+    complete_block_steps = create_centred_step_completion_loop(with_vertical_base_motion, with_friction)
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def predict_block_states_at_step_end(
@@ -147,8 +147,8 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     return attempt_block_steps
 
 
-def create_step_completion_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
-    """Return the compiled loop that computes contact forces of blocks and accepts or rejects each block's step."""
+def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
+    """Return the centred scheme's compiled loop that computes contact forces and accepts or rejects block steps."""
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
     load_block, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
@@ -197,11 +197,15 @@ def create_step_completion_loop(with_vertical_base_motion: bool, with_friction: 
                 d.right_signed_mu_or_zero_if_sticking, fine, held, drifts, drift, tilting
             )
             both = SolvedCornerContactPair(
-                commit.compute_corner_forces(block, w, w.left, s.left, assumed_left, d, with_friction),
-                commit.compute_corner_forces(block, w, w.right, s.right, assumed_right, d, with_friction),
+                commit.corner_forces_new_state_and_contact_changes(
+                    block, w, w.left, s.left, assumed_left, d, with_friction
+                ),
+                commit.corner_forces_new_state_and_contact_changes(
+                    block, w, w.right, s.right, assumed_right, d, with_friction
+                ),
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
-            again, sooner, attempt = accept_or_reject_and_choose_next_step(
+            again, sooner, attempt = is_rejected_keeps_assumed_sliding_and_next_step(
                 BLOCK_STEP_CONTROL,
                 case_step_control,
                 attempt,

@@ -38,7 +38,7 @@ def planar_trajectory_of_block(
         _mean_acceleration_between_times(time, amplitude * values, motion.sampling_interval)
         for values in (motion.acceleration_along(azimuth), np.zeros(1) if motion.up is None else motion.up)
     )
-    point, force = corner_positions_and_mean_forces_per_mass(
+    point, force = mean_corner_positions_and_forces_per_mass(
         time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2
     )
     # The origin of the kernel is the middle of the upper side of the ground.
@@ -58,14 +58,14 @@ def planar_trajectory_of_block(
     )
 
 
-def corner_positions_and_mean_forces_per_mass(
+def mean_corner_positions_and_forces_per_mass(
     row_times_s: FloatArray,
     pose_and_rates_by_row: FloatArray,
     mean_base_acceleration_x_between_rows_m_s2: FloatArray,
     mean_base_acceleration_z_between_rows_m_s2: FloatArray,
     half_width_and_half_height_m: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute positions of a block's lower corners, and their mean contact forces between successive output times.
+    """Compute mean positions of a block's lower corners and mean contact forces between successive output times.
 
     The forces per mass follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which
     lasts a few milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the

@@ -28,25 +28,25 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
     SimulationPlan,
-    azimuth_rows_and_base_accelerations,
+    azimuth_row_by_case_and_base_accelerations,
     evaluate_and_round_results,
     group_numbers_of_equal_cases,
 )
 from overturning.dem.quiet import (
     MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
-    find_strong_motion_ranges,
     largest_acceleration_without_motion_g,
+    simulated_sample_ranges_and_stays_at_rest,
 )
 from overturning.dem.time_step import (
     IntegrationScheme,
     block_highest_eigenvalue_bound,
     block_lowest_eigenvalue,
-    longest_stable_step,
+    contact_time_reduced_by_damping,
+    longest_stable_or_accurate_step,
     parse_scheme,
     requested_to_automatic_step_ratio,
     rocking_time_constant,
-    shortest_contact_time_constant,
     steps_per_sample,
 )
 from overturning.model.cases import Cases
@@ -109,12 +109,12 @@ class BlockSimulationPlan(SimulationPlan):
             max_penetration_to_half_side_ratio=MAX_PENETRATION_TO_HALF_SIDE_RATIO,
         )
 
-    def case_outcome_variables(
+    def outcome_arrays_by_variable_name(
         self,
         case_numbers: NDArray[np.int64],  # noqa: ARG002, as in other plans
         result_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
-        """Return the outcome variables of simulated blocks by name: columns of the table that the kernel has filled."""
+        """Return an array with a value per case for each outcome variable: a column that the kernel has filled."""
         return {name: result_tables["results"][name] for name in RESULT_TABLE_DTYPE.names or ()}
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
@@ -175,11 +175,13 @@ def block_step_lengths(
         )
     # A shorter time step also shortens the finest step.
     ratio = (
-        requested_to_automatic_step_ratio(scheme, numerics.time_step, longest_stable_step(scheme, square, rate, period))
+        requested_to_automatic_step_ratio(
+            scheme, numerics.time_step, longest_stable_or_accurate_step(scheme, square, rate, period)
+        )
         / numerics.refinement
     )
     finest = (
-        BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * ratio * shortest_contact_time_constant(square, rate)
+        BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * ratio * contact_time_reduced_by_damping(square, rate)
     )
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == IntegrationScheme.CENTRED:
@@ -216,7 +218,7 @@ def plan_block_simulation(
         width, height, density
     )
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    row, ground = azimuth_rows_and_base_accelerations(motion, cases)
+    row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)
     check_static_penetration_exceeds_rounding(normal, height, 0.0)
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
@@ -230,7 +232,7 @@ def plan_block_simulation(
     )
     rest_limit = np.zeros(cases.case_count)
     if numerics.leave_out:
-        first, quiet, stays_at_rest = find_strong_motion_ranges(
+        first, quiet, stays_at_rest = simulated_sample_ranges_and_stays_at_rest(
             motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
         )
         first[tilt != 0], stays_at_rest[tilt != 0] = 0, False

@@ -17,7 +17,7 @@ from overturning.dem.block.tables import RIGID_CASE_TABLE_DTYPE
 from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
-from overturning.dem.plan import azimuth_rows_and_base_accelerations, evaluate_and_round_results
+from overturning.dem.plan import azimuth_row_by_case_and_base_accelerations, evaluate_and_round_results
 from overturning.dem.time_step import rocking_time_constant
 from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.cases import Cases
@@ -76,7 +76,7 @@ def _base_motion_with_later_origin(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _rocking_side_and_start_time(
+def _rocking_side_and_waiting_time(
     base_motion: BaseAccelerationRampInG, remaining_time_in_samples: float, b_over_h: float
 ) -> tuple[float, float]:
     """Return the side to which a resting block starts to rock within the rest of a sample, and the time until then.
@@ -154,8 +154,8 @@ def _find_series_root(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _series_keeps_sign(taylor_coefficients: Any, step_length_in_samples: float) -> bool:
-    """True if a Taylor series has no zero in a step, as its first term exceeds the sum of the others' magnitudes."""
+def _series_certainly_keeps_sign(taylor_coefficients: Any, step_length_in_samples: float) -> bool:
+    """True if a Taylor series surely has no zero in a step: its first term exceeds the others' sum of magnitudes."""
     others = 0.0
     for k in range(taylor_coefficients.size - 1, 0, -1):
         others = (others + abs(taylor_coefficients[k])) * step_length_in_samples
@@ -170,9 +170,9 @@ def _limit_step_to_two_turning_points(taylor_coefficients_by_quantity: Any, step
     """
     series, length = taylor_coefficients_by_quantity, step_length_in_samples
     while length > SHORTEST_STEP_IN_SAMPLES and not (
-        _series_keeps_sign(series[1], length)
-        or _series_keeps_sign(series[4], length)
-        or _series_keeps_sign(series[5], length)
+        _series_certainly_keeps_sign(series[1], length)
+        or _series_certainly_keeps_sign(series[4], length)
+        or _series_certainly_keeps_sign(series[5], length)
     ):
         length *= 0.5
     return length
@@ -258,7 +258,7 @@ def _peak_angle_and_whether_case_ends(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _simulate_rigid_block(
+def _simulate_fall_side_and_peak_angle(
     horizontal_acceleration_by_sample_m_s2: Any,
     upward_acceleration_by_sample_m_s2: Any,
     case_table_row: Any,
@@ -286,7 +286,7 @@ def _simulate_rigid_block(
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _rocking_side_and_start_time(_base_motion_with_later_origin(sample, t), 1.0 - t, tangent)
+                side, wait = _rocking_side_and_waiting_time(_base_motion_with_later_origin(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
@@ -332,11 +332,11 @@ def _simulate_rigid_blocks(
 ) -> None:
     """Simulate n rigid blocks; fill an array of shape (n, 2) with side of the fall and largest angle (rad).
 
-    The side is that of `_simulate_rigid_block`.
+    The side is that of `_simulate_fall_side_and_peak_angle`.
     """
     series, out = np.zeros((6, taylor_series_order + 1)), fall_side_and_peak_angle_by_case_out
     for k in range(case_table.size):
-        out[k, 0], out[k, 1] = _simulate_rigid_block(
+        out[k, 0], out[k, 1] = _simulate_fall_side_and_peak_angle(
             horizontal_acceleration_by_azimuth_m_s2[motion_row_by_case[k]], upward_acceleration_by_sample_m_s2,
             case_table[k], series,
         )  # fmt: skip
@@ -373,7 +373,7 @@ def simulate_rigid_rocking(
     meaningless if a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
-    row, ground = azimuth_rows_and_base_accelerations(motion, cases)
+    row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)

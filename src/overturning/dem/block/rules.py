@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.ending import (
     block_energy_per_mass,
-    case_status,
+    update_largest_tilt_and_return_case_status,
     write_block_trajectory_row,
-    write_case_results,
+    write_case_results_except_status_and_counters,
 )
 from overturning.dem.block.loops import select_time_stepping_loop
 from overturning.dem.block.state import (
@@ -122,7 +122,7 @@ def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type sele
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
     """Load a case's block into column `lane` of the state array, in equilibrium on both corners or tilted on one."""
-    write_initial_block_state(
+    write_block_constants_and_initial_state(
         workspace.state,
         lane,
         kernel_input.cases[case],
@@ -132,7 +132,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_block_state(
+def write_block_constants_and_initial_state(
     state: Any, lane: int, case_table_row: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
     """Write a block's constants, step control and initial state, from its case, to column `lane` of the state array."""
@@ -191,7 +191,7 @@ def update_sample_and_load_motion(
     kernel_input: Any, workspace: Any, case_index_by_lane: Any, computed_lane_count: int
 ) -> None:
     """Load the base motion of each case's present sample, and rescale (cos θ, sin θ) of each block to length 1."""
-    start_sample_and_load_base_motion(
+    start_sample_load_motion_and_normalise_rotation(
         workspace.state, computed_lane_count, kernel_input.motion_row_by_case, case_index_by_lane,
         kernel_input.ground_motion.horizontal_acceleration, kernel_input.ground_motion.upward_acceleration,
         kernel_input.settings,
@@ -199,7 +199,7 @@ def update_sample_and_load_motion(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def start_sample_and_load_base_motion(
+def start_sample_load_motion_and_normalise_rotation(
     state: Any,
     computed_lane_count: int,
     motion_row_by_case: Any,
@@ -208,7 +208,7 @@ def start_sample_and_load_base_motion(
     upward_acceleration_or_none: Any,
     settings: SettingsOfParallelCases,
 ) -> None:
-    """Load the base motion of the next sample for each case, and rescale (cos θ, sin θ) of each block to length 1.
+    """Advance each case to its next sample, load the base motion, and rescale (cos θ, sin θ) of each block to length 1.
 
     `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case; the upward
     acceleration, m/s², has a value for each sample.
@@ -313,14 +313,14 @@ def skip_quiet_samples_of_resting_cases(
     skipped_sample_count_by_lane_out: Any,
 ) -> None:
     """Skip, for blocks at rest, the samples in which the base motion cannot move the block."""
-    skip_samples_of_resting_blocks(
+    mark_resting_blocks_and_skip_samples(
         workspace.state, case_index_by_lane, active_lane_count, kernel_input.motion_row_by_case,
         kernel_input.ground_motion, kernel_input.settings.ticks_per_sample, skipped_sample_count_by_lane_out,
     )  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def skip_samples_of_resting_blocks(
+def mark_resting_blocks_and_skip_samples(
     state: Any,
     case_index_by_lane: Any,
     active_lane_count: int,
@@ -329,15 +329,15 @@ def skip_samples_of_resting_blocks(
     ticks_per_sample: float,
     skipped_sample_count_by_lane_out: Any,
 ) -> None:
-    """Skip, for blocks at rest at the start of a sample, the samples in which the base motion cannot move the block."""
+    """Mark the blocks at rest at the start of a sample; skip the samples in which the base motion cannot move them."""
     count = 0
     for j in range(active_lane_count):
         course, s, block, length = load_course(state, j), load_state(state, j), load_block(state, j), state[LENGTH + j]
         mu_left, mu_right = load_assumed_signed_friction(state, j)
         now = course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample)
         still = body_is_still(
-            largest_velocity_or_acceleration_component(s.centre_vx, s.centre_vz, s.angular_velocity, block),
-            largest_velocity_or_acceleration_component(s.centre_ax, s.centre_az, s.angular_acceleration, block),
+            largest_magnitude_of_motion_including_rotation(s.centre_vx, s.centre_vz, s.angular_velocity, block),
+            largest_magnitude_of_motion_including_rotation(s.centre_ax, s.centre_az, s.angular_acceleration, block),
             length * block.seconds_per_tick,
             state[REST_LIMIT + j],
         )
@@ -362,7 +362,7 @@ def skip_samples_of_resting_blocks(
 
 
 @njit(**INLINE_OPTIONS)
-def largest_velocity_or_acceleration_component(
+def largest_magnitude_of_motion_including_rotation(
     velocity_or_acceleration_x: float,
     velocity_or_acceleration_z: float,
     angular_velocity_or_acceleration: float,
@@ -376,7 +376,7 @@ def largest_velocity_or_acceleration_component(
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
-    return case_status(
+    return update_largest_tilt_and_return_case_status(
         workspace.state,
         lane,
         kernel_input.scheme_constants.velocity_lag_steps,
@@ -388,7 +388,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results."""
-    write_case_results(
+    write_case_results_except_status_and_counters(
         workspace.state, lane, status, kernel_input.scheme_constants.velocity_lag_steps,
         kernel_input.settings.ticks_per_sample, kernel_input.results[case],
     )  # fmt: skip

@@ -335,6 +335,6 @@ def corner_x_and_depth_from_centre(
 
 
 @njit(**INLINE_OPTIONS)
-def displacement_of_block_base(block: BlockConstants, centre_x: float, sine: float) -> float:
+def displacement_of_block_lower_side_middle(block: BlockConstants, centre_x: float, sine: float) -> float:
     """Return the displacement (m), in the frame of the base, of the middle of a block's lower side."""
     return centre_x - block.half_height * sine

@@ -40,8 +40,8 @@ from overturning.dem.kernel.ending import (
     LargestTiltNearCaseEnd,
     SlideEndSample,
     body_is_still,
-    largest_tilt_near_case_end,
     update_slide_end_and_check_case_continues,
+    updated_largest_tilt_ratio_near_case_end,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
@@ -258,7 +258,7 @@ def update_late_tilt_and_return_case_status(
         np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine),
         s.centre_position.z - body.centre_height,
     )
-    late_tilt = largest_tilt_near_case_end(
+    late_tilt = updated_largest_tilt_ratio_near_case_end(
         body_states[LATE_TILT + lane], course, sample, record_sample_count, tilt, rise
     )
     body_states[LATE_TILT + lane] = late_tilt

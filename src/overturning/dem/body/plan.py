@@ -38,10 +38,10 @@ from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
     MAX_REST_TO_ONSET_THRESHOLD_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
-    find_strong_motion_ranges,
     largest_acceleration_without_motion_g,
+    simulated_sample_ranges_and_stays_at_rest,
 )
-from overturning.dem.time_step import IntegrationScheme, parse_scheme, shortest_contact_time_constant, steps_per_sample
+from overturning.dem.time_step import IntegrationScheme, contact_time_reduced_by_damping, parse_scheme, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -133,7 +133,7 @@ class BodySimulationPlan(SimulationPlan3D):
             ),
         )
 
-    def case_outcome_variables(
+    def outcome_arrays_by_variable_name(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of the cases in `case_numbers` by name, each of shape (cases,)."""
@@ -181,7 +181,7 @@ def sample_ranges_able_to_move_3d_model_at_rest(
     # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
     # vector is convex, so that its maximum is at a sample.
     strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
-    first, calm, rests = find_strong_motion_ranges(
+    first, calm, rests = simulated_sample_ranges_and_stays_at_rest(
         motion, np.zeros(count, np.int64), amplitude_factor_by_case, strongest, onset_acceleration_g_by_case
     )
     return first, calm.astype(np.float64), rests
@@ -348,7 +348,7 @@ def steps_per_sample_and_step_control(
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick, contact = (
         sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step,
-        shortest_contact_time_constant(contact_omega_squared_by_case, contact_two_xi_omega_by_case),
+        contact_time_reduced_by_damping(contact_omega_squared_by_case, contact_two_xi_omega_by_case),
     )
     share = np.minimum(sampling_interval_s / steps / whole, 1.0)
     most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick

@@ -18,12 +18,12 @@ MAX_RERUNS: Final = 2
 """Maximum number of reruns before a case is marked unstable."""
 
 
-def run_cases_until_energy_balances(
+def rerun_until_energy_balances_or_mark_unstable(
     simulate_rows_with_step_divisor: Callable[[NDArray[np.int64], int], None],
     status_by_case: NDArray[Any],
     energy_error_to_input_ratio_by_case: NDArray[Any],
 ) -> None:
-    """Simulate cases; repeat those whose energy error exceeds 1 % of the input energy, with finer and finer steps.
+    """Simulate cases; repeat, at most twice and with finer steps, those with an energy error above 1 % of the input.
 
     Cases whose energy still does not balance after `MAX_RERUNS` reruns get the status `unstable`.
 

@@ -143,7 +143,7 @@ class StepContactChanges(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def accept_or_reject_and_choose_next_step(
+def is_rejected_keeps_assumed_sliding_and_next_step(
     kernel_step_control: KernelStepControl,
     case_step_control: CaseStepControl,
     attempted_step: NextStepToAttempt,
@@ -151,7 +151,7 @@ def accept_or_reject_and_choose_next_step(
     tick_at_end_of_attempt: float,
     ticks_per_sample: float,
 ) -> tuple[bool, bool, NextStepToAttempt]:
-    """Accept or reject an attempted step, and choose the length of the next attempt.
+    """Return whether an attempted step is rejected, whether the assumed sliding is kept, and the next attempt.
 
     Returns (True if rejected, True if the assumed sliding is kept, next attempt). `tick_at_end_of_attempt` counts from
     the start of the sample. A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP_IN_SAMPLES` of a sample,

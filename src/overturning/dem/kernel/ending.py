@@ -145,7 +145,7 @@ def body_is_still(
 
 
 @njit(**INLINE_OPTIONS)
-def largest_tilt_near_case_end(
+def updated_largest_tilt_ratio_near_case_end(
     largest_tilt_over_critical_angle_so_far: float,
     case_progress: CaseProgress,
     current_sample: float,
@@ -153,7 +153,7 @@ def largest_tilt_near_case_end(
     tilt_over_critical_angle: float,
     centre_height_above_rest_m: float,
 ) -> float:
-    """Return the largest tilt over critical angle so far in the second half of the time from record end to case end.
+    """Return the largest tilt over critical angle in the second half of the time from record end to case end, updated.
 
     See `LargestTiltNearCaseEnd`.
 

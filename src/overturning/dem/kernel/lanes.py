@@ -93,8 +93,8 @@ def cache_line_aligned_zeros(length: int) -> Any:
     return numbers[skip : skip + length]
 
 
-def _view_arrays_without_reference_counts(_typing_context: Any, type_of_array_or_tuple_of_arrays: Any) -> Any:
-    """Generate code that returns a view of an array, or of a tuple of arrays, without counting references to it.
+def _signature_and_generator_for_array_view(_typing_context: Any, type_of_array_or_tuple_of_arrays: Any) -> Any:
+    """Return Numba signature and code generator of a view of one or more arrays that counts no references to them.
 
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
@@ -118,7 +118,7 @@ def _view_arrays_without_reference_counts(_typing_context: Any, type_of_array_or
     return type_of_array_or_tuple_of_arrays(type_of_array_or_tuple_of_arrays), generate_view_code
 
 
-view_without_reference_counts: Final[Any] = intrinsic(_view_arrays_without_reference_counts)
+view_without_reference_counts: Final[Any] = intrinsic(_signature_and_generator_for_array_view)
 
 
 def create_window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
@@ -129,8 +129,8 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
     long to compile.
     """
 
-    def slice_window(_typing_context: Any, array_type: Any, window_index_type: Any) -> Any:  # noqa: ARG001
-        """Return the type of the slice and the function that generates its LLVM code."""
+    def signature_and_generator_for_slice(_typing_context: Any, array_type: Any, window_index_type: Any) -> Any:  # noqa: ARG001
+        """Return the Numba signature of the slicing and the function that generates its LLVM code."""
 
         def generate_slice_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that returns the slice as an array."""
@@ -144,13 +144,13 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
 
         return array_type(array_type, types.intp), generate_slice_code
 
-    return intrinsic(slice_window)
+    return intrinsic(signature_and_generator_for_slice)
 
 
-def _select_value_without_branch(
+def _signature_and_generator_for_selection(
     _typing_context: Any, condition_type: Any, type_of_value_if_true: Any, type_of_value_if_false: Any
 ) -> Any:
-    """Generate code that returns one of two values, by a condition, without a branch."""
+    """Return Numba signature and code generator of a selection of one of two values, by a condition, without branch."""
 
     def generate_selection_code(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that selects one of the two values."""
@@ -161,11 +161,11 @@ def _select_value_without_branch(
     ), generate_selection_code
 
 
-select: Final[Any] = intrinsic(_select_value_without_branch)
+select: Final[Any] = intrinsic(_signature_and_generator_for_selection)
 
 
-def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count_type: Any) -> Any:
-    """Generate code that rounds a number of lanes (cases in parallel) down to a multiple of 8, but at least to 8."""
+def _signature_and_generator_for_lane_rounding(_typing_context: Any, lane_count_type: Any) -> Any:
+    """Return Numba signature and code generator for rounding a number of lanes down to a multiple of 8, at least 8."""
 
     def generate_rounding_code(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that rounds the number down to whole cache lines, at least to one."""
@@ -176,14 +176,14 @@ def _round_lane_count_to_vector_multiple(_typing_context: Any, lane_count_type: 
     return types.intp(lane_count_type), generate_rounding_code
 
 
-round_to_vector_multiple: Final[Any] = intrinsic(_round_lane_count_to_vector_multiple)
+round_to_vector_multiple: Final[Any] = intrinsic(_signature_and_generator_for_lane_rounding)
 """``round_to_vector_multiple(n)`` returns n, a positive multiple of 8: LLVM omits the loop for what vectors leave.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
 
 
-def _hide_number_from_llvm(_typing_context: Any, number_type: Any) -> Any:
-    """Generate code that returns a number unchanged but hidden from LLVM, which then unrolls no loop over it."""
+def _signature_and_generator_for_hiding_number(_typing_context: Any, number_type: Any) -> Any:
+    """Return Numba signature and code generator for hiding a number from LLVM, which then unrolls no loop over it."""
 
     def generate_code_hiding_number(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate empty assembler code that returns the number."""
@@ -193,7 +193,7 @@ def _hide_number_from_llvm(_typing_context: Any, number_type: Any) -> Any:
     return number_type(number_type), generate_code_hiding_number
 
 
-hide_number_from_llvm: Final[Any] = intrinsic(_hide_number_from_llvm)
+hide_number_from_llvm: Final[Any] = intrinsic(_signature_and_generator_for_hiding_number)
 """``hide_number_from_llvm(n)`` returns n, hidden from LLVM: a short loop of n passes is vectorised, not unrolled."""
 
 

@@ -174,8 +174,8 @@ def create_tuple_loader(
 
     generated = GeneratedLlvmFunction(f"load.{machine_code_name_without_verb}", generate_load_instructions)
 
-    def load_tuple(_typing_context: Any, array_type: Any, lane_index_type: Any) -> Any:  # noqa: ARG001
-        """Return the type of the tuple and the function that generates the LLVM code to load it."""
+    def signature_and_generator_for_load(_typing_context: Any, array_type: Any, lane_index_type: Any) -> Any:  # noqa: ARG001
+        """Return the Numba signature of the loading and the function that generates its LLVM code."""
 
         def generate_load_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the loading function."""
@@ -184,7 +184,7 @@ def create_tuple_loader(
 
         return numba_tuple_type(tuple_type)(array_type, types.uintp), generate_load_code
 
-    return intrinsic(load_tuple)
+    return intrinsic(signature_and_generator_for_load)
 
 
 def create_tuple_storer(
@@ -205,13 +205,13 @@ def create_tuple_storer(
 
     generated = GeneratedLlvmFunction(f"store.{machine_code_name_without_verb}", generate_store_instructions)
 
-    def store_tuple(
+    def signature_and_generator_for_store(
         _typing_context: Any,
         array_type: Any,
         lane_index_type: Any,  # noqa: ARG001
         stored_tuple_type: Any,
     ) -> Any:
-        """Check the types; return the function that generates the LLVM code to store the tuple."""
+        """Check the types; return the Numba signature of the storing and the function that generates its LLVM code."""
         _check_argument_types(tuple_type, stored_tuple_type)
 
         def generate_store_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
@@ -229,7 +229,7 @@ def create_tuple_storer(
 
         return types.void(array_type, types.uintp, stored_tuple_type), generate_store_code
 
-    return intrinsic(store_tuple)
+    return intrinsic(signature_and_generator_for_store)
 
 
 def create_store_tuple_unless_function(
@@ -251,14 +251,14 @@ def create_store_tuple_unless_function(
 
     generated = GeneratedLlvmFunction(f"store_unless.{machine_code_name_without_verb}", generate_store_instructions)
 
-    def store_tuple_unless(
+    def signature_and_generator_for_store_unless(
         _context: Any,
         array_type: Any,
         lane_index_type: Any,  # noqa: ARG001
         keep_flag_type: Any,  # noqa: ARG001
         stored_tuple_type: Any,
     ) -> Any:
-        """Check the types; return the function that generates LLVM code to store the tuple unless a flag is true."""
+        """Check the types; return Numba signature and code generator of storing the tuple unless a flag is true."""
         _check_argument_types(tuple_type, stored_tuple_type)
 
         def generate_store_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
@@ -277,7 +277,7 @@ def create_store_tuple_unless_function(
 
         return types.void(array_type, types.uintp, types.boolean, stored_tuple_type), generate_store_code
 
-    return intrinsic(store_tuple_unless)
+    return intrinsic(signature_and_generator_for_store_unless)
 
 
 def _address_of_number(builder: Any, llvm_array_address: Any, row_offset: int, llvm_lane_index: Any) -> Any:
@@ -291,8 +291,8 @@ def _address_of_number(builder: Any, llvm_array_address: Any, row_offset: int, l
 def create_zero_tuple_function(tuple_type: type) -> Any:
     """Return a compiled function ``zero()`` that returns a named tuple of the given type with all numbers zero."""
 
-    def zero_tuple(_typing_context: Any) -> Any:
-        """Return the type of the tuple and the function that generates its LLVM code."""
+    def signature_and_generator_for_zeros(_typing_context: Any) -> Any:
+        """Return the Numba signature of a function without arguments and the function that generates its LLVM code."""
 
         def generate_code_returning_zeros(context: Any, *_: Any) -> Any:
             """Generate the LLVM code of a tuple of zeros."""
@@ -300,7 +300,7 @@ def create_zero_tuple_function(tuple_type: type) -> Any:
 
         return numba_tuple_type(tuple_type)(), generate_code_returning_zeros
 
-    return intrinsic(zero_tuple)
+    return intrinsic(signature_and_generator_for_zeros)
 
 
 def create_elementwise_function(
@@ -323,8 +323,10 @@ def create_elementwise_function(
 
     generated = GeneratedLlvmFunction(machine_code_name, generate_combination_instructions)
 
-    def combine_tuples_elementwise(_typing_context: Any, first_tuple_type: Any, second_tuple_type: Any) -> Any:
-        """Return the type of the tuple and the function that generates the LLVM code to combine two tuples."""
+    def signature_and_generator_for_combination(
+        _typing_context: Any, first_tuple_type: Any, second_tuple_type: Any
+    ) -> Any:
+        """Check the types; return the Numba signature of the combination and the generator of its LLVM code."""
         _check_argument_types(tuple_type, first_tuple_type, second_tuple_type)
 
         def generate_combination_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
@@ -338,7 +340,7 @@ def create_elementwise_function(
 
         return numba_tuple_type(tuple_type)(first_tuple_type, second_tuple_type), generate_combination_code
 
-    return intrinsic(combine_tuples_elementwise)
+    return intrinsic(signature_and_generator_for_combination)
 
 
 def table_dtype_of_named_tuples(*tuple_types: Any) -> np.dtype[np.void]:

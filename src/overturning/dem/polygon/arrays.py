@@ -99,7 +99,7 @@ class ElementResultRow(NamedTuple):
     overturning_time: float
     """Time of the fall, s from the start of the record: last time at which the element could come back; NaN: none."""
     peak_rotation: float
-    """Largest absolute rotation, rad; `case_outcome_variables` divides it by the tipping angle."""
+    """Largest absolute rotation, rad; `outcome_arrays_by_variable_name` divides it by the tipping angle."""
     peak_slip: float
     """Largest absolute slip of the base on its support, m."""
     residual_slip: float

@@ -13,7 +13,7 @@ from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
 from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
 from overturning.dem.path import PlanarTrajectory
-from overturning.dem.plan import SimulationPlan, azimuth_rows_and_base_accelerations, check_trajectory_size
+from overturning.dem.plan import SimulationPlan, azimuth_row_by_case_and_base_accelerations, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import (
     GROUND,
@@ -29,8 +29,8 @@ from overturning.dem.quiet import (
     MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
-    find_strong_motion_ranges,
     largest_acceleration_without_motion_g,
+    simulated_sample_ranges_and_stays_at_rest,
 )
 from overturning.dem.time_step import (
     DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED,
@@ -93,7 +93,7 @@ class PolygonSimulationPlan(SimulationPlan):
             element_result_table=result_tables["each"],
         )
 
-    def case_outcome_variables(
+    def outcome_arrays_by_variable_name(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of cases by name; a case has failed if an element slid off the ground."""
@@ -175,7 +175,7 @@ def plan_scene_simulation(
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variant_stiffness_and_pairs(scene, variants)
-    row, ground = azimuth_rows_and_base_accelerations(motion, cases)
+    row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)
     square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
@@ -207,7 +207,9 @@ def plan_scene_simulation(
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
         amplitude = np.asarray(cases.amplitude) / share
-        quiet = partial(find_strong_motion_ranges, motion, row, amplitude, ground[:, : motion.sample_count])
+        quiet = partial(
+            simulated_sample_ranges_and_stays_at_rest, motion, row, amplitude, ground[:, : motion.sample_count]
+        )
         onset = np.zeros(cases.case_count)
         for number, item in enumerate(variants):
             onset[variant == number] = item.motion_onset_acceleration_g(np.asarray(cases.friction)[variant == number])
@@ -241,8 +243,8 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
 ) -> FloatArray:
     """Return the sample from which each group that can rock as one stays at rest, shape (cases, groups).
 
-    `find_motion_ranges_for_onset_acceleration_g` is `find_strong_motion_ranges` of the motion, a function of the onset
-    acceleration of each case, |a|/g.
+    `find_motion_ranges_for_onset_acceleration_g` is `simulated_sample_ranges_and_stays_at_rest` of the motion, a
+    function of the onset acceleration of each case, |a|/g.
     """
     friction = np.asarray(cases.friction)
     # An element that starts to slide may slide off its support.

@@ -108,7 +108,7 @@ class StackSimulationPlan(SimulationPlan3D):
             face_corners_by_stack=self.face_corners_by_stack,
         )
 
-    def case_outcome_variables(
+    def outcome_arrays_by_variable_name(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
         """Return the outcome variables of the cases in `case_numbers` by name, shape (cases,) or (cases, stones)."""

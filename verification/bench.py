@@ -138,7 +138,7 @@ def measure_block_step_throughput() -> list[MeasuredNumber]:
     for scheme in ("centred", "cundall"):
         constants, loops = CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME[IntegrationScheme[scheme.upper()]]
         advance = wrap_loop_for_calls_from_python(loops(with_vertical_base_motion=False, with_friction=True))
-        advance(constants, np.zeros(STATE_ROW_LAYOUT.size), 8, 1, float(TICKS_PER_WHOLE_STEP))
+        advance(constants, np.zeros(STATE_ROW_LAYOUT.array_length), 8, 1, float(TICKS_PER_WHOLE_STEP))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_loop_function_and_block_step_count(motion, scheme == "centred")
         # Interleaved, so that other load on the machine affects both alike.

@@ -84,8 +84,8 @@ def overwrite_initial_state_of_element(plan: PolygonSimulationPlan, element: int
     def set_initial_state_field(path: str, number: float) -> None:
         """Set one number of the element's initial state; `path` names the field, such as "pose.x"."""
         row = (
-            k.CASE_ROW_LAYOUT.count
-            + element * k.ELEMENT_ROW_LAYOUT.count
+            k.CASE_ROW_LAYOUT.row_count
+            + element * k.ELEMENT_ROW_LAYOUT.row_count
             + k.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, path) // k.PARALLEL_CASE_COUNT
         )
         plan.scene_arrays.initial_state_column_by_scene_variant[0, row] = number

@@ -70,7 +70,7 @@ READER_AND_WRITER_WITHOUT_SPRING_FIELD = compile_tuple_reader_and_writer_for_pyt
 
 def state_array_filled_with_indices() -> np.ndarray:
     """Return the state array of all lanes (cases in parallel) in which each number is its own index."""
-    return np.arange(float(TUPLE_ROW_LAYOUT.size))
+    return np.arange(float(TUPLE_ROW_LAYOUT.array_length))
 
 
 def test_an_unused_field_that_no_tuple_of_the_layout_has_is_refused() -> None:
@@ -81,7 +81,7 @@ def test_an_unused_field_that_no_tuple_of_the_layout_has_is_refused() -> None:
 
 
 def test_the_rows_of_the_state_array_follow_the_fields_of_named_tuples() -> None:
-    assert (TUPLE_ROW_LAYOUT.count, TUPLE_ROW_LAYOUT.size) == (6, 24)
+    assert (TUPLE_ROW_LAYOUT.row_count, TUPLE_ROW_LAYOUT.array_length) == (6, 24)
     assert [
         TUPLE_ROW_LAYOUT.row_offset_of_field(MassTuple, "mass"),
         TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "depth"),
@@ -107,7 +107,7 @@ def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
     assert np.count_nonzero(array < 0) == 5
     # In a slice of a larger array, like the rows of one of many pairs.
     many = np.concatenate([state_array_filled_with_indices(), state_array_filled_with_indices()])
-    SECOND_SPRING_READER_AND_WRITER.store(many[TUPLE_ROW_LAYOUT.size :], 0, value.two)
+    SECOND_SPRING_READER_AND_WRITER.store(many[TUPLE_ROW_LAYOUT.array_length :], 0, value.two)
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 

@@ -77,7 +77,7 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
 
 def test_submatrix_operations_of_the_kernel_equal_those_of_numpy() -> None:
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
-    size = submatrices.SUBMATRIX_ROW_LAYOUT.size
+    size = submatrices.SUBMATRIX_ROW_LAYOUT.array_length
     fresh, added, one, other = (
         np.repeat(matrix.ravel(), size // 9) for matrix in (np.full((3, 3), np.nan), given[0], *given)
     )

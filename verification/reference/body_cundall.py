@@ -71,7 +71,7 @@ from overturning.dem.kernel.lanes import (
     cache_line_aligned_zeros,
     create_elementwise_tuple_functions,
 )
-from overturning.dem.kernel.mechanics import clamp_friction_and_stretch, updated_maximum
+from overturning.dem.kernel.mechanics import clamped_friction_stretch_and_whether_slips, updated_maximum
 from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, steps_per_sample
@@ -208,7 +208,7 @@ def apply_contact_law(
         (flat, base_tilting),
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, _ = clamp_friction_and_stretch(
+    fx, fy, kx, ky, _ = clamped_friction_stretch_and_whether_slips(
         hx, hy, tx, ty, most, body.point_tangential_compliance_times_mass, (flat, drifts)
     )
     landing = (
@@ -354,7 +354,7 @@ load_body, load_state, load_frame = (
 )
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
 CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactTotals)
-CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES: Final = CONTACT_TOTALS_LAYOUT.size
+CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES: Final = CONTACT_TOTALS_LAYOUT.array_length
 load_acting, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactTotals)
 zero_wrench_per_mass = create_elementwise_tuple_functions(ContactWrenchPerMass).zero
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
@@ -371,7 +371,7 @@ load_vertex, (load_memory, store_memory, _) = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old"),
 )
-VERTEX_VALUE_COUNT_OF_ALL_LANES: Final = VERTEX_ROW_LAYOUT.size
+VERTEX_VALUE_COUNT_OF_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -93,7 +93,7 @@ class SimulationPlan(ABC):
         return self.steps_per_sample
 
     @property
-    def vertical_base_acceleration(self) -> FloatArray | None:
+    def unscaled_upward_acceleration(self) -> FloatArray | None:
         """Unscaled upward acceleration of the base by sample, m/s², and three zeros; None without vertical motion."""
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
@@ -107,8 +107,8 @@ class SimulationPlan(ABC):
         )
         up = (
             np.zeros(self.base_accelerations.shape[-1])
-            if self.vertical_base_acceleration is None
-            else np.abs(self.vertical_base_acceleration)
+            if self.unscaled_upward_acceleration is None
+            else np.abs(self.unscaled_upward_acceleration)
         )
         interval = self.motion.sampling_interval
         return largest_upcoming_acceleration_by_rest_check(
@@ -191,7 +191,7 @@ class SimulationPlan(ABC):
             outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             if simulated_time_after_outcome_s > 0.0:
-                path = self.continue_trajectory(
+                path = self.trajectory_rows_continued_or_unchanged(
                     path, simulated_time_after_outcome_s, np.atleast_1d(results.overturned[0]) == 1
                 )
         rest = self.trajectory_rows_at_rest(self.motion.sample_count)
@@ -199,13 +199,13 @@ class SimulationPlan(ABC):
             self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
         )
 
-    def continue_trajectory(
+    def trajectory_rows_continued_or_unchanged(
         self,
         trajectory_rows: NDArray[Any],
         added_time_s: float,  # noqa: ARG002
         has_fallen_by_element: NDArray[np.bool_],  # noqa: ARG002
     ) -> NDArray[Any]:
-        """Return a trajectory continued for `added_time_s` after its end; unchanged for a single block or body.
+        """Return trajectory rows unchanged, for a single block or body; others continue them for `added_time_s`.
 
         `has_fallen_by_element`, shape (elements,), is True for the elements that fell by the end of the case.
         """
@@ -258,7 +258,7 @@ class SimulationPlan(ABC):
         ground, row = (
             GroundMotion(
                 self.base_accelerations,
-                self.vertical_base_acceleration,
+                self.unscaled_upward_acceleration,
                 *self.largest_upcoming_horizontal_and_vertical_m_s2,
             ),
             self.motion_row_by_case[case_numbers],

@@ -192,7 +192,7 @@ def simulate(
     }
     if grid.free_element_names_if_several:
         coordinates["element"] = ("element", list(grid.free_element_names_if_several))
-    if (angles := critical_angle_coordinate(model, grid)) is not None:
+    if (angles := element_critical_angle_coordinate_or_none(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
     return create_xarray_dataset(
@@ -209,10 +209,10 @@ def simulate(
     )
 
 
-def critical_angle_coordinate(
+def element_critical_angle_coordinate_or_none(
     model: Model, grid: CaseGrid
 ) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
-    """Return dimensions, values (degrees) and attributes of critical angles of a scene's free elements, or None.
+    """Return dimensions, values (degrees) and attributes of the critical angles of a scene's free elements, or None.
 
     None for a single block or body, whose critical angle follows from B/H.
     """

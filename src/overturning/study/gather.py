@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.simulate import critical_angle_coordinate
+from overturning.dem.simulate import element_critical_angle_coordinate_or_none
 from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import CaseGrid
@@ -103,7 +103,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     own = StudyToSceneSizeConversion.for_variant(study, variant).scene_b_over_h_independent_of_study
     sized = grid if own is None else grid.copy_with_dimension_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
-    if (critical := critical_angle_coordinate(model, sized)) is not None:
+    if (critical := element_critical_angle_coordinate_or_none(model, sized)) is not None:
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)

@@ -55,7 +55,7 @@ def velocities_at_time_of_position(
 
 
 @njit(**INLINE_OPTIONS)
-def block_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag_steps: float) -> float:
+def block_mechanical_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag_steps: float) -> float:
     """Return the kinetic (relative to the base), gravitational and spring energy of a block per mass, m²/s²."""
     vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag_steps)
     motion = (vx * vx + vz * vz) + vw * vw / block.mass_over_moment_of_inertia
@@ -90,7 +90,7 @@ def standing_outcome_is_final(
     velocity_lag_steps: float,
 ) -> bool:
     """True if a block on a base at rest can no longer fall, turn further than before, or slide on (unless μ = 0)."""
-    now = block_energy_per_mass(block, state, velocity_lag_steps)
+    now = block_mechanical_energy_per_mass(block, state, velocity_lag_steps)
     if not (now < overturning_energy_per_mass and abs(state.angle) < block.critical_angle):
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
@@ -139,7 +139,7 @@ def update_largest_tilt_and_return_case_status(
     if s.cos <= 0.0:
         return CaseStatus.SIMULATED
     sample = course.current_sample + s.ticks_since_sample_start / ticks_per_sample
-    if sample >= course.last_onset_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
+    if sample >= course.no_onset_from_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
         kinetic = 0.5 * (
             s.centre_vx * s.centre_vx
@@ -159,7 +159,7 @@ def update_largest_tilt_and_return_case_status(
     state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
-    stands = block_energy_per_mass(block, s, velocity_lag_steps) < course.overturning_energy and tilt < 1.0
+    stands = block_mechanical_energy_per_mass(block, s, velocity_lag_steps) < course.overturning_energy and tilt < 1.0
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
 
 
@@ -191,7 +191,7 @@ def write_case_results_except_status_and_counters(
     result_row_out.peak_slip, result_row_out.residual_slip = peak_slip, residual_slip
     result_row_out.peak_penetration = peaks.max_corner_penetration
     balance = (
-        (block_energy_per_mass(block, s, velocity_lag_steps) - course.initial_energy)
+        (block_mechanical_energy_per_mass(block, s, velocity_lag_steps) - course.initial_energy)
         - account.base_motion_work_per_mass
         + account.lost_energy_per_mass
     )

@@ -138,10 +138,10 @@ class BlockStepLengths(NamedTuple):
     """Whole steps per sample."""
     standing_step_in_whole_steps: NDArray[np.int64]
     """Length of a step while a block stands still on both corners, in whole steps."""
-    finest_step_s: FloatArray
+    longest_contact_change_step_s: FloatArray
     """Longest step in which a contact may open or close, s."""
-    halvings_to_finest_step: NDArray[np.int64]
-    """Halvings of a whole step that give at most the finest step; negative if the whole step is shorter."""
+    halvings_to_contact_change_step: NDArray[np.int64]
+    """Halvings of a whole step down to at most that step; negative if the whole step is shorter."""
     requested_to_automatic_step_ratio: FloatArray | float
     """Ratio of the requested to the automatic step length, at most 1."""
 
@@ -246,18 +246,20 @@ def plan_block_simulation(
             )
     table, alpha = np.zeros(cases.case_count, CASE_TABLE_DTYPE), evaluate_and_round_results(np.arctan, ratio)
     control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio
-    halvings = np.clip(lengths.halvings_to_finest_step, 0, control.max_step_halvings)
+    halvings = np.clip(lengths.halvings_to_contact_change_step, 0, control.max_step_halvings)
     columns = {
         "width": width, "height": height, "normal_stiffness_per_mass": normal,
         "tangential_stiffness_per_mass": tangential, "dashpot_constant_per_mass": dashpot,
         "friction": np.minimum(friction, MAX_SIMULATED_FRICTION_COEFFICIENT), "critical_angle": alpha,
         "amplitude_factor": amplitude, "initial_tilt": tilt, "first_simulated_sample": first,
         "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
-        "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt), "last_onset_sample": calm,
+        "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt), "no_onset_from_sample": calm,
         "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
         "max_corner_travel_without_halving_step": (
-            MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT * lengths.finest_step_s * width * alpha / period
+            MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT
+            * lengths.longest_contact_change_step_s
+            * width * alpha / period
         ),
         "shortest_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
         "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,

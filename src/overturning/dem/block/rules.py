@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.dem.block.ending import (
-    block_energy_per_mass,
+    block_mechanical_energy_per_mass,
     update_largest_tilt_and_return_case_status,
     write_block_trajectory_row,
     write_case_results_except_status_and_counters,
@@ -97,7 +97,7 @@ store_push, store_lift = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "inertial_acceleration_x").store,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "upward_base_acceleration").store,
 )
-STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
+STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 COS, SIN, TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
@@ -178,10 +178,10 @@ def write_block_constants_and_initial_state(
     store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, AssumedFrictionCoefficientIfSliding(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
-    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy_per_mass(block, at_rest, 0.0)
+    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
     state[REST_LIMIT + lane] = case_table_row.rest_acceleration_limit_g
     store_course(state, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.last_onset_sample,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
         case_table_row.end_sample_if_undecided, case_table_row.first_simulated_sample * sampling_interval,
         first, barrier,
     ))  # fmt: skip

@@ -33,7 +33,7 @@ class BlockCaseTableColumns(NamedTuple):
     """Sine of the initial rotation."""
     first_simulated_sample: float
     """First sample that is computed."""
-    last_onset_sample: float
+    no_onset_from_sample: float
     """First sample after which the motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""

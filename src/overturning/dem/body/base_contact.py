@@ -175,7 +175,7 @@ load_vertex, load_memory = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
 )
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 LANDING_OF, DEPTH_OF = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.remaining_flat_landing_time"),

@@ -57,7 +57,7 @@ load_account, load_course, load_limits = (
 )
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
@@ -235,7 +235,7 @@ def update_late_tilt_and_return_case_status(
         < MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH * GRAVITY * limits.min_base_edge_distance_from_centre
     )
     if (
-        sample >= course.last_onset_sample
+        sample >= course.no_onset_from_sample
         and still
         and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count
     ):

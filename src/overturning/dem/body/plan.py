@@ -73,9 +73,9 @@ class SimulationPlan3D(SimulationPlan):
         return group_numbers_of_equal_cases(self.steps_per_sample, self.case_table["longest_step_at_rest_ticks"])
 
     @property
-    def vertical_base_acceleration(self) -> FloatArray:
+    def unscaled_upward_acceleration(self) -> FloatArray:
         """Vertical base acceleration, m/s², shape (samples + 3,): 0 after the record or without vertical motion."""
-        up = super().vertical_base_acceleration
+        up = super().unscaled_upward_acceleration
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
     def kernel_input_fields_3d(
@@ -155,7 +155,7 @@ class BodySimulationPlan(SimulationPlan3D):
         rows["base_acceleration_x"], rows["base_acceleration_y"] = (
             self.base_accelerations[0, :, :sample_count] * case["amplitude_factor"]
         )
-        rows["base_acceleration_z"] = self.vertical_base_acceleration[:sample_count] * case["amplitude_factor"]
+        rows["base_acceleration_z"] = self.unscaled_upward_acceleration[:sample_count] * case["amplitude_factor"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
@@ -226,7 +226,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "amplitude_factor": amplitude,
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,
-        "last_onset_sample": calm,
+        "no_onset_from_sample": calm,
         "end_sample_if_undecided": (
             samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period[which] / interval)
         ),

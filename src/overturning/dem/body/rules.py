@@ -1,7 +1,7 @@
 """Functions that the queue of cases calls for 3-D bodies: start a case, compute a sample, skip samples, end a case.
 
 Vertices i and i + count/2 are opposite each other. The rows of the vertices follow those of the body,
-`VERTEX_ROW_LAYOUT.size` numbers per vertex.
+`VERTEX_ROW_LAYOUT.array_length` numbers per vertex.
 """
 
 from typing import Any, Final, NamedTuple
@@ -125,9 +125,9 @@ store_vertex, store_memory = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store,
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
 )
-STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
+STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 TICK, LAST_UPRIGHT = (
     STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start"),

@@ -47,9 +47,9 @@ store_body, store_state, store_peaks, store_course, store_limits, store_attempt,
 )  # fmt: skip
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
-STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.count
+STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.size
+ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     CaseRestState, "rest_acceleration_limit_g"
@@ -96,7 +96,7 @@ def write_initial_body_state(
         - body_table_row.centre_height
     )
     store_course(body_states, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.last_onset_sample,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval_s,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,

@@ -35,7 +35,7 @@ class CaseProgress(NamedTuple):
     """Factor on the motion."""
     current_sample: float
     """Current sample of the record."""
-    last_onset_sample: float
+    no_onset_from_sample: float
     """First sample after which the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -113,7 +113,9 @@ def case_cannot_have_ended(
     """
     sample, until = (
         case_progress.current_sample + ticks_since_sample_start * (1.0 / ticks_per_sample),
-        case_progress.last_onset_sample if case_progress.last_onset_sample < record_end_sample else record_end_sample,
+        case_progress.no_onset_from_sample
+        if case_progress.no_onset_from_sample < record_end_sample
+        else record_end_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
     return (

@@ -261,8 +261,8 @@ class TupleRowLayout:
 
     def __init__(self, lane_count: int, *tuple_types: type) -> None:
         numbers = [(of, path) for of in tuple_types for path in field_paths_of_numbers(of)]
-        self.count: Final = len(numbers)
-        self.size: Final = lane_count * self.count
+        self.row_count: Final = len(numbers)
+        self.array_length: Final = lane_count * self.row_count
         self._rows = {number: lane_count * row for row, number in enumerate(numbers)}
         self._made: dict[tuple[object, ...], TupleReaderAndWriter] = {}
 

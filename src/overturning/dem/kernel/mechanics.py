@@ -82,7 +82,7 @@ def updated_maximum(peak_so_far: float, new_value: float) -> float:
 
 
 @njit(**INLINE_OPTIONS)
-def clamp_friction_and_stretch(
+def clamped_friction_stretch_and_whether_slips(
     force_per_mass_x: float,
     force_per_mass_y: float,
     stretch_x: float,

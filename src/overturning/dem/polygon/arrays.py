@@ -178,9 +178,9 @@ def case_state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.elements))]
     pieces = convex_pieces_of_each_pair(prepared_scene.elements, prepared_scene.pairs)
     pairs = [_pair_state_at_rest(prepared_scene, index, *of_pair) for index, of_pair in enumerate(pieces)]
-    step = [0.0] * (rows.PAIR_ROW_LAYOUT.count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
+    step = [0.0] * (rows.PAIR_ROW_LAYOUT.row_count - len(rows.flatten_nested_tuples(pairs[0])) if pairs else 0)
     return np.array(
-        [0.0] * rows.CASE_ROW_LAYOUT.count
+        [0.0] * rows.CASE_ROW_LAYOUT.row_count
         + rows.flatten_nested_tuples(elements)
         + [number for pair in pairs for number in rows.flatten_nested_tuples(pair) + step]
     )

@@ -121,7 +121,7 @@ class PolygonSimulationPlan(SimulationPlan):
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
-    def continue_trajectory(
+    def trajectory_rows_continued_or_unchanged(
         self,
         trajectory_rows: FloatArray,
         added_time_s: float,

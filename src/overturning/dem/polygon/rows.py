@@ -39,7 +39,11 @@ class PairIntermediateStepResults(NamedTuple):
 CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneState)
 ELEMENT_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ElementState)
 PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairIntermediateStepResults)
-CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE_ROW_LAYOUT.size, ELEMENT_ROW_LAYOUT.size, PAIR_ROW_LAYOUT.size
+CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = (
+    CASE_ROW_LAYOUT.array_length,
+    ELEMENT_ROW_LAYOUT.array_length,
+    PAIR_ROW_LAYOUT.array_length,
+)
 
 load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
 _, store_base, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.horizontal")

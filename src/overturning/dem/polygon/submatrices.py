@@ -33,7 +33,7 @@ class EquationSubmatrix(NamedTuple):
 SUBMATRIX_ROW_LAYOUT: Final = TupleRowLayout(rows.PARALLEL_CASE_COUNT, EquationSubmatrix)
 
 
-FLOATS_PER_SUBMATRIX_OF_ALL_CASES: Final = SUBMATRIX_ROW_LAYOUT.size
+FLOATS_PER_SUBMATRIX_OF_ALL_CASES: Final = SUBMATRIX_ROW_LAYOUT.array_length
 
 
 load, store, _ = SUBMATRIX_ROW_LAYOUT.tuple_reader_and_writer(EquationSubmatrix)

@@ -52,7 +52,7 @@ from overturning.dem.stack.state import (
     StoneVelocityCorrection,
 )
 
-slice_stone_rows = create_window_slicer(STONE_ROW_LAYOUT.size, CASE_ROW_LAYOUT.size)
+slice_stone_rows = create_window_slicer(STONE_ROW_LAYOUT.array_length, CASE_ROW_LAYOUT.array_length)
 """Return the rows of a stone."""
 
 load_account, store_account, store_account_unless = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccount)

@@ -61,7 +61,8 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
+    CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
+    JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
 )  # fmt: skip
 ENERGY, SAMPLE, SLIDE_END = (
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
@@ -295,7 +296,7 @@ def stop_fallen_stones_and_return_status(
         return CaseStatus.SIMULATED
     sample = course.current_sample + time.ticks_since_sample_start / ticks_per_sample
     if (
-        sample >= min(course.last_onset_sample, record_sample_count)
+        sample >= min(course.no_onset_from_sample, record_sample_count)
         and kinetic < case.max_kinetic_energy_at_rest
         and loaded
         and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count)

@@ -145,7 +145,7 @@ class StackSimulationPlan(SimulationPlan3D):
         )
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
         rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
-        rows[:, 3] = self.vertical_base_acceleration[:sample_count] * amplitude
+        rows[:, 3] = self.unscaled_upward_acceleration[:sample_count] * amplitude
         for stone, columns in zip(
             self.stone_table_by_stack[0],
             np.split(rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:], count, axis=1),
@@ -155,7 +155,7 @@ class StackSimulationPlan(SimulationPlan3D):
             columns[:, 13] = 1.0
         return rows
 
-    def continue_trajectory(
+    def trajectory_rows_continued_or_unchanged(
         self, trajectory_rows: FloatArray, added_time_s: float, has_fallen_by_element: NDArray[np.bool_]
     ) -> FloatArray:
         """Return a trajectory extended by `added_time_s`, in which fallen stones continue in free flight."""
@@ -343,7 +343,7 @@ def plan_stack_simulation(
         "min_side_distance_of_mass_centre_above_joint": side[which],
         "rest_limit_to_onset_acceleration_ratio": rest_share,
         "rest_acceleration_limit_upper_bound_g": rest_share * friction.min(axis=1),
-        "first_simulated_sample": first, "last_onset_sample": calm, "min_overturning_energy": barrier[which],
+        "first_simulated_sample": first, "no_onset_from_sample": calm, "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which], "end_sample_if_undecided": samples + np.ceil(late[which] / interval),
         **pace,
     }  # fmt: skip

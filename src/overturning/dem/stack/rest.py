@@ -46,10 +46,10 @@ from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size,
-    STONE_ROW_LAYOUT.size,
-    JOINT_ROW_LAYOUT.size,
-    POINT_ROW_LAYOUT.size,
+    CASE_ROW_LAYOUT.array_length,
+    STONE_ROW_LAYOUT.array_length,
+    JOINT_ROW_LAYOUT.array_length,
+    POINT_ROW_LAYOUT.array_length,
 )
 MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
     StackRestFlagAndLimits, "may_be_at_rest_at_sample_start"

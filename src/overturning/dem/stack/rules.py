@@ -57,7 +57,8 @@ from overturning.dem.stack.state import (
 from overturning.dem.stack.step import attempt_time_steps_of_stacks, state_array_length_per_joint
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
+    CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
+    JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
 )  # fmt: skip
 TICK, SAMPLE, ENERGY, LOADED = (
     CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_since_sample_start"),
@@ -233,7 +234,7 @@ def mark_stacks_due_for_end_test(
         for s in range(stone_count):
             total += stone_state_sum_for_finite_check(load_stone(slice_stone_rows(stack_states, s), j))
         sample = course.current_sample + stack_states[TICK + j] / ticks_per_sample
-        due = total - total != 0.0 or sample >= min(course.last_onset_sample, record_sample_count)
+        due = total - total != 0.0 or sample >= min(course.no_onset_from_sample, record_sample_count)
         due = due or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count) < stone_count
         possible_end_flag_by_lane_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0

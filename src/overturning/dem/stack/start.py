@@ -46,7 +46,8 @@ from overturning.dem.stack.state import (
 from overturning.dem.stack.step import state_array_length_per_joint
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size, STONE_ROW_LAYOUT.size, JOINT_ROW_LAYOUT.size, POINT_ROW_LAYOUT.size,
+    CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
+    JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
 )  # fmt: skip
 
 
@@ -101,7 +102,7 @@ def write_initial_stack_state(
                 o = face_corners_by_stone[s - 1, 1, i]
                 store_outline(stack_states[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
     store_course(stack_states, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.last_onset_sample,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval, case_table_row.spring_energy_at_rest,
         case_table_row.min_overturning_energy,

@@ -50,10 +50,10 @@ from overturning.dem.stack.rim import (
 from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT
 
 CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.size,
-    STONE_ROW_LAYOUT.size,
-    JOINT_ROW_LAYOUT.size,
-    POINT_ROW_LAYOUT.size,
+    CASE_ROW_LAYOUT.array_length,
+    STONE_ROW_LAYOUT.array_length,
+    JOINT_ROW_LAYOUT.array_length,
+    POINT_ROW_LAYOUT.array_length,
 )
 
 

@@ -32,7 +32,7 @@ class StackCaseTableColumns(NamedTuple):
     """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     first_simulated_sample: float
     """First sample that is computed."""
-    last_onset_sample: float
+    no_onset_from_sample: float
     """First sample after which the motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""

@@ -29,7 +29,7 @@ from overturning.dem.kernel.clock import (
     KernelStepControl,
     NextStepToAttempt,
     StepContactChanges,
-    is_rejected_keeps_assumed_sliding_and_next_step,
+    decide_rejection_and_next_step,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
@@ -132,7 +132,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
         length, end = attempt.length_in_ticks, tick + attempt.length_in_ticks
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, _, attempt = is_rejected_keeps_assumed_sliding_and_next_step.py_func(
+        again, _, attempt = decide_rejection_and_next_step.py_func(
             pace,
             case_step_control,
             attempt,
@@ -198,7 +198,7 @@ def step_is_rejected(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(
-        is_rejected_keeps_assumed_sliding_and_next_step.py_func(
+        decide_rejection_and_next_step.py_func(
             BLOCK_STEP_CONTROL,
             case_step_control,
             NextStepToAttempt(length, 8.0, 0.0),
@@ -243,7 +243,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
     most = int(pace.max_repeats_with_corrected_sliding)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = is_rejected_keeps_assumed_sliding_and_next_step.py_func(
+        again, _, attempt = decide_rejection_and_next_step.py_func(
             pace,
             case_step_control,
             attempt,
@@ -267,7 +267,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
     )
     attempt, lengths = NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0), []
     while attempt.repeats_with_corrected_sliding == 0.0:
-        again, as_before, attempt = is_rejected_keeps_assumed_sliding_and_next_step.py_func(
+        again, as_before, attempt = decide_rejection_and_next_step.py_func(
             pace, case_step_control, attempt, begins, pace.ticks_per_whole_step, pace.ticks_per_whole_step
         )
         assert again
@@ -276,7 +276,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP_IN_SAMPLES * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
     slides = NO_CONTACT_CHANGES._replace(slides_on_all_points=True)
-    assert not is_rejected_keeps_assumed_sliding_and_next_step.py_func(
+    assert not decide_rejection_and_next_step.py_func(
         pace,
         case_step_control,
         NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0),

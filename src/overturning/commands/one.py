@@ -53,9 +53,9 @@ def simulate_stone_or_scene_under_one_record(
         )
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:
-        _check_no_azimuth_or_body_options_with_stack(planar_model_options, body_options)
+        _refuse_azimuth_or_body_options(planar_model_options, body_options)
     elif not body_options.body:
-        _check_azimuth_is_given_and_no_body_options(planar_model_options, body_options)
+        _check_azimuth_given_no_body_options(planar_model_options, body_options)
     shift, factor = start_offset_from_file_start_s(record), motion_options.amplitude_factor
     if body_options.body:
         found = _simulate_body(motion, factor, body_options, stone_options, shift, planar_model_options.density)
@@ -149,9 +149,7 @@ class _SimulatedTrajectories:
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
-def _check_no_azimuth_or_body_options_with_stack(
-    planar_model_options: PlanarModelOptions, body_options: BodyOptions
-) -> None:
+def _refuse_azimuth_or_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
     """Raise an error if options for a 3-D body or a 2-D scene are combined with those for a 3-D stack."""
     from overturning.errors import ArgumentError
 
@@ -161,9 +159,7 @@ def _check_no_azimuth_or_body_options_with_stack(
         )
 
 
-def _check_azimuth_is_given_and_no_body_options(
-    planar_model_options: PlanarModelOptions, body_options: BodyOptions
-) -> None:
+def _check_azimuth_given_no_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
     """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 

@@ -38,7 +38,7 @@ from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_figure_values_by_dimension_name
 from overturning.study.scenes import NOMINAL_VARIANT, variant_scene
-from overturning.surveys.population import intensities_of_motions_by_measure_name, jma_intensities_of_scaled_motions
+from overturning.surveys.population import jma_intensities_of_scaled_motions, motion_intensities_by_measure
 from overturning.surveys.posterior import SurveyInversionResult
 from overturning.surveys.stones import OCTANTS
 from overturning.translation.texts import ENGLISH
@@ -353,9 +353,7 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     )
     return overturned_fraction_by_intensity_figure(
         rates,
-        intensities_of_motions_by_measure_name(fall_rates, results.intensity_measures)[
-            FALL_RATE_FIGURE_INTENSITY_MEASURE
-        ],
+        motion_intensities_by_measure(fall_rates, results.intensity_measures)[FALL_RATE_FIGURE_INTENSITY_MEASURE],
         curve,
         jma,
     )
@@ -365,7 +363,7 @@ def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
     fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
     curves = [one for one in results.fragility_curves if one.stone_class == "all stones" and one.measure != "PGV/PGA"]
-    levels = intensities_of_motions_by_measure_name(fall_rates, results.intensity_measures)
+    levels = motion_intensities_by_measure(fall_rates, results.intensity_measures)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)
 
 

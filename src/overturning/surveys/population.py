@@ -41,7 +41,7 @@ _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS: Final = {
 """Variables of `population_outcome_rates_by_record`: dimensions in addition to record and amplitude, and long name."""
 
 INTENSITY_MEASURES_AND_UNITS: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
-"""Intensity measures of every population's fragility curves; `intensities_of_motions_by_measure_name` adds SA."""
+"""Intensity measures of every population's fragility curves; `motion_intensities_by_measure` adds SA."""
 
 
 @dataclass(frozen=True)
@@ -295,7 +295,7 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     return here, there
 
 
-def intensities_of_motions_by_measure_name(
+def motion_intensities_by_measure(
     population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
 ) -> dict[str, FloatArray]:
     """Return PGA (g), PGV (cm/s), PGV/PGA (s) and SA(T) (g) of each motion, by name, shape (records, amplitudes).
@@ -372,7 +372,7 @@ def fit_population_fragility_curves(
             record_label_by_motion=record,
             stone_count_by_motion=stones.ravel(),
         )
-        for measure, level in intensities_of_motions_by_measure_name(
+        for measure, level in motion_intensities_by_measure(
             population_outcome_rates, intensity_measures_by_record
         ).items()
         for name, (share, stones) in shares.items()

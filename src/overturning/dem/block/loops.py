@@ -33,7 +33,7 @@ from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
     CaseStepControl,
     NextStepToAttempt,
-    is_rejected_keeps_assumed_sliding_and_next_step,
+    decide_rejection_and_next_step,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, round_to_vector_multiple
 from overturning.dem.time_step import IntegrationScheme
@@ -205,7 +205,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
                 ),
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
-            again, sooner, attempt = is_rejected_keeps_assumed_sliding_and_next_step(
+            again, sooner, attempt = decide_rejection_and_next_step(
                 BLOCK_STEP_CONTROL,
                 case_step_control,
                 attempt,

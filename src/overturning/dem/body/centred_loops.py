@@ -53,7 +53,7 @@ from overturning.dem.kernel.clock import (
     BODY_STEP_CONTROL,
     CaseStepControl,
     NextStepToAttempt,
-    is_rejected_keeps_assumed_sliding_and_next_step,
+    decide_rejection_and_next_step,
 )
 from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
@@ -273,7 +273,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
             load_termination_limits(body_states, j).max_acceleration_for_sample_long_steps_g,
         )
         findings = contact_changes_in_body_step(most, t.force_per_mass.z, fast, steady)
-        again, sooner, following = is_rejected_keeps_assumed_sliding_and_next_step(
+        again, sooner, following = decide_rejection_and_next_step(
             BODY_STEP_CONTROL,
             load_step_control(body_states, j),
             attempt,

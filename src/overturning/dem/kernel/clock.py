@@ -143,7 +143,7 @@ class StepContactChanges(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def is_rejected_keeps_assumed_sliding_and_next_step(
+def decide_rejection_and_next_step(
     kernel_step_control: KernelStepControl,
     case_step_control: CaseStepControl,
     attempted_step: NextStepToAttempt,

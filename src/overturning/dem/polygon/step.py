@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.clock import (
     SCENE_STEP_CONTROL,
     StepContactChanges,
-    is_rejected_keeps_assumed_sliding_and_next_step,
+    decide_rejection_and_next_step,
 )
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
@@ -196,7 +196,7 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_case(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
-        again, sooner, then = is_rejected_keeps_assumed_sliding_and_next_step(
+        again, sooner, then = decide_rejection_and_next_step(
             SCENE_STEP_CONTROL,
             case.step_control,
             case.current_attempt,

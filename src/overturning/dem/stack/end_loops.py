@@ -20,11 +20,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import (
-    STACK_STEP_CONTROL,
-    StepContactChanges,
-    is_rejected_keeps_assumed_sliding_and_next_step,
-)
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, decide_rejection_and_next_step
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
@@ -294,7 +290,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
             all_contacts_are_closed=steady & (most.has_unloaded_point == 0.0) & (most.has_loaded_joint > 0.0),
         )
-        again, sooner, following = is_rejected_keeps_assumed_sliding_and_next_step(
+        again, sooner, following = decide_rejection_and_next_step(
             STACK_STEP_CONTROL,
             load_clock(case_rows, j),
             attempt,

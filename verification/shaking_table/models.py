@@ -92,7 +92,7 @@ def fall_prediction_models_by_name(
             peaks, tests, specimen_number, learning_tests, predicted_tests
         )
 
-    def predict_by_pga_pgv_and_fall_share(
+    def fall_probability_by_pga_pgv_and_simulated_share(
         specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
         """Predict fall probabilities by logistic regression on log PGA, log PGV and the log odds of a simulated share.
@@ -113,7 +113,7 @@ def fall_prediction_models_by_name(
     return {
         PGA_PGV_LOGISTIC_MODEL_NAME: predict_by_pga_and_pgv,
         RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_share_by_size_and_test),
-        ENSEMBLE_AND_PEAKS_MODEL_NAME: predict_by_pga_pgv_and_fall_share,
+        ENSEMBLE_AND_PEAKS_MODEL_NAME: fall_probability_by_pga_pgv_and_simulated_share,
         PRISMS_MODEL_NAME: prediction_by_most_likely_neighbourhood(prism_fall_share_by_size_and_test),
     }
 

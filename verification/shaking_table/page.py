@@ -90,24 +90,24 @@ def _draw_reliability_bins(axes: Any, bins: list[ReliabilityBin]) -> None:
 def markdown_by_marker(
     tests: ShakingTableTests,
     size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray],
-    score_rows: pd.DataFrame,
+    one_score_per_row: pd.DataFrame,
 ) -> dict[str, str]:
     """Return the tables of the page as Markdown, by marker.
 
     `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
     """
-    return score_tables_by_marker(score_rows) | {
+    return score_tables_by_marker(one_score_per_row) | {
         "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(
             tests, size_neighbourhood_fall_shares_by_model
         )
     }
 
 
-def score_tables_by_marker(score_rows: pd.DataFrame) -> dict[str, str]:
+def score_tables_by_marker(one_score_per_row: pd.DataFrame) -> dict[str, str]:
     """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
     return {
-        "shaking-table-scores": _score_table(score_rows),
-        "shaking-table-improvement": _count_table_of_scores_better_than_logistic(score_rows),
+        "shaking-table-scores": _score_table(one_score_per_row),
+        "shaking-table-improvement": _count_table_of_scores_better_than_logistic(one_score_per_row),
     }
 
 
@@ -127,10 +127,10 @@ def damping_score_table_by_marker(
     return {"shaking-table-damping": markdown_table(head, lines)}
 
 
-def _score_table(score_rows: pd.DataFrame) -> str:
+def _score_table(one_score_per_row: pd.DataFrame) -> str:
     """Return the table of scores of each split, specimen and model."""
     lines = []
-    for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
+    for (split, specimen, model), own in one_score_per_row.groupby(["split", "specimen", "model"], sort=False):
         by_score = {one.score: one for one in iterate_rows(own)}
         cells = [
             f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})"
@@ -140,9 +140,9 @@ def _score_table(score_rows: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", *SCORE_NAMES, "tests"), lines)
 
 
-def _count_table_of_scores_better_than_logistic(score_rows: pd.DataFrame) -> str:
+def _count_table_of_scores_better_than_logistic(one_score_per_row: pd.DataFrame) -> str:
     """Return a table of how many scores of each model are better than those of the logistic model."""
-    known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(score_rows)}
+    known = {(one.model, one.split, one.specimen, one.score): one for one in iterate_rows(one_score_per_row)}
     counts: dict[tuple[str, str], list[int]] = {}
     for (model, *what), one in known.items():
         if model != PGA_PGV_LOGISTIC_MODEL_NAME:

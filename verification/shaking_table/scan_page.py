@@ -118,10 +118,10 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, FallPr
     return pd.DataFrame(rows, columns=columns)
 
 
-def score_table(score_rows: pd.DataFrame) -> str:
+def score_table(one_score_per_row: pd.DataFrame) -> str:
     """Return the table of scores as Markdown."""
     lines = []
-    for (split, specimen, model), own in score_rows.groupby(["split", "specimen", "model"], sort=False):
+    for (split, specimen, model), own in one_score_per_row.groupby(["split", "specimen", "model"], sort=False):
         cells = [f"{one.value:.3f} ({one.low:.2f} to {one.high:.2f})" for one in iterate_rows(own)]
         lines.append(
             (split, specimen, model, FITTED_PARAMETER_COUNT_BY_MODEL[str(model)], *cells, int(own["tests"].iloc[0]))

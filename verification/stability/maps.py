@@ -171,7 +171,7 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
 
 def _ratio_of_time_step_to_stable_step(
     case: StabilityCase,
-    largest_spring_eigenvalue: FloatArray,
+    largest_spring_eigenvalue_of_case: FloatArray,
     largest_dashpot_eigenvalue: FloatArray,
     sampling_interval: float,
     rocking_time_constant: FloatArray | None = None,
@@ -186,7 +186,7 @@ def _ratio_of_time_step_to_stable_step(
             steps_per_sample(
                 scheme,
                 case.time_step_argument,
-                largest_spring_eigenvalue,
+                largest_spring_eigenvalue_of_case,
                 largest_dashpot_eigenvalue,
                 sampling_interval,
                 rocking_time_constant,
@@ -199,7 +199,7 @@ def _ratio_of_time_step_to_stable_step(
         / per_sample
         / float(
             longest_stable_or_accurate_step(
-                scheme, largest_spring_eigenvalue, largest_dashpot_eigenvalue, rocking_time_constant
+                scheme, largest_spring_eigenvalue_of_case, largest_dashpot_eigenvalue, rocking_time_constant
             )[0]
         )
     )

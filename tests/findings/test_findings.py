@@ -44,7 +44,7 @@ from overturning.report.drawings import STUDY_FIGURES, draw_study_figure
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import PREDICTOR_NAMES, LogisticFit
 from overturning.study.cube import COMPLETE_STUDY_FILE_NAME, study_of_cube
-from overturning.study.load import load_study_from_file_or_json, study_settings_without_absolute_paths
+from overturning.study.load import load_study_from_file_or_json, study_settings_with_file_names_for_absolute_paths
 from overturning.study.sections import Variant
 from overturning.study.sweep import cube_variables_of_study
 from overturning.surveys.population import population_outcome_rates_by_record
@@ -219,7 +219,7 @@ def test_findings_command_reads_the_study_file_next_to_the_cube(
     with overturning.open_cube(tmp_path / "cube.nc") as opened:
         stored = study_of_cube(opened)
     changed = {"question": "Where to?", "primary": {"statistic": "fall_rate"}, "population": {"stones": 128}}
-    settings = study_settings_without_absolute_paths(stored) | changed
+    settings = study_settings_with_file_names_for_absolute_paths(stored) | changed
     (tmp_path / COMPLETE_STUDY_FILE_NAME).write_text(yaml.safe_dump(settings), encoding="utf-8")
     output = tmp_path / "findings.json"
     assert run_command_line("findings", str(tmp_path / "cube.nc"), "--output", str(output)) == 0

@@ -18,7 +18,7 @@ from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import COMPLETE_STUDY_FILE_NAME
 from overturning.study.intensity import write_intensity_measures
-from overturning.study.load import study_from_content, study_settings_without_absolute_paths
+from overturning.study.load import study_from_content, study_settings_with_file_names_for_absolute_paths
 from tests.study.small_study import simulate_study_cube
 
 
@@ -54,7 +54,7 @@ def simulate_study_into_result_folder(folder: Path, records: list[Record], *, dr
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity_measures(settings, kept, folder / "intensity.nc")
     (folder / COMPLETE_STUDY_FILE_NAME).write_text(
-        yaml.safe_dump(study_settings_without_absolute_paths(settings)), encoding="utf-8"
+        yaml.safe_dump(study_settings_with_file_names_for_absolute_paths(settings)), encoding="utf-8"
     )
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
     if not drawn:

@@ -20,7 +20,7 @@ from overturning.statistics.elements import count_falls_of_each_and_any_element
 from overturning.study.convergence_check import rerun_cases_to_check_convergence
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_parts
-from overturning.study.load import study_from_content, study_settings_without_absolute_paths
+from overturning.study.load import study_from_content, study_settings_with_file_names_for_absolute_paths
 from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
@@ -146,7 +146,7 @@ def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, s
 
 
 def test_a_stack_study_with_all_defaults_is_read_back_equal(study_settings: Study) -> None:
-    content = json.loads(json.dumps(study_settings_without_absolute_paths(study_settings)))
+    content = json.loads(json.dumps(study_settings_with_file_names_for_absolute_paths(study_settings)))
     assert study_from_content(content, "complete") == study_settings
     assert "azimuth" not in content
 
@@ -165,7 +165,7 @@ def test_a_study_passed_to_a_job_as_json_stays_a_stack(step: int) -> None:
 
 def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
     plane = study_from_content(SMALL_STUDY | {"orientation": None}, "plane")
-    content = study_settings_without_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
+    content = study_settings_with_file_names_for_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
     assert study_from_content(content, "earlier") == plane
 
 

@@ -128,7 +128,7 @@ def _add_title_and_legend(
 def _processing_step_lines(processing_steps: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return lines of text on processing steps; a step with a reason is a line of its own, since it is long.
 
-    If it is broken at the end of a line, it is translated as a whole.
+    The text of such a step is translated as a whole, even if the figure breaks it into several lines.
     """
     lines: list[str] = []
     alone = True

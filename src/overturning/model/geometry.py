@@ -259,7 +259,7 @@ def possible_contact_points_of_elements(
         centre_offset_from_opposite_element: FloatArray,
         opposite_face_table_row: FloatArray,
         sign_of_normal_towards_first_element: float,
-        vertex_contact_flag: float,
+        one_if_vertex_can_bear_load: float,
     ) -> tuple[float, PossibleContactPoint]:
         """Return a vertex's position (m) along the opposite face, and the contact point there."""
         x, z = vertex_from_own_centre + centre_offset_from_opposite_element
@@ -270,7 +270,9 @@ def possible_contact_points_of_elements(
             float(vertex_from_own_centre[0] + element_of_vertex.centre_of_mass_x),
             float(vertex_from_own_centre[1] + element_of_vertex.centre_of_mass_z),
         )
-        is_possible = abs(along) <= opposite_face_table_row[8] and vertex_contact_flag * opposite_face_table_row[11]
+        is_possible = (
+            abs(along) <= opposite_face_table_row[8] and one_if_vertex_can_bear_load * opposite_face_table_row[11]
+        )
         return along, PossibleContactPoint(
             float(gap) if is_possible else np.inf,
             point,

@@ -192,12 +192,16 @@ def _half_width_of_mean_deg(
         error = float(scipy.special.ndtri((1 + confidence_level) / 2)) * math.sqrt(dispersion / n)
         return math.degrees(math.asin(min(error, 1.0)))
 
-    def distances_from_mean_deg(vectors_by_bootstrap_sample_and_observation: FloatArray) -> FloatArray:
+    def distances_of_sample_means_from_overall_mean_deg(
+        vectors_by_bootstrap_sample_and_observation: FloatArray,
+    ) -> FloatArray:
         cosine, sine = mean_vector_of_each_bootstrap_sample(vectors_by_bootstrap_sample_and_observation).T
         away = np.degrees(np.arctan2(sine * middle[0] - cosine * middle[1], cosine * middle[0] + sine * middle[1]))
         return np.where(np.hypot(cosine, sine) < MAX_RESULTANT_LENGTH_FROM_ROUNDING, 180.0, np.abs(away))
 
-    distances = finite_statistics_of_bootstrap_samples(distances_from_mean_deg, unit_vectors, bootstrap_sample_count)
+    distances = finite_statistics_of_bootstrap_samples(
+        distances_of_sample_means_from_overall_mean_deg, unit_vectors, bootstrap_sample_count
+    )
     if not distances.size:
         return math.nan
     return float(np.quantile(distances, 1 - 2 * interval_tail_share_for_few_earthquakes(n, confidence_level)))

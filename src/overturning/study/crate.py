@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.errors import ResultError
 from overturning.files import folders_of_shipped_files_in_wheel_and_checkout, read_yaml_mapping, write_text
 from overturning.study.cube import COMPLETE_STUDY_FILE_NAME
-from overturning.study.load import study_settings_without_absolute_paths
+from overturning.study.load import study_settings_with_file_names_for_absolute_paths
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -102,7 +102,9 @@ def write_ro_crate_metadata_and_complete_study(
     import yaml
     from rocrate.rocrate import ROCrate
 
-    text = yaml.safe_dump(study_settings_without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
+    text = yaml.safe_dump(
+        study_settings_with_file_names_for_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120
+    )
     write_text(results_folder / COMPLETE_STUDY_FILE_NAME, text)
     cube = _record_metadata_and_package_versions_of_cube(results_folder / "cube.nc")
     program = _citation_metadata_of_program()

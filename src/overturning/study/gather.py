@@ -22,7 +22,7 @@ from overturning.records.catalogue import (
 from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.record import Record, processing_peaks_and_notes_of_record
-from overturning.study.load import study_settings_without_absolute_paths
+from overturning.study.load import study_settings_with_file_names_for_absolute_paths
 from overturning.study.netcdf import (
     create_coordinate_variable,
     create_grid_dimensions_and_coordinates,
@@ -217,7 +217,7 @@ def _global_cube_attributes(study: Study, records: Sequence[Record], variant: st
         "history": f"gathered by overturning {_package_version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
         "comment": variant_model(study, variant).overturned_variable_comment,
-        "study": json.dumps(study_settings_without_absolute_paths(study), ensure_ascii=False),
+        "study": json.dumps(study_settings_with_file_names_for_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(assign_records_to_earthquakes(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),

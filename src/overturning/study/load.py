@@ -92,7 +92,7 @@ def load_study_from_file_or_json(study_file_path_or_json_text: str) -> Study:
         ) from None
 
 
-def study_settings_without_absolute_paths(study: Study) -> dict[str, Any]:
+def study_settings_with_file_names_for_absolute_paths(study: Study) -> dict[str, Any]:
     """Return a study's settings as a dictionary in which absolute paths are shortened to the file name."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):

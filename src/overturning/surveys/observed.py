@@ -124,7 +124,10 @@ def _row_has_fall_direction_or_face_azimuth(survey_table: SurveyTable, row: Surv
 def _summarise_observed_falls(
     survey_table: SurveyTable, site_name: str, number_of_rose_sectors: int
 ) -> ObservedOutcomesAndFallDirections:
-    """Summarise outcomes and fall directions of the stones in a table of one site, or of all (`site_name` "")."""
+    """Summarise outcomes and fall directions of all stones in a survey table.
+
+    `site_name` is stored in the result: the site to which the table has been limited, or "" for all sites.
+    """
     stones = survey_table.counted_stones
     reasons = Counter[str]()
     for _, row in survey_table.rows:

@@ -104,7 +104,7 @@ def case_cannot_have_ended(
     ticks_per_sample: float,
     record_end_sample: float,
     sum_of_state_values_to_check_finite: float,
-    state_is_within_limits: bool,
+    tilt_and_penetration_within_limits: bool,
 ) -> bool:
     """True if a case cannot have ended: its state is valid, and base motion that can move a body is still ahead.
 
@@ -120,7 +120,7 @@ def case_cannot_have_ended(
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
     return (
         (sum_of_state_values_to_check_finite - sum_of_state_values_to_check_finite == 0.0)
-        & state_is_within_limits
+        & tilt_and_penetration_within_limits
         & (sample < until)
     )
 

@@ -78,7 +78,7 @@ MIN_ONSET_TO_LONG_STEP_ACCELERATION_AT_END: Final = (
 
 The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
-MIN_HANGING_CORNER_DEPTH_TO_CENTRE_HEIGHT: Final = 0.001
+MIN_CORNER_DEPTH_BELOW_SUPPORT_TO_CENTRE_HEIGHT: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth, and beyond the critical angle of its base, the stone tips over the rim of the face, and has fallen.
@@ -171,7 +171,7 @@ def base_corner_hangs_below_supporting_face(
             turn.zx * corner.x_from_face_centre + turn.zy * corner.y_from_face_centre
         ) - upper.centre_height * turn.zz
         lowest = min(lowest, apart.z - lower.upper_face_height_above_centre + height)
-    return lowest < -MIN_HANGING_CORNER_DEPTH_TO_CENTRE_HEIGHT * upper.centre_height
+    return lowest < -MIN_CORNER_DEPTH_BELOW_SUPPORT_TO_CENTRE_HEIGHT * upper.centre_height
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

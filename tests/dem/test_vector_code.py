@@ -48,7 +48,7 @@ def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> LoopAs
 
 UPWARD_ACCELERATION = np.zeros(8)
 PAIR, ELEMENT, CASE, BLOCK = (
-    np.zeros(table.size)
+    np.zeros(table.array_length)
     for table in (rows.PAIR_ROW_LAYOUT, rows.ELEMENT_ROW_LAYOUT, rows.CASE_ROW_LAYOUT, submatrices.SUBMATRIX_ROW_LAYOUT)
 )
 ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {

@@ -550,5 +550,5 @@ def test_a_fragility_figure_has_a_panel_for_each_curve() -> None:
         points, line = axes.lines
         np.testing.assert_allclose(points.get_xydata(), np.c_[factor * levels.ravel(), 100 * rates.ravel()])
         for sigma, share in ((0, 50.0), (1, 84.134)):
-            x = curve.median * math.exp(sigma * curve.log_std)
+            x = curve.median * math.exp(sigma * curve.spread)
             assert np.interp(x, *line.get_data()) == pytest.approx(share, abs=0.1)

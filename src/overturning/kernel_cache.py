@@ -1,4 +1,4 @@
-"""Cache of compiled functions on disk, in a folder named after a digest of all sources: an edit compiles them anew."""
+"""Cache of compiled functions on disk, in a folder named after a digest of all sources: an edit compiles them again."""
 
 import hashlib
 import logging

@@ -71,7 +71,9 @@ def load_study_and_records():
         overrides = workflow.config_settings.config
         whole = given or ({"name", "records"} <= config.keys() and config != overrides)
         remedy = "name a study file with --configfile"
-        keys = config if whole else read_unvalidated_study_content(DEFAULT_STUDY, remedy)
+        keys = (
+            config if whole else read_unvalidated_study_content(DEFAULT_STUDY, remedy)
+        )
         if not whole:
             update_config(keys, config)
         study = study_from_content(keys, where)
@@ -84,10 +86,14 @@ def load_study_and_records():
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.
-            if not (workflow.output_settings.dryrun or SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION & set(sys.argv)):
+            if not (
+                workflow.output_settings.dryrun
+                or SNAKEMAKE_OPTIONS_WITHOUT_COMPUTATION & set(sys.argv)
+            ):
                 check_results_folder_is_writable(results)
                 lock_results_folder_or_refuse(Path(".snakemake", "run.lock"))
-                restore_deleted_cubes_from_backups(results)  # kept by an interrupted run
+                # An interrupted run has kept the backups.
+                restore_deleted_cubes_from_backups(results)
                 for path in remove_damaged_results_and_fix_future_times(results):
                     logger.warning(f"{DAMAGED_FILE_LOG_PREFIX}{path}")
                 for name, count in remove_files_of_dropped_records(
@@ -109,7 +115,9 @@ def load_study_and_records():
                 if one.site
                 for name in entries
             ]
-            for ground, (_, names) in soil_layers_and_records_by_soil_cube_name(study).items():
+            for ground, (_, names) in soil_layers_and_records_by_soil_cube_name(
+                study
+            ).items():
                 surface += [motion / ground / f"{name}.nc" for name in names]
             # A report of existing results does not need the packages that computed them.
             if (study.site and new) or not all(path.is_file() for path in surface):
@@ -143,7 +151,8 @@ GROUNDS = {
     for name, (soil, _) in soil_layers_and_records_by_soil_cube_name(STUDY).items()
 }
 RECORDS_ON_GROUND = {
-    name: use for name, (_, use) in soil_layers_and_records_by_soil_cube_name(STUDY).items()
+    name: use
+    for name, (_, use) in soil_layers_and_records_by_soil_cube_name(STUDY).items()
 }
 GROUND_PATTERN = "|".join(map(re.escape, GROUNDS)) or "(?!)"  # (?!): never
 RESULTS = f"results/{STUDY.name}"
@@ -331,7 +340,9 @@ def survey_settings(wildcards):
 
 def survey_grounds(wildcards):
     """Return the name of the ground of a survey (`cube_of_ground`), and those of single cemeteries by name."""
-    return survey_cube_name_and_other_cube_names_by_site(STUDY, survey_settings(wildcards))
+    return survey_cube_name_and_other_cube_names_by_site(
+        STUDY, survey_settings(wildcards)
+    )
 
 
 def surface_motions_of_survey(wildcards):

@@ -379,8 +379,8 @@ def print_survival_probability(
 
     Bound the rate of falls if none of them fell.
 
-    Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT), where ν(x) is the annual rate at
-    which the intensity x is exceeded, λ the annual rate of falls, and T the exposure time in years.
+    Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT), where ν(x) is the annual
+    rate at which the intensity x is exceeded, λ the annual rate of falls, and T the exposure time in years.
     """
     from overturning.findings.standing import survival_findings
     from overturning.surveys.standing import (

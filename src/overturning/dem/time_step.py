@@ -67,7 +67,7 @@ def block_highest_eigenvalue_bound(
     half_width: FloatArray,
     half_height: FloatArray,
 ) -> FloatArray:
-    """Return an upper bound of the highest ω² (from dashpots: 2ξω) of a block upright on two corners or tilted on one.
+    """Return an upper bound of the highest ω² (from dashpots: 2ξω) of a block on two corners (upright) or on one.
 
     Upright, heave has the eigenvalue 2 K_n/m; sway and rocking are coupled. On one corner, a rectangle has 4 K/m if
     both springs have the stiffness K, and at most 4 max(K_n, K_s)/m otherwise.

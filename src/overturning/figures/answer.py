@@ -252,7 +252,7 @@ def format_estimate(estimate: PlottedEstimate, decimal_count: int = 2) -> str:
 def _set_x_axis_from_minus_1_to_1(
     axes: Any, names_at_minus_1_0_and_1: tuple[str, str, str], x_margin_beyond_ends: float
 ) -> None:
-    """Set the horizontal axis to −1 … 1, and write the texts `names_at_minus_1_0_and_1` below its ticks −1, 0 and 1."""
+    """Set the horizontal axis to −1 … 1; write `names_at_minus_1_0_and_1` below its ticks −1, 0 and 1."""
     axes.axvline(0.0, color=INK, linestyle=DASHED_LINE_STYLE, linewidth=1.0, zorder=0)
     axes.set_xlim(-1.0 - x_margin_beyond_ends, 1.0 + x_margin_beyond_ends)
     low, middle, high = names_at_minus_1_0_and_1

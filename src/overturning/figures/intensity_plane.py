@@ -39,7 +39,7 @@ CRITERION_LINE_STYLES: Final = (
 def pga_pgv_over_pga_and_fall_probability_of_block(
     cube: xr.Dataset, pga_and_pgv_dataset: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return PGA (m/s²) and PGV/PGA (s) along each azimuth of each record, and the fall probability of one block there.
+    """Return PGA (m/s²) and PGV/PGA (s) along each azimuth of each record, and a block's fall probability there.
 
     The arrays have shape (n,), without cases of unknown outcome and motions below `MAX_PGA_FROM_ROUNDING_M_S2`.
     """

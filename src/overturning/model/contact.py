@@ -208,7 +208,8 @@ def check_static_penetration_exceeds_rounding(
     Raises
     ------
     ArgumentError
-        If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, largest displacement), with ε the machine epsilon.
+        If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, largest displacement), with ε the machine
+        epsilon.
     """
     penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness_per_mass_by_case)
     bound = (

@@ -31,8 +31,8 @@ def mask_of_resting_faces(
     face_distances_from_centre_of_mass : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     largest_extent : float
-        Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × size does not carry
-        the body.
+        Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × size does not
+        carry the body.
     slice_of_tested_faces : slice
         Faces to test; default: all.
 

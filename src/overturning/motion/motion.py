@@ -225,8 +225,8 @@ class Motion(Accelerogram):
         stream : obspy.Stream
             Accelerations, without gaps.
         unit : str, optional
-            Unit of samples times ``calib``, a key of `overturning.units.ACCELERATION_UNITS_IN_M_S2`. By default m/s²; a
-            channel with the code of a velocity sensor (HHN, EHZ) must then have had its response removed with
+            Unit of samples times ``calib``, a key of `overturning.units.ACCELERATION_UNITS_IN_M_S2`. By default m/s²;
+            a channel with the code of a velocity sensor (HHN, EHZ) must then have had its response removed with
             ``output="ACC"``.
         sensor : {"surface", "borehole"}
             Sensor of the traces: KiK-net's NS1, EW1 and UD1 belong to the borehole sensor.

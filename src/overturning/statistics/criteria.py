@@ -391,8 +391,8 @@ def _weighted_mean_skill_over_blocks(prediction_counts_by_earthquake_and_block: 
     """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
     The weight of a block is f(1 − f), where f is the share of cells of a block that fall. The skill of a block that
-    nearly always falls, or stands, depends on a few cells. f(1 − f) is the variance of the outcome, so the mean is the
-    slope of a regression of outcomes on predictions within blocks.
+    nearly always falls, or stands, depends on a few cells. f(1 − f) is the variance of the outcome, so the mean is
+    the slope of a regression of outcomes on predictions within blocks.
     """
     counts = WeightedFallPredictionCounts.from_count_array(prediction_counts_by_earthquake_and_block.sum(axis=-3))
     skill, fall_share = counts.peirce_skill_score, counts.actual_fall_share

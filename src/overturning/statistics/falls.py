@@ -34,12 +34,12 @@ It turns the mean axis by at most 15°: half of arcsin 0.5.
 
 
 def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
-    """Return 2-D results with the opposite azimuth φ + 180° of each azimuth φ added, as mirror image of the plane φ.
+    """Return 2-D results with the azimuth φ + 180° of each azimuth φ added, as mirror image of the plane φ.
 
-    Azimuths are ascending in the result. Motions along φ and φ + 180° are one plane with one outcome. If the cube has
-    one of them, the other is its mirror image; if it has both, they stay unchanged. For a scene without mirror symmetry
-    they are two cases, and opposite azimuths that were not simulated are added as missing values. Computed lazily if
-    the cube is lazy.
+    Azimuths are ascending in the result. Motions along φ and φ + 180° are one plane with one outcome. If the cube
+    has one of them, the other is its mirror image; if it has both, they stay unchanged. For a scene without mirror
+    symmetry they are two cases, and opposite azimuths that were not simulated are added as missing values. Computed
+    lazily if the cube is lazy.
     """
     azimuth = cube["azimuth"].to_numpy()
     opposite = np.round((azimuth.astype(np.float64) + 180.0) % 360.0, 10).astype(azimuth.dtype)

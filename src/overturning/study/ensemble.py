@@ -300,8 +300,8 @@ class EnsembleRunner:
     ) -> tuple[ArraysByVariableName, int]:
         """Run ensembles of all cases, or of those near an outcome change; return results and cost (steps × stones).
 
-        `nominal_outcomes_by_variable_name` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark
-        of cells that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The
+        `nominal_outcomes_by_variable_name` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the
+        mark of cells that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The
         variables have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
         overturned, members = nominal_outcomes_by_variable_name["overturned"], self.members

@@ -225,9 +225,9 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     -------
     Dataset
         Results of `outcome_rates_at_each_amplitude_factor` over ``record`` and ``amplitude``, and
-        ``class_rate(…, stones)`` and ``class_unknown(…, stones)`` for `SampledStones.stone_class_masks`. The attribute
-        ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are numbers of
-        stones.
+        ``class_rate(…, stones)`` and ``class_unknown(…, stones)`` for `SampledStones.stone_class_masks`. The
+        attribute ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are
+        numbers of stones.
     """
     stones = sample_stones(population)
     classes, reads = (

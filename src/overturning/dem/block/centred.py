@@ -197,7 +197,7 @@ def zero_velocity_normal_force_and_dimensionless_slope(
     normal_force_per_mass: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return a corner's normal force per mass at zero velocity (m/s²), and its decrease per velocity times half a step.
+    """Return a corner's normal force per mass at zero velocity, m/s², and its decrease per velocity times half a step.
 
     Both are for the end of the step; the velocity is the upward one of the corner, so that the second value, 0 without
     contact, is dimensionless.

@@ -55,7 +55,8 @@ def flat_landing_slides_mu_and_moment_factor(
     """Return whether a block landing on both corners slides, ±μ, and the factor on the moment of friction.
 
     The friction coefficient ±μ has the sign of `centre_vx`; the factor is 1 unless the block slides. If
-    μ ≤ B/H, the resultant impulse passes through the base, so that normal forces balance the whole moment of friction.
+    μ ≤ B/H, the resultant impulse passes through the base, so that normal forces balance the whole moment of
+    friction.
     """
     slides = is_flat_landing & base_slides_in_flat_landing(block.friction, centre_vx, centre_vz)
     return (

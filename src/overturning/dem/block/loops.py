@@ -190,37 +190,21 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
             drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
                 block, held, w.step_end_centre_vx + d.centre_vx, w.step_end_centre_vz + d.centre_vz
             )
-            assumed_left = AssumedCornerContact(
-                d.left_signed_mu_or_zero_if_sticking, fine, held, drifts, drift, tilting
-            )
-            assumed_right = AssumedCornerContact(
-                d.right_signed_mu_or_zero_if_sticking, fine, held, drifts, drift, tilting
-            )
+            mu_left, mu_right = d.left_signed_mu_or_zero_if_sticking, d.right_signed_mu_or_zero_if_sticking
+            left = AssumedCornerContact(mu_left, fine, held, drifts, drift, tilting)
+            right = AssumedCornerContact(mu_right, fine, held, drifts, drift, tilting)
             both = SolvedCornerContactPair(
-                commit.corner_forces_new_state_and_contact_changes(
-                    block, w, w.left, s.left, assumed_left, d, with_friction
-                ),
-                commit.corner_forces_new_state_and_contact_changes(
-                    block, w, w.right, s.right, assumed_right, d, with_friction
-                ),
+                commit.corner_forces_new_state_and_contact_changes(block, w, w.left, s.left, left, d, with_friction),
+                commit.corner_forces_new_state_and_contact_changes(block, w, w.right, s.right, right, d, with_friction),
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
+            end_tick = s.ticks_since_sample_start + length
             again, sooner, attempt = decide_rejection_and_next_step(
-                BLOCK_STEP_CONTROL,
-                case_step_control,
-                attempt,
-                findings,
-                s.ticks_since_sample_start + length,
-                ticks_per_sample,
+                BLOCK_STEP_CONTROL, case_step_control, attempt, findings, end_tick, ticks_per_sample
             )
+            mu_if_sliding = AssumedFrictionCoefficientIfSliding(mu_left, mu_right)
             assumed = commit.assumed_signed_friction_for_next_attempt(
-                AssumedFrictionCoefficientIfSliding(
-                    d.left_signed_mu_or_zero_if_sticking, d.right_signed_mu_or_zero_if_sticking
-                ),
-                fine,
-                both,
-                attempt.repeats_with_corrected_sliding > 0.0,
-                sooner,
+                mu_if_sliding, fine, both, attempt.repeats_with_corrected_sliding > 0.0, sooner
             )
             accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
             accepted = commit.complete_block_step(

@@ -156,7 +156,8 @@ def block_step_lengths(
 ) -> BlockStepLengths:
     """Return the lengths of the time steps of blocks, from bounds of ω² and 2ξω of their highest contact mode.
 
-    Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and 1/p (s). `sampling_interval` is in s.
+    Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and 1/p (s). `sampling_interval` is in
+    s.
     """
     square, rate, interval, period = (
         omega_squared_of_highest_mode,

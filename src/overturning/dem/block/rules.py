@@ -208,7 +208,7 @@ def start_sample_load_motion_and_normalise_rotation(
     upward_acceleration_or_none: Any,
     settings: SettingsOfParallelCases,
 ) -> None:
-    """Advance each case to its next sample, load the base motion, and rescale (cos θ, sin θ) of each block to length 1.
+    """Advance each case to its next sample, load the base motion, and rescale its (cos θ, sin θ) to length 1.
 
     `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case; the upward
     acceleration, m/s², has a value for each sample.

@@ -329,7 +329,7 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
 def corner_x_and_depth_from_centre(
     corner_sign: float, block: BlockConstants, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Return a block's lower corner (`corner_sign` −1: left, 1: right) relative to its centre: along x and down, m."""
+    """Return a block's lower corner (`corner_sign` −1: left, 1: right) from its centre: along x and down, m."""
     b, h = corner_sign * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 

@@ -207,8 +207,8 @@ def raise_tilting_friction_share_where_body_tips(
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
     The share is `BaseContactState.tilting_friction_share_in_flat_landing`. It is read only for bodies whose base lands
-    flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead of
-    it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal
+    flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead
+    of it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal
     forces balance the moment of friction.
     """
     for point in range(0, vertex_array_length, ARRAY_LENGTH_PER_VERTEX):
@@ -240,7 +240,7 @@ def compute_base_contact_states(
     lane_count: int,
     base_is_round: Any,
 ) -> None:
-    """Compute the contact state of each body's base anew, from the base vertices or from the points of a round rim.
+    """Recompute the contact state of each body's base, from the base vertices or from the points of a round rim.
 
     The vertices form opposite pairs; the rows of the second vertices of the pairs start at index
     `start_index_of_opposite_vertices` of `vertex_rows`.

@@ -86,7 +86,7 @@ def state_sum_for_finite_check(state: BodyState) -> float:
 def body_energy_per_mass(
     body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int
 ) -> float:
-    """Compute a body's kinetic, gravitational (0 if upright without penetration) and spring energy per mass, m²/s²."""
+    """Return a body's kinetic, gravitational (0 if upright without penetration) and spring energy per mass, m²/s²."""
     springs = 0.0
     for i in range(vertex_count):
         one = load_point_state_at_step_start(
@@ -134,7 +134,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 def energy_per_mass_to_tilt_body_over_edge(
     body: BodyConstants, base_edge_distance_from_centre: float, tilt_squared_sine: float
 ) -> float:
-    """Return the energy per mass (m²/s²) to tilt a body over a base edge from 0 to a tilt, at most the critical one."""
+    """Return the energy per mass, m²/s², to tilt a body over a base edge from 0 to a tilt up to the critical one."""
     square = min(tilt_squared_sine, body.critical_lean_squared_sine)
     return float(
         GRAVITY

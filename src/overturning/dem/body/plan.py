@@ -329,8 +329,8 @@ def steps_per_sample_and_step_control(
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
     """Return the number of longest steps in a sample, for n cases, and the columns of their step control by name.
 
-    ω² (1/s²) and 2ξω (1/s) are those of the highest vibration on the contact springs, the rocking time constant is 1/p
-    (s). All arrays have the shape (n,). `kernel_step_control` holds the step control of the kernel.
+    ω² (1/s²) and 2ξω (1/s) are those of the highest vibration on the contact springs, the rocking time constant is
+    1/p (s). All arrays have the shape (n,). `kernel_step_control` holds the step control of the kernel.
 
     Raises
     ------

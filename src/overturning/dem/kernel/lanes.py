@@ -129,7 +129,11 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
     long to compile.
     """
 
-    def signature_and_generator_for_slice(_typing_context: Any, array_type: Any, window_index_type: Any) -> Any:  # noqa: ARG001
+    def signature_and_generator_for_slice(
+        _typing_context: Any,
+        array_type: Any,
+        window_index_type: Any,  # noqa: ARG001
+    ) -> Any:
         """Return the Numba signature of the slicing and the function that generates its LLVM code."""
 
         def generate_slice_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:

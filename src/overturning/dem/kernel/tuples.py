@@ -174,7 +174,11 @@ def create_tuple_loader(
 
     generated = GeneratedLlvmFunction(f"load.{machine_code_name_without_verb}", generate_load_instructions)
 
-    def signature_and_generator_for_load(_typing_context: Any, array_type: Any, lane_index_type: Any) -> Any:  # noqa: ARG001
+    def signature_and_generator_for_load(
+        _typing_context: Any,
+        array_type: Any,
+        lane_index_type: Any,  # noqa: ARG001
+    ) -> Any:
         """Return the Numba signature of the loading and the function that generates its LLVM code."""
 
         def generate_load_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:

@@ -91,8 +91,8 @@ def predict_planar_contact_point(
 
     In a step that does not resolve the contact vibration, the predicted forces would be too large, and the contact
     state after the last step is used. A normal force on a sliding point must push it out; where friction would rotate
-    an element further in instead (Painlevé's paradox), the point sticks. `previous_signed_friction_coefficient` is ±μ
-    if the point slid in the last solution, else 0.
+    an element further in instead (Painlevé's paradox), the point sticks. `previous_signed_friction_coefficient` is
+    ±μ if the point slid in the last solution, else 0.
     """
     (fine, held), a, b = (
         step_resolves_vibration_and_pair_lands_flat,

@@ -297,9 +297,10 @@ def solve_joint_contact(
 ) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactEnergyLosses, JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
-    `point_sums_and_force_times_distance` holds the sums over the contact points and Σ normal force × distance from the
-    pressure centre (N·m); `half_step_decided_flat_and_centre_height` half of the step (s), whether predicted forces
-    decided about sliding, whether the base lands flat, and the height of the upper stone's centre above its base (m).
+    `point_sums_and_force_times_distance` holds the sums over the contact points and Σ normal force × distance from
+    the pressure centre (N·m); `half_step_decided_flat_and_centre_height` half of the step (s), whether predicted
+    forces decided about sliding, whether the base lands flat, and the height of the upper stone's centre above its base
+    (m).
     """
     joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_correction
     half_step, forces_decide_contact, lands_flat, centre_height = half_step_decided_flat_and_centre_height

@@ -85,7 +85,7 @@ class TextLines:
         stated_duration_s: float,
         tolerance_s: float = 0.0,
     ) -> None:
-        """Raise a RecordError if count × interval of the samples found differs from the duration that a line states, s.
+        """Raise a RecordError if count × interval of the samples found differs from a duration stated in a line, s.
 
         Two sampling intervals, 11 ms or `tolerance_s` are allowed, whichever is longest.
         """

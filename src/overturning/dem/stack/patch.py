@@ -308,29 +308,13 @@ def place_contact_points_of_lower_side(
             other if previous.end_side_fraction == 1.0 else 0.0
         )
         at, to = own.begin_side_fraction, own.end_side_fraction
-        store_place(
-            lower_side_rows, j, base_point_above_lower_face(frame, c.x_from_face_centre, c.y_from_face_centre, corner)
-        )
-        store_place(
-            part_begin_point_rows,
-            j,
-            base_point_above_lower_face(
-                frame,
-                c.x_from_face_centre + at * (d.x_from_face_centre - c.x_from_face_centre),
-                c.y_from_face_centre + at * (d.y_from_face_centre - c.y_from_face_centre),
-                part if at > 0.0 else 0.0,
-            ),
-        )
-        store_place(
-            part_end_point_rows,
-            j,
-            base_point_above_lower_face(
-                frame,
-                c.x_from_face_centre + to * (d.x_from_face_centre - c.x_from_face_centre),
-                c.y_from_face_centre + to * (d.y_from_face_centre - c.y_from_face_centre),
-                part if to < 1.0 else 0.0,
-            ),
-        )
+        x, y = c.x_from_face_centre, c.y_from_face_centre
+        side_x, side_y = d.x_from_face_centre - x, d.y_from_face_centre - y
+        begin = base_point_above_lower_face(frame, x + at * side_x, y + at * side_y, part if at > 0.0 else 0.0)
+        end = base_point_above_lower_face(frame, x + to * side_x, y + to * side_y, part if to < 1.0 else 0.0)
+        store_place(lower_side_rows, j, base_point_above_lower_face(frame, x, y, corner))
+        store_place(part_begin_point_rows, j, begin)
+        store_place(part_end_point_rows, j, end)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

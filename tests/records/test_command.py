@@ -269,7 +269,7 @@ def test_records_check_is_recursive_and_skips_other_files(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "geonet, processed by GNS Science" in out
     assert "by the agency: band-pass filter, transition bands .10-.25 Hz and 24.50-25.50 Hz" in out
-    assert "skipped because of their extensions: 3 (.hidden, event.json, study.yaml)" in out
+    assert "skipped because of their names: 3 (.hidden, event.json, study.yaml)" in out
     assert exit_status_of_command("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
     assert "1 (study.yaml)" in capsys.readouterr().out
     assert "1 read, 0 refused" in out

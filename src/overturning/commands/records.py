@@ -60,7 +60,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     read = sum(f.unprocessed_record is not None for f in findings)
     if no_records := names_of_files_skipped_by_name(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
-        typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
+        typer.echo(f"skipped because of their names: {len(no_records)} ({shown})")
     refused = sum(f.unprocessed_record is None and not f.is_skipped_for_no_acceleration for f in findings)
     typer.echo(f"{read} read, {refused} refused")
     if refused:

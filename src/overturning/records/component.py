@@ -349,7 +349,7 @@ def checked_relative_header_peak_difference(
         return None
     level, difference = stated.absolute_acceleration, abs(peak - stated.absolute_acceleration)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
-    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * abs(level), 0.51 * stated.last_digit_acceleration)
+    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * level, 0.51 * stated.last_digit_acceleration)
     line = f" line {stated.line_number}" if stated.line_number else ""
     on_side = float((stated.sign * _samples_for_header_peak_comparison(component)).max()) if stated.sign else peak
     if difference <= tolerance < level - on_side:

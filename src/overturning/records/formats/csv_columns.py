@@ -249,10 +249,7 @@ def _read_axis_with_several_samples_per_line(
             lines.parse_cells_as_numbers(cells_by_line, "a value")  # an error in an earlier line is reported first
             why = f"{len(cells)} values, {samples_per_line} are declared"
             each = f" of {characters_per_sample_or_0} characters" if characters_per_sample_or_0 else ""
-            raise lines.line_error(
-                index,
-                f"{why}{each}; correct either",
-            )
+            raise lines.line_error(index, f"{why}{each}; correct either")
         cells_by_line[index] = cells
     return lines.parse_cells_as_numbers(cells_by_line, "a value").reshape(-1, 1)
 

@@ -232,7 +232,8 @@ def complete_block_step(
         predicted_block.angle + turn,
     )
     c, sn = predicted_block.cos - predicted_block.sin * turn, predicted_block.sin + predicted_block.cos * turn
-    (_, _, deep_l, nl), (_, _, deep_r, nr) = left.new_corner, right.new_corner
+    nl, nr = left.new_corner.normal_force_per_mass, right.new_corner.normal_force_per_mass
+    deep_l, deep_r = left.new_corner.penetration, right.new_corner.penetration
     ax, az = (
         predicted_block.inertial_acceleration_x - (left.tangential_force_per_mass + right.tangential_force_per_mass)
         if with_friction

@@ -151,8 +151,8 @@ def advance_block_one_step(
         corner_contact_force(-1.0, block, state, state.left, rate, flat),
         corner_contact_force(1.0, block, state, state.right, rate, flat),
     )
-    (nl, nr), fl = (left.normal_force_per_mass, right.normal_force_per_mass), left.tangential_force_per_mass
-    fr = right.tangential_force_per_mass
+    nl, nr = left.normal_force_per_mass, right.normal_force_per_mass
+    fl, fr = left.tangential_force_per_mass, right.tangential_force_per_mass
     # Accelerations in the frame of the base; left and right corner as one pair.
     ax, az = (fl + fr) + push, (nl + nr) - (GRAVITY + lift if with_vertical_base_motion else GRAVITY)
     aw = block.mass_over_moment_of_inertia * (

@@ -32,16 +32,15 @@ def block_lands_flat(
 ) -> bool:
     """True if both lower corners of a block strike the base in one impact (a flat landing).
 
-    Penetration (m) and upward velocity (m/s) are those of the left and the right corner after the step.
+    Penetration (m) and upward velocity (m/s) are those of the left and the right corner when contact forces act.
 
     In a plastic landing the impulse on the block must not pull it down. The impulse of a dashpot is the dashpot
     constant times the penetration, which is positive as long as the corner is in the ground, so the dashpot may pull
     for a while.
     """
-    (left_depth, left_velocity), (right_depth, right_velocity), time = (
-        left_penetration_and_upward_velocity, right_penetration_and_upward_velocity,
-        block.max_time_between_touches_of_one_impact,
-    )  # fmt: skip
+    left_depth, left_velocity = left_penetration_and_upward_velocity
+    right_depth, right_velocity = right_penetration_and_upward_velocity
+    time = block.max_time_between_touches_in_one_impact
     both = base_end_touches_within_time(time, left_depth, left_velocity) & base_end_touches_within_time(
         time, right_depth, right_velocity
     )

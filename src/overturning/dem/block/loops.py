@@ -61,7 +61,7 @@ def unused_block_state_fields(with_vertical_base_motion: bool, with_friction: bo
     """Return the names of block state variables that are not needed without vertical base motion, or friction."""
     springs = [] if with_friction else [
         "tangential_stretch", "x_position", "velocity_x", "left_signed_mu_or_zero_if_sticking",
-        "right_signed_mu_or_zero_if_sticking",
+        "right_signed_mu_or_zero_if_sticking", "repeats_with_corrected_sliding",
     ]  # fmt: skip
     return springs if with_vertical_base_motion else [*springs, "upward_base_acceleration"]
 
@@ -82,12 +82,9 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
     load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
-    load_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        NextStepToAttempt, unused_fields=[] if with_friction else ["repeats_with_corrected_sliding"]
-    ).load
+    load_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
     load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedFrictionCoefficientIfSliding,
-        unused_fields=[] if with_friction else AssumedFrictionCoefficientIfSliding._fields,
+        AssumedFrictionCoefficientIfSliding, unused_fields=unused
     ).load
     load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockPredictedAtStepEnd, unused_fields=unused
@@ -155,12 +152,9 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
     load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        NextStepToAttempt, unused_fields=[] if with_friction else ["repeats_with_corrected_sliding"]
-    )
+    load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused)
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedFrictionCoefficientIfSliding,
-        unused_fields=[] if with_friction else AssumedFrictionCoefficientIfSliding._fields,
+        AssumedFrictionCoefficientIfSliding, unused_fields=unused
     ).store
     load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
     load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)

@@ -150,7 +150,7 @@ def write_block_constants_and_initial_state(
         critical_angle=case_table_row.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
         max_corner_travel_without_halving_step=case_table_row.max_corner_travel_without_halving_step,
         flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
-        max_time_between_touches_of_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
+        max_time_between_touches_in_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
         flat_landing_friction_moment_factor=0.0 if case_table_row.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
@@ -235,7 +235,7 @@ def start_sample_load_motion_and_normalise_rotation(
                 across[motion_row_by_case[case_index_by_lane[j]]], i, -course.amplitude_factor, scale
             ),
         )
-        if up is not None:
+        if upward_acceleration_or_none is not None:
             store_lift(state, j, linear_base_acceleration_of_sample(up, i, course.amplitude_factor, scale))
 
 

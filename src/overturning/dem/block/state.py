@@ -64,7 +64,7 @@ class BlockConstants(NamedTuple):
     """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
     flat_landing_duration: float
     """Duration of a flat landing after the first touch, s."""
-    max_time_between_touches_of_one_impact: float
+    max_time_between_touches_in_one_impact: float
     """Time within which the touches of both corners count as one impact, s."""
     flat_landing_friction_moment_factor: float
     """Factor on the moment of friction of a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""

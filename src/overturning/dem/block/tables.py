@@ -34,7 +34,7 @@ class BlockCaseTableColumns(NamedTuple):
     first_simulated_sample: float
     """First sample that is computed."""
     no_onset_from_sample: float
-    """First sample after which the motion cannot start any movement."""
+    """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     max_corner_travel_without_halving_step: float

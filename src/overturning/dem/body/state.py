@@ -364,8 +364,9 @@ def angular_velocity_from_momentum(
     inverse_of_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
 ) -> Vector3:
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
-    own, inverse = matrix_times_vector(transpose(body_axes), angular_momentum_per_mass), inverse_of_inertia_per_mass
-    return matrix_times_vector(body_axes, matrix_times_vector(expand_symmetric_matrix(inverse), own))
+    own = matrix_times_vector(transpose(body_axes), angular_momentum_per_mass)
+    inverse = expand_symmetric_matrix(inverse_of_inertia_per_mass)
+    return matrix_times_vector(body_axes, matrix_times_vector(inverse, own))
 
 
 @njit(**INLINE_OPTIONS)

@@ -36,7 +36,7 @@ class CaseProgress(NamedTuple):
     current_sample: float
     """Current sample of the record."""
     no_onset_from_sample: float
-    """First sample after which the input motion cannot start any movement."""
+    """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     last_time_below_critical_angle: float

@@ -34,8 +34,8 @@ class SceneCaseTableColumns(NamedTuple):
     """Factor on the dashpot coefficients of all contacts."""
     first_simulated_sample: float
     """First sample that is computed."""
-    last_sample_with_possible_motion_onset: float
-    """First sample after which the motion cannot start any movement."""
+    no_onset_from_sample: float
+    """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     earliest_end_sample: float

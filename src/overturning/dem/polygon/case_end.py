@@ -94,10 +94,7 @@ def case_status(
         )
     ):
         return CaseStatus.SIMULATED
-    if (
-        case.current_sample < sample_index_at_record_end
-        and case.current_sample < case.last_sample_with_possible_motion_onset
-    ):
+    if case.current_sample < sample_index_at_record_end and case.current_sample < case.no_onset_from_sample:
         return CASE_NOT_ENDED
     # A scene at rest after the last time at which it could start to move stays at rest: there is no kinetic energy,
     # and every standing element has at least two loaded points.

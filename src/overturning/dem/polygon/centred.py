@@ -151,8 +151,8 @@ def matrix_of_force_per_velocity(
 ) -> PairVelocityToForceMatrix:
     """Return the matrix of a force along one direction: `force_per_velocity` (N s/m) × velocity along another."""
     fx, fz, fa, fb = force_direction
-    x, z, a, b = velocity_direction
-    x, z, a, b = force_per_velocity * x, force_per_velocity * z, force_per_velocity * a, force_per_velocity * b
+    vx, vz, va, vb = velocity_direction
+    x, z, a, b = force_per_velocity * vx, force_per_velocity * vz, force_per_velocity * va, force_per_velocity * vb
     return PairVelocityToForceMatrix(
         fx * x, fx * z, fz * x, fz * z, fx * a, fz * a, fx * b, fz * b,
         fa * x, fa * z, fb * x, fb * z, fa * a, fa * b, fb * a, fb * b,

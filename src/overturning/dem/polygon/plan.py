@@ -182,14 +182,14 @@ def plan_scene_simulation(
     per_sample, finest, divided = steps_per_sample_shortest_step_and_auto_step_ratio(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
-    # 20/p with p = √(3g/4R).
+    # 1/p with p = √(3g/4R).
     slowest = np.sqrt(
         np.array([item.half_diagonal_of_scene_height_and_max_width for item in variants]) / (0.75 * scene.gravity)
     )[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude_factor"], table["dashpot_factor"] = cases.amplitude, cases.damping_factor
     table["friction_coefficient_if_law_has_none"] = cases.friction
-    table["last_sample_with_possible_motion_onset"] = np.inf
+    table["no_onset_from_sample"] = np.inf
     table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
         MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest / motion.sampling_interval
     )
@@ -220,7 +220,7 @@ def plan_scene_simulation(
             rest_limit = _rest_acceleration_limits_g_of_cases(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first_simulated_sample"] = first
-        table["last_sample_with_possible_motion_onset"] = np.where(onset <= 0, np.inf, calm)
+        table["no_onset_from_sample"] = np.where(onset <= 0, np.inf, calm)
         groups_immovable_from = _samples_from_which_rocking_element_groups_stay_at_rest(variants, variant, cases, quiet)
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,

@@ -111,7 +111,7 @@ class PreparedScene:
     @property
     def shortest_rocking_time_constant(self) -> float:
         """Time constant 1/p of the element that rocks fastest, s: p = √(3g/4R), R its largest vertex distance."""
-        outlines = [item.shape.vertices_from_centroid for item in self.elements if not item.is_driven_or_held]
+        outlines = [self.elements[k].shape.vertices_from_centroid for k in self.free_element_indices]
         square = min(float((outline**2).sum(axis=1).max()) for outline in outlines)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
@@ -187,8 +187,8 @@ def prepare_scene(
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
-    tips, critical, barrier, support, base = _tipping_critical_angles_energies_supports_bases(
-        scene, placed, stands, _mask_of_elements_with_parallel_contact_normals(placed, pairs, bearing)
+    tips, critical, barrier, support, base = _tipping_limits_and_supports(
+        scene, placed, stands, _mask_of_freely_standing_elements(placed, pairs, bearing)
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
@@ -261,7 +261,7 @@ def _support_points_by_element_and_carrier(
     return result
 
 
-def _mask_of_elements_with_parallel_contact_normals(
+def _mask_of_freely_standing_elements(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
 ) -> NDArray[np.bool_]:
     """Return a mask of the free elements that stand freely: all their loaded contacts have parallel normals.
@@ -285,7 +285,7 @@ def _mask_of_elements_with_parallel_contact_normals(
     return result
 
 
-def _tipping_critical_angles_energies_supports_bases(
+def _tipping_limits_and_supports(
     scene: Scene,
     elements: Elements,
     supports: SupportPointsByElementAndCarrier,

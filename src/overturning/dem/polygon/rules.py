@@ -49,7 +49,7 @@ from overturning.dem.polygon.path import (
     record_base_and_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest_in_initial_position
-from overturning.dem.polygon.slip import store_slips_and_last_times_and_advance_samples
+from overturning.dem.polygon.slip import update_element_records_and_sample_clock
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
@@ -299,7 +299,7 @@ def attempt_steps_until_next_check(
             add_first_case_contact_forces_to_trajectory(
                 state, scene, (0.5 + lag) * share, first_case_trajectory_rows, recorded_trajectory_row_count - 1
             )
-    store_slips_and_last_times_and_advance_samples(state, scene, ticks, interval)
+    update_element_records_and_sample_clock(state, scene, ticks, interval)
     return first_case_trajectory_rows, recorded_trajectory_row_count
 
 

@@ -105,10 +105,10 @@ def store_last_time_on_support_of_upper_element(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def store_slips_and_last_times_and_advance_samples(
+def update_element_records_and_sample_clock(
     case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
-    """Store each element's slip and last times upright and supported; start the next sample where one is complete."""
+    """Move rest poses with held supports, store slips and last times, and start the next sample where one has ended."""
     limits = scene_arrays.element_fall_limits[0]
     for i in range(limits.size):
         held = int(limits[i].index_of_held_element_at_stack_bottom)

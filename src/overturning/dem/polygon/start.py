@@ -59,7 +59,7 @@ def write_initial_case_state(
             amplitude_factor=case_parameter_row.amplitude_factor,
             rest_acceleration_limit_g=case_parameter_row.rest_acceleration_limit_g,
             current_sample=case_parameter_row.first_simulated_sample,
-            last_sample_with_possible_motion_onset=case_parameter_row.last_sample_with_possible_motion_onset,
+            no_onset_from_sample=case_parameter_row.no_onset_from_sample,
             end_sample_if_undecided=case_parameter_row.end_sample_if_undecided,
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,

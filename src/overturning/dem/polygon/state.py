@@ -64,8 +64,8 @@ class SceneState(NamedTuple):
     """Horizontal base acceleration over g up to which a scene at rest stays at rest."""
     current_sample: float
     """Current sample of the record."""
-    last_sample_with_possible_motion_onset: float
-    """First sample after which the input motion cannot start any movement."""
+    no_onset_from_sample: float
+    """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
     initial_energy: float

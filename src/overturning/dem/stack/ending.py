@@ -201,8 +201,7 @@ def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: i
             or centre_drop_from_rest_position_on_support(stack_states, lane, s) > constants.max_centre_drop_without_fall
         ):
             return s
-        leans = lean_as_squared_sine(axes) > constants.critical_lean_squared_sine_on_whole_base
-        leans = s > 0 and leans
+        leans = s > 0 and lean_as_squared_sine(axes) > constants.critical_lean_squared_sine_on_whole_base
         if leans and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count):
             return s
     return stone_count

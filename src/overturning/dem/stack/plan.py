@@ -51,7 +51,7 @@ from overturning.dem.stack.statics import (
     stone_constants_and_initial_states_table,
 )
 from overturning.dem.stack.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, STONE_RESULT_TABLE_DTYPE
-from overturning.dem.time_step import IntegrationScheme, parse_scheme
+from overturning.dem.time_step import IntegrationScheme, parse_scheme, rocking_time_constant
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.stack import Stack
@@ -280,11 +280,8 @@ def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: Joi
 
 def _longest_rocking_time_constant_s(joint_constants: JointConstantsOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
-    side, height = (
-        joint_constants.min_side_distances_from_mass_centre_above,
-        joint_constants.mass_centre_heights_above_joints,
-    )
-    return float(np.sqrt(np.sqrt(side**2 + height**2) / (0.75 * STANDARD_GRAVITY)).max())
+    half_width = joint_constants.min_side_distances_from_mass_centre_above
+    return float(rocking_time_constant(2.0 * half_width, 2.0 * joint_constants.mass_centre_heights_above_joints).max())
 
 
 def plan_stack_simulation(
@@ -301,7 +298,7 @@ def plan_stack_simulation(
     )
     given = np.array([np.nan if (mu := stone.base_joint_friction) is None else mu for stone in stacks[0]])
     friction = np.where(np.isnan(given), np.asarray(cases.friction)[:, None], given)
-    square = np.array([_upper_bound_of_omega_squared(*stack) for stack in zip(stacks, joints, strict=True)])
+    square = np.array([_upper_bound_of_omega_squared(*one) for one in zip(stacks, joints, strict=True)])
     delay = np.array([float(table.dashpot_to_stiffness_ratios.max()) for table in joints])
     foot, reach = tables["centre_height"], tables["nearest_base_side_distance"]
     # Not np.hypot: its last digit differs between processors.

@@ -292,7 +292,7 @@ def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
 
 
 def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
-    """Draw the figure of the motion inferred from the example survey of a ruin; return it as a Markdown list."""
+    """Infer the motion from the example survey of a ruin, draw its figure, and return a Markdown list on the motion."""
     stones = read_counted_stones(RUIN_SURVEY_FILE)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(

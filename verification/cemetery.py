@@ -112,22 +112,15 @@ def published_fall_rate_table(
 
 def computed_fall_rate_sentence(computed_fall_rate_percent_by_record: FloatArray, findings: xr.Dataset) -> str:
     """Return a sentence on the computed fall rates."""
-    low, middle, high = np.quantile(computed_fall_rate_percent_by_record, [0.25, 0.5, 0.75])
+    rates = computed_fall_rate_percent_by_record
+    low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(findings["event"].to_numpy().astype(str)))
-    none, most = (
-        int((computed_fall_rate_percent_by_record < 1).sum()),
-        int((computed_fall_rate_percent_by_record > 99).sum()),
-    )
-    count, least, largest = (
-        computed_fall_rate_percent_by_record.size,
-        computed_fall_rate_percent_by_record.min(),
-        computed_fall_rate_percent_by_record.max(),
-    )
+    none, most = int((rates < 1).sum()), int((rates > 99).sum())
     return wrap_text(
-        f"The computed fall rates under the {count} near-field records of {events} earthquakes, at amplitude 1, "
+        f"The computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1, "
         f"have a median of {middle:.0f} %; the middle half of the records gives {low:.0f} to {high:.0f} %, and all "
-        f"records give {least:.0f} to {largest:.0f} %. Less than 1 % of the stones fall under {none} of the "
-        f"{count} records, and more than 99 % fall under {most} of the records."
+        f"records give {rates.min():.0f} to {rates.max():.0f} %. Less than 1 % of the stones fall under {none} of the "
+        f"{rates.size} records, and more than 99 % fall under {most} of the records."
     )
 
 

@@ -195,14 +195,15 @@ def _mujoco_model_of_box(
     joints_xml: str,
     friction: float,
     time_step: float,
-    friction_to_contact_impedance_ratio: int = 1,
+    impedance_ratio: int = 1,
 ) -> Any:
-    """Return a model of a box of 1 kg on a plane, with half sizes in m."""
+    """Return a model of a box of 1 kg on a plane; `impedance_ratio` is that of friction to normal contact."""
     import mujoco as engine
 
-    size, ratio = " ".join(map(str, half_sizes_xyz_m)), friction_to_contact_impedance_ratio
+    size = " ".join(map(str, half_sizes_xyz_m))
     return engine.MjModel.from_xml_string(
-        f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic" impratio="{ratio}"/>
+        f"""<mujoco><option timestep="{time_step}" integrator="implicitfast" cone="elliptic"
+        impratio="{impedance_ratio}"/>
         <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * time_step} 1"/></default>
         <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half_sizes_xyz_m[2]}">{joints_xml}
         <geom type="box" size="{size}" mass="1"/></body></worldbody></mujoco>"""
@@ -245,7 +246,7 @@ def fall_direction_in_mujoco(
         "<freejoint/>",
         prism.friction,
         time_step,
-        friction_to_contact_impedance_ratio=10,
+        impedance_ratio=10,
     )
     data = engine.MjData(model)
     for pull in effective_gravity_in_base_frame_by_step:

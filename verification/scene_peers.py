@@ -67,7 +67,7 @@ def main() -> None:
     found = fall_sides_of_shaft_by_engine(cases)
     if len(found) < 2:
         raise ArgumentError("both engines are needed: make peers")
-    write_csv(cases.assign(**found), ENGINE_OUTCOMES_FILE)
+    write_csv(cases.assign(pymunk=found["pymunk"], box2d=found["box2d"]), ENGINE_OUTCOMES_FILE)
 
 
 if __name__ == "__main__":

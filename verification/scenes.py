@@ -120,7 +120,7 @@ def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def measure_agreement_with_physics_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
+def measure_speed_and_correct_sides_beside_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
     """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
 
     The engines are physics engines; correct outcomes are given as a share of the cases.
@@ -334,7 +334,7 @@ def main(
     """
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredNumber]]]] = {
         "speed": ("scenes.csv", measure_element_steps_per_second),
-        "peers": ("scenes.csv", partial(measure_agreement_with_physics_engines, peer_cases)),
+        "peers": ("scenes.csv", partial(measure_speed_and_correct_sides_beside_engines, peer_cases)),
         "pillars": ("scenes.csv", count_pillar_flags_changed_by_skipping_rest),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }

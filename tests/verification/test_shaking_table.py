@@ -19,7 +19,7 @@ from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import (
     main,
     model_scores_with_intervals_and_predictions,
-    stone_counts_and_scores_by_damping_class,
+    scores_of_rectangles_by_damping_class,
 )
 from verification.shaking_table.clouds import (
     PRISM_DISTRIBUTION,
@@ -223,7 +223,7 @@ def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> None:
     tests, made = synthetic_tests_and_stones
-    found = stone_counts_and_scores_by_damping_class(tests, made)
+    found = scores_of_rectangles_by_damping_class(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
     assert sum(count for count, _ in found.values()) == made.damping_ratio_over_default.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())

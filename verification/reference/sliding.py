@@ -38,8 +38,8 @@ def peak_and_final_slip(base_acceleration: ArrayLike, sampling_interval: float, 
 
 
 def _slide_for_sampling_interval(
-    slip_at_start: float,
-    slip_velocity_at_start: float,
+    slip: float,
+    slip_velocity: float,
     base_acceleration_at_start: float,
     base_acceleration_at_end: float,
     sampling_interval: float,
@@ -50,32 +50,31 @@ def _slide_for_sampling_interval(
     The slip, m, is the displacement of the block relative to the base since the start of the record. The accelerations
     of the base are in m/s², and `friction_times_gravity` is μ g, m/s².
     """
-    length, limit = sampling_interval, friction_times_gravity
-    slope = (base_acceleration_at_end - base_acceleration_at_start) / length
-    t, peak = 0.0, abs(slip_at_start)
-    while t < length:
+    slope = (base_acceleration_at_end - base_acceleration_at_start) / sampling_interval
+    t, peak = 0.0, abs(slip)
+    while t < sampling_interval:
         ground = base_acceleration_at_start + slope * t
-        if slip_velocity_at_start == 0.0:
-            if abs(ground) <= limit:
-                start = _time_until_sliding(ground, slope, limit)
-                if t + start >= length:
+        if slip_velocity == 0.0:
+            if abs(ground) <= friction_times_gravity:
+                start = _time_until_sliding(ground, slope, friction_times_gravity)
+                if t + start >= sampling_interval:
                     break
                 t += start
-                ground = math.copysign(limit, slope)
+                ground = math.copysign(friction_times_gravity, slope)
             direction = -math.copysign(1.0, ground)
         else:
-            direction = math.copysign(1.0, slip_velocity_at_start)
+            direction = math.copysign(1.0, slip_velocity)
         # Relative acceleration −a(t) − direction · μg; the velocity is a parabola.
-        first, second = -ground - direction * limit, -slope
-        rest = length - t
-        stop = _time_until_stop(slip_velocity_at_start, first, second, rest)
-        slip_at_start += slip_velocity_at_start * stop + first * stop**2 / 2.0 + second * stop**3 / 6.0
-        slip_velocity_at_start += first * stop + second * stop**2 / 2.0
-        peak = max(peak, abs(slip_at_start))
+        first, second = -ground - direction * friction_times_gravity, -slope
+        rest = sampling_interval - t
+        stop = _time_until_stop(slip_velocity, first, second, rest)
+        slip += slip_velocity * stop + first * stop**2 / 2.0 + second * stop**3 / 6.0
+        slip_velocity += first * stop + second * stop**2 / 2.0
+        peak = max(peak, abs(slip))
         t += stop
         if stop < rest:
-            slip_velocity_at_start = 0.0
-    return slip_at_start, slip_velocity_at_start, peak
+            slip_velocity = 0.0
+    return slip, slip_velocity, peak
 
 
 def _time_until_sliding(

@@ -95,7 +95,7 @@ def model_scores_with_intervals_and_predictions(
     return pd.DataFrame(rows), probabilities
 
 
-def stone_counts_and_scores_by_damping_class(
+def scores_of_rectangles_by_damping_class(
     tests: ShakingTableTests, stones: StonesWithSimulatedOutcomes
 ) -> dict[str, tuple[int, FloatArray]]:
     """Return, by class of damping ratio, number and scores, shape (specimens, scores), of random rectangles."""
@@ -143,9 +143,7 @@ def main(
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
     insert_markdown_between_markers_in_docs(
         page.markdown_by_marker(tests, fractions, rows)
-        | page.damping_score_table_by_marker(
-            stone_counts_and_scores_by_damping_class(tests, made[RECTANGLES_MODEL_NAME])
-        )
+        | page.damping_score_table_by_marker(scores_of_rectangles_by_damping_class(tests, made[RECTANGLES_MODEL_NAME]))
     )
 
 

@@ -162,10 +162,10 @@ def fall_probability_by_orientation_and_test(fell_by_bearing_height_test_orienta
 
 
 def index_of_most_likely_orientation(
-    fall_probability_by_orientation_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
+    fall_probability_by_orientation_and_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
 ) -> int:
     """Return the index of the orientation that best predicts the outcomes of the tests to learn from."""
-    p, y = fall_probability_by_orientation_test[:, learning_tests], fell_by_test[learning_tests]
+    p, y = fall_probability_by_orientation_and_test[:, learning_tests], fell_by_test[learning_tests]
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 

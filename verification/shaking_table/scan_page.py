@@ -71,11 +71,11 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 
 
 def scan_orientation_model(
-    tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray
+    tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
 ) -> FallPredictionModel:
     """Return the model that predicts the simulated fall probability in the orientation that fits other tests best.
 
-    `fall_probability_by_orientation_test` has shape (orientations, tests).
+    `fall_probability_by_orientation_and_test` has shape (orientations, tests).
     """
 
     def predict_with_best_orientation(
@@ -83,9 +83,9 @@ def scan_orientation_model(
     ) -> FloatArray:
         """Predict fall probabilities in the orientation that best fits the tests to learn from."""
         return np.asarray(
-            fall_probability_by_orientation_test[
+            fall_probability_by_orientation_and_test[
                 index_of_most_likely_orientation(
-                    fall_probability_by_orientation_test, tests.fell_by_specimen[specimen_number], learning_tests
+                    fall_probability_by_orientation_and_test, tests.fell_by_specimen[specimen_number], learning_tests
                 )
             ][predicted_tests]
         )
@@ -129,7 +129,7 @@ def score_table(one_score_per_row: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", "fitted numbers", *SCORE_NAMES, "tests"), lines)
 
 
-def fitted_orientation_table(tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray) -> str:
+def fitted_orientation_table(tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray) -> str:
     """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
     names = {
         "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
@@ -139,28 +139,25 @@ def fitted_orientation_table(tests: ShakingTableTests, fall_probability_by_orien
         },
         "all tests": np.arange(tests.laboratory_test_numbers.size),
     }
+
+    def fitted_orientation_text(specimen_number: int, learning_tests: TestIndices) -> str:
+        """Return the orientation that fits some tests of a specimen best, with its unit."""
+        fell = tests.fell_by_specimen[specimen_number]
+        index = index_of_most_likely_orientation(fall_probability_by_orientation_and_test, fell, learning_tests)
+        return f"{BOULDER_ORIENTATIONS_DEG[index]:g}°"
+
     lines = [
-        (
-            name,
-            *(
-                f"{BOULDER_ORIENTATIONS_DEG[chosen]:g}°"
-                for chosen in (
-                    index_of_most_likely_orientation(
-                        fall_probability_by_orientation_test, tests.fell_by_specimen[one], learn
-                    )
-                    for one in SPECIMEN_NUMBERS
-                )
-            ),
-        )
-        for name, learn in names.items()
+        (name, *(fitted_orientation_text(one, learn) for one in SPECIMEN_NUMBERS)) for name, learn in names.items()
     ]
     return markdown_table(("fitted to", *(f"orientation, specimen {one}" for one in SPECIMEN_NUMBERS)), lines)
 
 
-def score_table_of_all_orientations(tests: ShakingTableTests, fall_probability_by_orientation_test: FloatArray) -> str:
+def score_table_of_all_orientations(
+    tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
+) -> str:
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
-    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probability_by_orientation_test, strict=True):
+    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probability_by_orientation_and_test, strict=True):
         found = [prediction_scores(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
     heads = (f"{what}, specimen {one}" for one in SPECIMEN_NUMBERS for what in SCORE_NAMES)

@@ -131,7 +131,7 @@ def simulate_and_check_block_case(
         "block_steps": 0,
     }
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
-    row = case.parameters_as_map_columns() | row | _dimensionless_groups_of_block(case, contact, motion)
+    row |= _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
     given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_argument, "budget": max_block_steps}
     try:

@@ -299,7 +299,8 @@ def _draw_figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.D
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
     sorted_cube = select_element_and_normalise_dims_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
-    figure, heading = (draw_figure(sorted_cube), _record_title(sorted_cube, ()) + _scene_and_element_title(sorted_cube))
+    figure = draw_figure(sorted_cube)
+    heading = _record_title(sorted_cube, ()) + _scene_and_element_title(sorted_cube)
     add_title_and_legend(figure, f"{heading}\n{figure.get_suptitle()}".strip())
     return figure
 

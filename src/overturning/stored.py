@@ -32,11 +32,10 @@ StoredIntegerArray = Annotated[
 Result = TypeVar("Result")
 
 
-def write_result_as_json(result_or_list: Any, path: Path, *, indent: int | None = 1) -> None:
+def write_result_as_json(result: Any, path: Path, *, indent: int | None = 1) -> None:
     """Write a dataclass or pydantic model, or a list of them, as JSON; on one line if `indent` is None."""
-    several = isinstance(result_or_list, list) and bool(result_or_list)
-    kind: Any = list[type(result_or_list[0])] if several else type(result_or_list)  # type: ignore[misc]
-    write_text(path, TypeAdapter(kind).dump_json(result_or_list, indent=indent).decode() + "\n")
+    kind: Any = list[type(result[0])] if isinstance(result, list) and result else type(result)  # type: ignore[misc]
+    write_text(path, TypeAdapter(kind).dump_json(result, indent=indent).decode() + "\n")
 
 
 def read_json_result(result_type: type[Result], path: Path, result_name: str) -> Result:

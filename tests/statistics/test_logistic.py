@@ -13,10 +13,10 @@ from scipy.stats import t
 from overturning.errors import ArgumentError
 from overturning.statistics.logistic import (
     PREDICTOR_NAMES,
-    coefficient_name_estimate_interval_range_rows,
     fit_logistic_model,
     fit_logistic_overturning_model,
-    predictors_falls_earthquakes_and_weights,
+    fitted_coefficient_rows,
+    overturning_regression_data,
 )
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
@@ -362,7 +362,7 @@ def test_fit_to_a_cube_recovers_the_known_slope(make_cube_from_fall_rules: Calla
     intensity = xr.Dataset(
         {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pgv)}, coords={"azimuth": azimuth}
     )
-    predictors, outcome, event, weight = predictors_falls_earthquakes_and_weights(cube.chunk({"record": 1}), intensity)
+    predictors, outcome, event, weight = overturning_regression_data(cube.chunk({"record": 1}), intensity)
     assert predictors.shape == (12 * 18 * 2 * 5, 4)
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))
@@ -371,7 +371,7 @@ def test_fit_to_a_cube_recovers_the_known_slope(make_cube_from_fall_rules: Calla
     assert (fit.row_count, fit.earthquake_cluster_count) == (2160, 12)
     assert fit.coefficient_interval_lows[1] < 3 < fit.coefficient_interval_highs[1]
     assert fit.coefficient_interval_lows[2] < 1 < fit.coefficient_interval_highs[2]
-    table = coefficient_name_estimate_interval_range_rows(fit)
+    table = fitted_coefficient_rows(fit)
     assert [row[0] for row in table] == ["intercept", *PREDICTOR_NAMES]
     assert table[4][4] == pytest.approx(np.log(0.6))
     with pytest.raises(ArgumentError, match="azimuths"):

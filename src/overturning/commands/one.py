@@ -55,7 +55,7 @@ def simulate_stone_or_scene_under_one_record(
     if is_stack:
         _refuse_azimuth_or_body_options(planar_model_options, body_options)
     elif not body_options.body:
-        _check_azimuth_given_no_body_options(planar_model_options, body_options)
+        _check_azimuth_without_body_options(planar_model_options, body_options)
     shift, factor = start_offset_from_file_start_s(record), motion_options.amplitude_factor
     if body_options.body:
         found = _simulate_body(motion, factor, body_options, stone_options, shift, planar_model_options.density)
@@ -131,7 +131,7 @@ def _shift_trajectory_times_to_file_start(
 
 @dataclass(frozen=True)
 class _SimulatedTrajectories:
-    """Simulated trajectories of one stone, with a description of the stone and text lines on the outcomes.
+    """Simulated trajectories of one stone, with a description of the stone and text lines of outcomes and notes.
 
     There is one trajectory for each azimuth or orientation.
     """
@@ -159,7 +159,7 @@ def _refuse_azimuth_or_body_options(planar_model_options: PlanarModelOptions, bo
         )
 
 
-def _check_azimuth_given_no_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_azimuth_without_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
     """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 
@@ -364,7 +364,7 @@ def _load_scene_or_create_gravestone(planar_model_options: PlanarModelOptions, d
 def _read_and_process_record_or_create_pulse(
     motion_options: MotionOptions, file_options: RecordFileOptions
 ) -> "Record":
-    """Read a record from its table entry or file, or create a pulse, and apply the default processing."""
+    """Read a record from its table entry or file and apply the default processing, or create a pulse."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint
     from overturning.files import path_in_working_folder_or_package
     from overturning.records.catalogue import read_record_table

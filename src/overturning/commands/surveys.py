@@ -375,7 +375,7 @@ def print_survival_probability(
         Path | None, typer.Option(help="survey (CSV); if none of its stones fell, it bounds the rate of falls")
     ] = None,
 ) -> None:
-    """Compute the probability that stones survive a seismic hazard for some years.
+    """Print the probability that stones survive a seismic hazard for some years.
 
     Bound the rate of falls if none of them fell.
 

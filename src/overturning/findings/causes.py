@@ -7,7 +7,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.statistics.criteria import MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO, score_overturning_criteria
-from overturning.statistics.logistic import CONFIDENCE_LEVEL, coefficient_name_estimate_interval_range_rows
+from overturning.statistics.logistic import CONFIDENCE_LEVEL, fitted_coefficient_rows
 
 DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTOR_NAMES` grows by ln 2, by coefficient index."""
@@ -142,7 +142,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     if (fit := results.logistic_fit) is None:
         return None
     rows = []
-    for name, value, low, high, least, most in coefficient_name_estimate_interval_range_rows(fit):
+    for name, value, low, high, least, most in fitted_coefficient_rows(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
         rows.append(
             LogisticCoefficient(

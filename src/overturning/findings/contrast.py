@@ -306,10 +306,7 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
 def _fall_outcomes_of_element(
     variant_name: str, scene: Scene, fall_counts: ElementFallCounts, scene_has_several_elements: bool
 ) -> ElementFallOutcomes:
-    """Return number, share and median time of the falls of one scene element in the study or one of its variants.
-
-    `scene_has_several_elements` is True if the scene has several.
-    """
+    """Return number, share and median time of the falls of one scene element in the study or one of its variants."""
     falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_before_other_elements
     return ElementFallOutcomes(
         variant=variant_name, scene=scene.name,

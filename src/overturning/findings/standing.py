@@ -122,7 +122,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
     """
     doubts = {
         one.measure: f"{survival.hazard_table_name}: {why}"
-        for one in survival.hazard_curves_by_measure.values()
+        for one in survival.hazard_curve_by_measure.values()
         if (why := hazard_unit_warning(one))
     }
     for *_, one in survival.curves_with_standing_probabilities:

@@ -1,6 +1,6 @@
 """3-D model: a rigid body that moves with all components of the motion and can fall towards any azimuth."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -49,8 +49,13 @@ class InitialState:
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name in (item.name for item in fields(self)):
-            count = 4 if name == "rest_to_initial_quaternion_wxyz" else 3
+        counts = {
+            "centre_position": 3,
+            "rest_to_initial_quaternion_wxyz": 4,
+            "centre_velocity": 3,
+            "angular_velocity": 3,
+        }
+        for name, count in counts.items():
             values = convert_argument_to_finite_array(name, getattr(self, name), (count,))
             object.__setattr__(self, name, tuple(values.tolist()))
 

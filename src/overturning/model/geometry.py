@@ -152,8 +152,9 @@ def place_elements(
         # A centred element has exactly x = 0, so that a symmetric scene is symmetric bit by bit.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
-        own_drop = None if element.fallen_drop is None else element.fallen_drop * scale
-        drop = DEFAULT_FALL_THRESHOLD_DROP_TO_HEIGHT_RATIO * shape.height if own_drop is None else own_drop
+        drop = DEFAULT_FALL_THRESHOLD_DROP_TO_HEIGHT_RATIO * shape.height
+        if element.fallen_drop is not None:
+            drop = element.fallen_drop * scale
         inertia = per_area * shape.polar_second_moment_about_centroid
         placed.append(PlacedElement(element, shape, x, z, per_area * shape.area, inertia, drop))
     return placed
@@ -270,9 +271,8 @@ def possible_contact_points_of_elements(
             float(vertex_from_own_centre[0] + element_of_vertex.centre_of_mass_x),
             float(vertex_from_own_centre[1] + element_of_vertex.centre_of_mass_z),
         )
-        is_possible = (
-            abs(along) <= opposite_face_table_row[8] and one_if_vertex_can_bear_load * opposite_face_table_row[11]
-        )
+        can_bear_load = one_if_vertex_can_bear_load * opposite_face_table_row[11] > 0
+        is_possible = can_bear_load and abs(along) <= opposite_face_table_row[8]
         return along, PossibleContactPoint(
             float(gap) if is_possible else np.inf,
             point,

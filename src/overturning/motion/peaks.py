@@ -50,13 +50,11 @@ def largest_filtered_motion_along_azimuths(
     cosines = np.ascontiguousarray(north_east_cosines_by_azimuth, dtype=np.float64)
     largest = np.zeros(len(cosines))
     coefficients = np.stack([filter_numerator_coefficients, filter_denominator_coefficients])
-    _update_largest_filtered_motion(
-        north, east, coefficients, cosines, _middle_cosines_and_max_sine_by_azimuth_group(cosines), largest
-    )
+    _update_largest_filtered_motion(north, east, coefficients, cosines, _initial_azimuth_group_table(cosines), largest)
     return largest
 
 
-def _middle_cosines_and_max_sine_by_azimuth_group(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
+def _initial_azimuth_group_table(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
     """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).

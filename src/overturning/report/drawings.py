@@ -279,10 +279,9 @@ def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyFindings])
         """Convert numbers of stones by name of the compass octant to an array in the order of `OCTANTS`."""
         return np.array([stone_count_by_octant.get(octant) or 0.0 for octant in OCTANTS])
 
-    def convert_share_to_plotted_estimate(fallen_share: Any) -> PlottedEstimate:
+    def convert_share_to_plotted_estimate(share: Any) -> PlottedEstimate:
         """Convert a share of fallen stones to the form that figures draw."""
-        one = fallen_share
-        return PlottedEstimate(None) if one is None else PlottedEstimate(one.value, one.low, one.high)
+        return PlottedEstimate(None) if share is None else PlottedEstimate(share.value, share.low, share.high)
 
     return survey_falls_figure(
         [

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import MeanOverEarthquakes, bootstrap_interval
-from overturning.statistics.logistic import predictors_falls_earthquakes_and_weights
+from overturning.statistics.logistic import overturning_regression_data
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
@@ -288,9 +288,9 @@ def score_overturning_criteria(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> Ove
     """Score how well published criteria predict the simulated falls; None if no outcome is known.
 
     `pga_and_pgv` has ``pga`` and ``pgv`` of each record and azimuth. The data are those of
-    `predictors_falls_earthquakes_and_weights`, with nominal outcomes instead of ensemble probabilities.
+    `overturning_regression_data`, with nominal outcomes instead of ensemble probabilities.
     """
-    predictors, falls, event, weight = predictors_falls_earthquakes_and_weights(cube, pga_and_pgv, use_ensemble=False)
+    predictors, falls, event, weight = overturning_regression_data(cube, pga_and_pgv, use_ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T

@@ -87,8 +87,8 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, use_ensemble: bool = False
     DataArray
         Azimuths as from `cube_with_opposite_azimuths`; for a scene without mirror symmetry including all opposites.
     """
-    count = len(VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY) if use_ensemble else 1
-    used = [name for name in VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY[:count] if name in cube]
+    names = VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY if use_ensemble else ("overturned",)
+    used = [name for name in names if name in cube]
     p = fall_probabilities_towards_and_away(cube_with_opposite_azimuths(cube[used]), use_ensemble=use_ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
@@ -220,7 +220,7 @@ BLOCK_SELECTION_RULES_IN_REPORT: Final = (
 
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
-    """Return the rule that selects blocks for direction statistics: in 2-D those few planes overturn, in 3-D all."""
+    """Return the rule that selects blocks for direction statistics: in 2-D those falling in few planes, in 3-D all."""
     is_planar = default_model_for_results_cube(cube).is_planar
     return BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE if is_planar else ALL_BLOCKS_RULE
 

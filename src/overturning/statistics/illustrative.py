@@ -56,7 +56,7 @@ class BestExampleCaseOfRecord(NamedTuple):
     A larger score is better.
     """
 
-    score_larger_is_better: tuple[float, ...]
+    score: tuple[float, ...]
     block_grid_indices: Sequence[int]
     """Positions along the dimensions of the block."""
     panel_direction_indices: tuple[int, ...]
@@ -254,7 +254,7 @@ def _best_example_case_by_rule_title(
     """
     best: dict[str, tuple[BestExampleCaseOfRecord, int]] = {}
     for title, case, record in best_cases_by_rule_and_record:
-        if case and (title not in best or case.score_larger_is_better > best[title][0].score_larger_is_better):
+        if case is not None and (title not in best or case.score > best[title][0].score):
             best[title] = case, record
     return best
 
@@ -339,7 +339,8 @@ def clearest_case_with_differing_outcomes(
         Names of their variants, for the panels of the case.
     """
     model = default_model_for_results_cube(first_cube)
-    cells, names = (model.distinct_direction_indices(first_cube), ["overturned", "fall_azimuth", "peak_rotation"])
+    cells = model.distinct_direction_indices(first_cube)
+    names = ["overturned", "fall_azimuth", "peak_rotation"]
     found_cases: list[_RuleTitleCaseAndRecordIndex] = []
     pairs = partial(zip, strict=True)
     record_pairs = pairs(iterate_results_by_record(first_cube, names), iterate_results_by_record(second_cube, names))

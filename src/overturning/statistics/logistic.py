@@ -134,7 +134,7 @@ def fit_logistic_model(
         if np.linalg.matrix_rank(design) < design.shape[1]:
             note = "no fit: predictors are linearly dependent"
         else:
-            beta, note = _newton_fit_coefficients_and_failure_reason(design, y, w, np.zeros(design.shape[1]))
+            beta, note = _fit_coefficients_by_newton_method(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Return to the units of the predictors; a constant predictor gets no coefficient.
         back = _coefficient_unscaling_matrix(centre, scale, varies)
@@ -202,7 +202,7 @@ def _coefficient_unscaling_matrix(
     return back
 
 
-def _newton_fit_coefficients_and_failure_reason(
+def _fit_coefficients_by_newton_method(
     design_matrix: FloatArray, fall_shares: FloatArray, weights: FloatArray, start_coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
     """Fit logistic coefficients by Newton's method; return them, and "" or the reason why there is no fit.
@@ -299,7 +299,7 @@ def _jackknife_coefficients_and_failure_reason(
             return none, "no interval: all falls, or all stands, are of one earthquake"
         if np.linalg.matrix_rank(design_matrix[kept]) < start_coefficients.size:
             return none, "no interval: without one earthquake predictors are linearly dependent"
-        found, note = _newton_fit_coefficients_and_failure_reason(
+        found, note = _fit_coefficients_by_newton_method(
             design_matrix[kept], fall_shares[kept], weights[kept], start_coefficients
         )
         if note:
@@ -320,7 +320,7 @@ def _jackknife_estimate_and_standard_error(
     return groups * coefficients_from_all_clusters - (groups - 1) * mean, error
 
 
-def predictors_falls_earthquakes_and_weights(
+def overturning_regression_data(
     cube: xr.Dataset, pga_and_pgv: xr.Dataset, *, use_ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
     """Return the data of a logistic fit: predictors, share of falls, earthquake index and weight of each row.
@@ -381,11 +381,11 @@ def fit_logistic_overturning_model(cube: xr.Dataset, pga_and_pgv: xr.Dataset) ->
 
     `pga_and_pgv` has ``pga`` and ``pgv`` of each record and azimuth.
     """
-    predictors, outcome, event, weight = predictors_falls_earthquakes_and_weights(cube, pga_and_pgv)
+    predictors, outcome, event, weight = overturning_regression_data(cube, pga_and_pgv)
     return fit_logistic_model(predictors, outcome, event, weights=weight, predictor_names=PREDICTOR_NAMES)
 
 
-def coefficient_name_estimate_interval_range_rows(
+def fitted_coefficient_rows(
     logistic_fit: LogisticFit,
 ) -> list[tuple[str, float, float, float, float, float]]:
     """Return, for each coefficient of a logistic model: name, estimate, interval limits, and range of its predictor.

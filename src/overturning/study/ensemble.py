@@ -217,7 +217,7 @@ def mask_of_cases_for_ensemble_runs(
 def wilson_95_percent_interval(matching_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Compute the 95 % Wilson interval (low, high) of a share of cases; (0, 1) if `total_count` is 0.
 
-    Wilson (1927), Journal of the American Statistical Association 22. SciPy's function takes one share at a time.
+    Wilson (1927), Journal of the American Statistical Association 22. SciPy's takes one share at a time: too slow.
     """
     n, k = np.asarray(total_count, np.float64), np.asarray(matching_count, np.float64)
     known = np.maximum(n, 1.0)
@@ -375,8 +375,8 @@ class EnsembleRunner:
             grid[name][cell_indices[:, at], None].astype(np.float64) for at, name in enumerate(grid.dimension_names)
         )
         same = np.ones(members.member_count)
-        values = zip(grid.dimension_names[1:], rest, strict=True)
-        sizes = {name: at * getattr(members, f"{name}_factor", same) for name, at in values}
+        centres = dict(zip(grid.dimension_names[1:], rest, strict=True))
+        sizes = {name: value * getattr(members, f"{name}_factor", same) for name, value in centres.items()}
         alike = {"amplitude": members.amplitude_factor, "initial_tilt": members.initial_tilt_rad}
         alike["damping_factor"] = members.damping_factor
         return Cases(

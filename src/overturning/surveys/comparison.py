@@ -260,8 +260,8 @@ def _predicted_fall_share_and_range(
 
     Heights and frictions are those of the cube; smallest and largest are NaN if the share is the same for all.
     """
-    own = [(predictions.site_prediction_for_stone(stone), stone) for stone in stones]
-    falls = np.array([prediction.fall_probability_by_height_and_friction(stone) for prediction, stone in own])
+    predict = predictions.site_prediction_for_stone
+    falls = np.array([predict(stone).fall_probability_by_height_and_friction(stone) for stone in stones])
     weight = np.isfinite(falls) * np.array([stone.stone_count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():

@@ -170,7 +170,7 @@ class SurveyInversionResult:
     Attributes
     ----------
     survey_or_site_name : str
-        Name of the survey file.
+        Name of the survey file; in the result of a site, name of the site.
     fell, stood : int
         Number of stones.
     assumed_fixed_stone_share : float

@@ -84,7 +84,7 @@ class HazardCurve:
     intensity_levels: FloatArray
     annual_exceedance_rates: FloatArray
 
-    def annual_exceedance_rate(self, at_intensity_levels: ArrayLike) -> FloatArray:
+    def interpolate_annual_exceedance_rates(self, at_intensity_levels: ArrayLike) -> FloatArray:
         """Return the annual rates, 1/year, at which shaking exceeds given intensity levels, by interpolation."""
         x, ln_rates = np.log(self.intensity_levels), np.log(self.annual_exceedance_rates)
         return np.asarray(np.exp(np.interp(np.log(at_intensity_levels), x, ln_rates)))
@@ -122,8 +122,8 @@ class HazardCurve:
             return np.zeros(np.size(fragility_medians))
         between = (self.intensity_levels > first_level) & (self.intensity_levels < last_level)
         level = np.concatenate([[first_level], self.intensity_levels[between], [last_level]])
-        x, rate = np.log(level), np.log(self.annual_exceedance_rate(level))
-        m, log_spread = (np.log(np.atleast_1d(fragility_medians))[:, None], max(log_spread, MIN_LOG_SPREAD))
+        x, rate = np.log(level), np.log(self.interpolate_annual_exceedance_rates(level))
+        m, log_spread = np.log(np.atleast_1d(fragility_medians))[:, None], max(log_spread, MIN_LOG_SPREAD)
         k = -np.diff(rate) / np.diff(x)
         below, above = ((x[part] - m) / log_spread + k * log_spread for part in (slice(None, -1), slice(1, None)))
         below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
@@ -229,7 +229,7 @@ class SurvivalByStoneClass:
         Exposure time, years.
     hazard_table_name : str
         Name of the hazard table, for messages.
-    hazard_curves_by_measure : dict
+    hazard_curve_by_measure : dict
         Hazard curves by measure.
     curves_with_standing_probabilities : tuple
         Curve, hazard and estimate of each class with a fragility curve for a measure of the hazard.
@@ -239,7 +239,7 @@ class SurvivalByStoneClass:
 
     exposure_time_years: float
     hazard_table_name: str
-    hazard_curves_by_measure: dict[str, HazardCurve]
+    hazard_curve_by_measure: dict[str, HazardCurve]
     curves_with_standing_probabilities: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbabilityEstimate], ...]
     fragility_rows_without_fitted_curve: tuple[FragilityCurveRow, ...]
 

@@ -153,7 +153,7 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     true = [one for one in library if one.earthquake_name]
     events = sorted({one.earthquake_name for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
-    kinds = [StoneDimensions.from_stone(stone) for truth in truths for stone in truth.stones]
+    kinds = [StoneDimensions.from_stone_with_nearest_d_over_b(stone) for truth in truths for stone in truth.stones]
     inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, thread_count=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array(
@@ -296,7 +296,9 @@ def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
     stones = read_counted_stones(RUIN_SURVEY_FILE)
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
-            candidate_motions(), [StoneDimensions.from_stone(stone) for stone in stones], thread_count=threads
+            candidate_motions(),
+            [StoneDimensions.from_stone_with_nearest_d_over_b(stone) for stone in stones],
+            thread_count=threads,
         )
     )
     result = inversion.invert_survey(RUIN_SURVEY_FILE.name, stones)

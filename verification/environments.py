@@ -28,7 +28,7 @@ MEASUREMENTS_PER_ENVIRONMENT: Final = 2
 """Number of measurements of each environment; the fastest one is reported."""
 
 
-class EnvironmentCost(NamedTuple):
+class EnvironmentInstallationCost(NamedTuple):
     """Cost of installing a Python environment: times, disk size and number of packages.
 
     Costs are compared by elapsed time.
@@ -46,7 +46,7 @@ class EnvironmentCost(NamedTuple):
 
 def install_and_measure_environment(
     checkout_folder: Path, make_target: str, environment_folder: Path
-) -> EnvironmentCost:
+) -> EnvironmentInstallationCost:
     """Run a make target that installs packages; return its cost.
 
     The cost has the elapsed and processor time, s, of the target, and size and package count of the environment.
@@ -69,7 +69,7 @@ def install_and_measure_environment(
     elapsed, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     blocks = sum(path.lstat().st_blocks for path in environment_folder.rglob("*"))
-    return EnvironmentCost(elapsed, spent, 512 * blocks / 1e9, count_installed_packages(environment_folder))
+    return EnvironmentInstallationCost(elapsed, spent, 512 * blocks / 1e9, count_installed_packages(environment_folder))
 
 
 def count_installed_packages(environment_folder: Path) -> int:
@@ -77,7 +77,7 @@ def count_installed_packages(environment_folder: Path) -> int:
     return len(list(environment_folder.glob("lib/*/site-packages/*.dist-info")))
 
 
-def measure_make_targets(checkout_folder: Path, make_targets: list[str]) -> list[EnvironmentCost]:
+def measure_make_targets(checkout_folder: Path, make_targets: list[str]) -> list[EnvironmentInstallationCost]:
     """Run make targets one after the other in a new Python environment, and return the cost after each."""
     with tempfile.TemporaryDirectory() as scratch:
         return [
@@ -86,7 +86,7 @@ def measure_make_targets(checkout_folder: Path, make_targets: list[str]) -> list
         ]
 
 
-def environment_cost_numbers(environment_name: str, cost: EnvironmentCost) -> list[MeasuredNumber]:
+def environment_cost_numbers(environment_name: str, cost: EnvironmentInstallationCost) -> list[MeasuredNumber]:
     """Return the cost of an environment as measured numbers."""
     return [
         MeasuredNumber(f"{environment_name}: time", cost.elapsed_time_s, "s"),

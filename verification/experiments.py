@@ -58,7 +58,7 @@ from verification.tables import (
     wrap_text,
     write_csv,
 )
-from verification.timing import TimedResults, run_case_groups_in_subprocess
+from verification.timing import ResultsWithProcessorTime, run_case_groups_in_subprocess
 
 MarkdownByMarker = dict[str, str]
 
@@ -249,14 +249,14 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
 
     def run_with_penetration(
         static_penetration_to_width_ratio: float, case_groups: list[CaseGroup] = groups, **how: Any
-    ) -> TimedResults:
+    ) -> ResultsWithProcessorTime:
         """Run groups of cases on contacts with a given static penetration over the width of the block."""
         return run_case_groups(
             case_groups, model=gravestone(Contact(static_penetration=static_penetration_to_width_ratio)), **how
         )
 
     def wrong_flag_and_outcome_texts(
-        compared_results: TimedResults, reference_results: TimedResults
+        compared_results: ResultsWithProcessorTime, reference_results: ResultsWithProcessorTime
     ) -> tuple[str, ...]:
         """Return the percentages of cases with a wrong flag and with a wrong flag or side, as texts."""
         return tuple(

@@ -12,7 +12,7 @@ from overturning.model.results import CaseResults
 from overturning.model.status import CaseStatus
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences
 from verification.inputs import CaseGroup
-from verification.timing import TimedResults, run_and_measure_min_processor_time
+from verification.timing import ResultsWithProcessorTime, run_and_measure_min_processor_time
 
 PeakRotationsOverAlpha = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
@@ -28,7 +28,9 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
     )
 
 
-def run_case_groups(case_groups: Sequence[CaseGroup], repeat_count: int = 1, **settings: Any) -> TimedResults:
+def run_case_groups(
+    case_groups: Sequence[CaseGroup], repeat_count: int = 1, **settings: Any
+) -> ResultsWithProcessorTime:
     """Run groups of cases after a warm-up run; return the joined results and the minimum processor time, s.
 
     Each group is run `repeat_count` times; `settings` are those of `run_cases`.
@@ -38,7 +40,7 @@ def run_case_groups(case_groups: Sequence[CaseGroup], repeat_count: int = 1, **s
         repeat_count,
         lambda: run_cases(*case_groups[0], **settings),
     )
-    return TimedResults(join_results(found), seconds)
+    return ResultsWithProcessorTime(join_results(found), seconds)
 
 
 def peak_rotation_errors_over_alpha(

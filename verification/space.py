@@ -195,12 +195,12 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
     def run_cases_and_count_reruns(run_selected_cases: Callable[[Any, int], None], *more: Any) -> None:
         """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
 
-        def count_if_rerun_and_run_cases(case_indices: Any, step_divisor: int) -> None:
+        def run_cases_counting_reruns(case_indices: Any, step_divisor: int) -> None:
             """Note how many cases are rerun, and run them."""
             again.append(case_indices.size if step_divisor == STEP_DIVISOR_PER_RERUN else 0)
             run_selected_cases(case_indices, step_divisor)
 
-        rerun_until_energy_balances_or_mark_unstable(count_if_rerun_and_run_cases, *more)
+        rerun_until_energy_balances_or_mark_unstable(run_cases_counting_reruns, *more)
 
     with mock.patch("overturning.dem.plan.rerun_until_energy_balances_or_mark_unstable", run_cases_and_count_reruns):
         found, seconds = run_and_measure_min_processor_time(

@@ -203,7 +203,7 @@ def _agreement_table_row(
     )  # fmt: skip
 
 
-def summary_rows_of_random_cases(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
+def fall_share_and_robustness_rows_by_solver(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
         ran = outcomes_by_case.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME_TEXT, axis=1)
@@ -284,7 +284,7 @@ def publish_agreement_with_solvers() -> None:
     compared = ("compared", "cases", "number", "falls", "same flag (95 %)", "azimuth within 20° (95 %)")
     listed = ("solver", "case", "stones", "µ", PROGRAM_LABEL, *OUTCOME_FILE_BY_SOLVER, "cause")
     tables = (
-        markdown_table(drawn, summary_rows_of_random_cases(table)),
+        markdown_table(drawn, fall_share_and_robustness_rows_by_solver(table)),
         markdown_table(compared, agreement_table_rows(table)),
     )
     insert_markdown_between_markers_in_docs({

@@ -24,7 +24,7 @@ TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S: Final = 4.0
 """Total processor time, s, after which a computation is not repeated; disturbances matter little in long runs."""
 
 
-class TimedResults(NamedTuple):
+class ResultsWithProcessorTime(NamedTuple):
     """Results of a sequence of case groups, joined in order, and their processor time, s."""
 
     results: CaseResults
@@ -110,7 +110,7 @@ def run_case_groups_in_subprocess(
     scene_name: str = "",
     repeat_count: int = 1,
     **environment: str,
-) -> list[TimedResults]:
+) -> list[ResultsWithProcessorTime]:
     """Run groups of cases with each of several settings in a separate process.
 
     Parameters
@@ -158,7 +158,7 @@ def run_case_groups_in_subprocess(
         )
         with np.load(made) as arrays:
             return [
-                TimedResults(
+                ResultsWithProcessorTime(
                     CaseResults(**{name: arrays[f"{name}{i}"] for name in _RESULT_NAMES_READ_FROM_CHILD}),
                     float(arrays[f"seconds{i}"]),
                 )

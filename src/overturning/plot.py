@@ -133,7 +133,7 @@ def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figu
     _check_cube_has_coordinate_for_figure(one, "azimuth", "boundary")
     check_has_falls(one, "boundary")
     top = float(one["b_over_h"].max())
-    bounds = statistics.overturning_boundaries_by_azimuth(one).assign_attrs(one.attrs)
+    bounds = statistics.overturning_boundary_b_over_h_by_azimuth(one).assign_attrs(one.attrs)
     return overturning_boundary_figure(
         bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_title(one)
     )
@@ -172,7 +172,7 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
 @partial(_register_cube_figure, "axes")
 def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     """Draw the mean of cos 2Δ over falls (Δ: angle from fault normal) by earthquake, and means with intervals."""
-    from overturning.figures.alignment import fall_alignment_by_earthquake_figure
+    from overturning.figures.alignment import fault_normal_alignment_figure_from_fall_axes
     from overturning.figures.content import check_has_falls_and_fault_normal
     from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
 
@@ -180,7 +180,7 @@ def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
         groups = fall_axes_from_fault_normal_by_group(sorted_cube)
         summaries = {name: summarise_fall_axes(found) for name, found in groups.items()}
         check_has_falls_and_fault_normal(sorted_cube, groups)
-        return fall_alignment_by_earthquake_figure(groups, summaries)
+        return fault_normal_alignment_figure_from_fall_axes(groups, summaries)
 
     return _draw_figure_of_all_records(cube, draw_fall_alignment_by_earthquake)
 

@@ -88,7 +88,7 @@ def overwrite_initial_state_of_element(plan: PolygonSimulationPlan, element: int
             + element * k.ELEMENT_ROW_LAYOUT.row_count
             + k.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, path) // k.PARALLEL_CASE_COUNT
         )
-        plan.scene_arrays.initial_state_column_by_scene_variant[0, row] = number
+        plan.scene_arrays.initial_state_by_scene_variant[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.angular"}
     for name, value in values.items():

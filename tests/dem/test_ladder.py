@@ -190,7 +190,7 @@ def step_is_rejected(
         step_control_of_case(BLOCK_STEP_CONTROL),
         BlockConstants(
             **dict.fromkeys(BlockConstants._fields, 1.0)
-            | {"max_corner_travel_without_halving_step": max_corner_travel_without_halving_step_m}
+            | {"max_contact_change_travel_without_halving_step": max_corner_travel_without_halving_step_m}
         ),
     )
     length = length_in_finest_steps * case_step_control.shortest_step_ticks

@@ -35,10 +35,10 @@ def solve_random_equations_by_kernel_and_numpy(
     for k in range(size):
         blocks[k, k] = 3.0 * np.eye(3) + 0.3 * rng.normal(size=(3, 3))
     right = rng.normal(size=(size, 3))
-    state = np.zeros(rows.CASE_SIZE + size * rows.ELEMENT_SIZE)
+    state = np.zeros(rows.CASE_ARRAY_LENGTH + size * rows.ELEMENT_ARRAY_LENGTH)
     places = (
-        rows.CASE_SIZE
-        + np.arange(size)[:, None] * rows.ELEMENT_SIZE
+        rows.CASE_ARRAY_LENGTH
+        + np.arange(size)[:, None] * rows.ELEMENT_ARRAY_LENGTH
         + VELOCITY_CHANGE_ROW
         + np.arange(3) * rows.PARALLEL_CASE_COUNT
     )
@@ -115,7 +115,8 @@ def test_suspending_contact_tests_of_pairs_does_not_change_a_tower_collapse() ->
         rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "angular")
     ]
     found, full = (
-        values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
+        values[rows.CASE_ARRAY_LENGTH :].reshape(-1, rows.ELEMENT_ARRAY_LENGTH)[:, [*poses, *speeds]]
+        for values in (state, expected)
     )
     assert np.abs(full[1:, 2]).max() > 0.1, "it moves"
     np.testing.assert_array_equal(found, full)

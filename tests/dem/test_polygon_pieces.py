@@ -116,7 +116,7 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     made = scene_of_elements(stone_element(vertices=L_OUTLINE))
     prepared = prepare_scene(made)
     assert prepared.rocking_onset_acceleration_g == pytest.approx(0.275 / 0.425, rel=1e-12)
-    assert prepared.critical_or_fall_angles[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
+    assert prepared.smaller_critical_angles_or_fall_angles[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
     assert np.degrees(prepared.elements[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
         [90, 90 + np.degrees(np.arctan2(0.5, 0.8))]

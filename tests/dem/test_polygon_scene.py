@@ -130,7 +130,7 @@ def test_a_contact_that_carries_hardly_any_weight_still_gets_stiff_springs() -> 
     prepared = prepare_scene(flush)
     carried = prepared.pair_contact_laws.carried_weight_at_rest
     assert 0.0 < carried[carried > 0.0].min() < 1e-3 * carried.max()
-    assert prepared.pair_contact_laws.stiffness_design_weight.min() > 0.1 * carried.max()
+    assert prepared.pair_contact_laws.weight_for_contact_stiffness.min() > 0.1 * carried.max()
     found = simulate(motion_at_rest(0.1), flush, azimuth_deg=[0.0], friction=[0.6])
     assert found.status.item() in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
 
@@ -243,7 +243,7 @@ def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> Non
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     prepared = prepare_scene(load_shipped_scene("boulder"))
     assert np.isfinite(prepared.pair_contact_laws.normal_stiffness).all()
-    assert prepared.critical_or_fall_angles[1] == pytest.approx(
+    assert prepared.smaller_critical_angles_or_fall_angles[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.elements[1].centre_of_mass_x - 0.02), prepared.elements[1].centre_of_mass_z),
         rel=1e-9,
     )

@@ -147,7 +147,7 @@ def test_the_critical_angle_of_a_slab_held_down_by_a_stone_is_that_of_both() -> 
         {"width": 0.3, "depth": 0.5, "height": 0.5, "at": (-0.35, 0.0)},
     )).stones()  # fmt: skip
     table = stone_constants_and_initial_states_table(stones, joint_constants_of_stack(stones, VertexContact()))
-    assert np.degrees(np.arcsin(np.sqrt(table["critical_lean_squared_sine_on_contact_patch"]))) == pytest.approx(
+    assert np.degrees(np.arcsin(np.sqrt(table["critical_lean_squared_sine_on_contact_at_rest"]))) == pytest.approx(
         np.degrees(np.arctan([1.0, 0.16 / 0.23, 0.15 / 0.25]))
     )
 

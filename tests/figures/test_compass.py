@@ -27,7 +27,7 @@ from overturning.figures.style import (
     use_package_matplotlib_settings,
 )
 from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
-from overturning.statistics.boundary import overturning_boundaries_by_azimuth
+from overturning.statistics.boundary import overturning_boundary_b_over_h_by_azimuth
 from overturning.translation.texts import use_translation_language
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -73,7 +73,7 @@ def figure_of_pga_and_pgv_by_azimuth() -> Figure:
 
 def figure_of_overturning_boundary() -> Figure:
     cube = cube_of_one_record()
-    return overturning_boundary_figure(overturning_boundaries_by_azimuth(cube), 0.6, 40.0, "A station")
+    return overturning_boundary_figure(overturning_boundary_b_over_h_by_azimuth(cube), 0.6, 40.0, "A station")
 
 
 FUNCTIONS_MAKING_COMPASS_FIGURES = (

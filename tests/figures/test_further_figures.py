@@ -16,7 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
+from overturning.figures.alignment import (
+    fall_alignment_by_b_over_h_figure,
+    fault_normal_alignment_figure_from_fall_axes,
+)
 from overturning.figures.answer import PlottedEstimate, fault_normal_alignment_by_earthquake_figure
 from overturning.figures.boundary import overturning_boundary_figure
 from overturning.figures.film_of_trajectory import outcome_sentence
@@ -44,7 +47,7 @@ from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.boundary import overturning_boundaries_by_azimuth
+from overturning.statistics.boundary import overturning_boundary_b_over_h_by_azimuth
 from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake, summarise_fall_axes
 from overturning.statistics.logistic import PREDICTOR_NAMES, LogisticFit, fit_logistic_overturning_model
 
@@ -104,7 +107,9 @@ def draw_hodograph() -> Figure:
 
 def draw_fall_alignment_by_earthquake() -> Figure:
     found = fall_axes_from_fault_normal_by_earthquake(cube_of_falls_around_azimuth_40())
-    return fall_alignment_by_earthquake_figure({"all records": found}, {"all records": summarise_fall_axes(found)})
+    return fault_normal_alignment_figure_from_fall_axes(
+        {"all records": found}, {"all records": summarise_fall_axes(found)}
+    )
 
 
 def draw_station_map() -> Figure:
@@ -182,7 +187,7 @@ FUNCTIONS_MAKING_FIGURES_BY_NAME: dict[str, Callable[[], Figure]] = {
         cube_of_falls_around_azimuth_40().isel(record=0), "Station, earthquake"
     ),
     "boundary": lambda: overturning_boundary_figure(
-        overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
+        overturning_boundary_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)),
         0.4,
         30.0,
         "Station, earthquake",
@@ -250,7 +255,7 @@ def test_overturning_boundary_of_an_asymmetric_scene_shows_only_simulated_azimut
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
     cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
-    found = overturning_boundaries_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
+    found = overturning_boundary_b_over_h_by_azimuth(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
     with use_package_matplotlib_settings():
         figure = overturning_boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
@@ -262,7 +267,7 @@ def test_overturning_boundary_of_an_asymmetric_scene_shows_only_simulated_azimut
 
 
 def test_title_explains_the_interval_band_of_an_overturning_boundary_if_drawn() -> None:
-    found = overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
+    found = overturning_boundary_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0))
     wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
     alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
     with use_package_matplotlib_settings():
@@ -275,7 +280,7 @@ def test_title_explains_the_interval_band_of_an_overturning_boundary_if_drawn() 
 def test_overturning_boundary_curves_close_around_the_circle() -> None:
     with use_package_matplotlib_settings():
         figure = overturning_boundary_figure(
-            overturning_boundaries_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
+            overturning_boundary_b_over_h_by_azimuth(cube_of_falls_around_azimuth_40().isel(record=0)), 0.4, 30.0, "A"
         )
         lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
         assert len(lines) == 2
@@ -469,7 +474,7 @@ LONG_JAPANESE_NAME = (
 
 
 def draw_overturning_boundary_with_title(name: str) -> Figure:
-    found = overturning_boundaries_by_azimuth(
+    found = overturning_boundary_b_over_h_by_azimuth(
         cube_of_falls_around_azimuth_40().isel(record=0, height=[0], friction=[0])
     )
     return overturning_boundary_figure(found.assign(falls_beyond=found["falls_beyond"] * 0 + 1), 0.4, 30.0, name)

@@ -22,7 +22,7 @@ from overturning.figures.polar_map import (
     round_up_velocity_at_map_rim,
 )
 from overturning.figures.style import MISSING_COLOUR, PAGE_WIDTH_INCHES, use_package_matplotlib_settings
-from overturning.statistics.boundary import overturning_boundaries_by_azimuth
+from overturning.statistics.boundary import overturning_boundary_b_over_h_by_azimuth
 from tests.figures.test_explore import random_planar_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -422,7 +422,7 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
     with use_package_matplotlib_settings():
         for curves in (
             pga_and_pgv_by_azimuth_figure(peaks, np.nan, "A"),
-            overturning_boundary_figure(overturning_boundaries_by_azimuth(part), 0.4, np.nan, "A"),
+            overturning_boundary_figure(overturning_boundary_b_over_h_by_azimuth(part), 0.4, np.nan, "A"),
         ):
             theta, radius = curves.axes[0].lines[0].get_data()
             shown = np.isfinite(radius[:-1] + radius[1:])
@@ -432,7 +432,9 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
         band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
         assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
         alone = (
-            overturning_boundary_figure(overturning_boundaries_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A")
+            overturning_boundary_figure(
+                overturning_boundary_b_over_h_by_azimuth(part.isel(azimuth=[2])), 0.4, np.nan, "A"
+            )
             .axes[0]
             .lines[-1]
         )

@@ -123,10 +123,10 @@ def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Fi
 def test_earthquakes_with_records_with_and_without_a_pulse_are_counted(study_folder: Path) -> None:
     """Only earthquake A has records both with and without a velocity pulse; B and C have one kind, D neither."""
     with open_study_results(study_folder) as opened:
-        first = opened.default_element_cube.isel(record=[0] * 6)
+        first = opened.reference_element_cube.isel(record=[0] * 6)
         events, pulses = list("AABCDA"), [1.0, 0.0, 1.0, 0.0, np.nan, 0.0]
         cube = first.assign_coords(event=("record", events), pulse=("record", pulses))
-        extent = count_records_and_blocks_with_direction_range(replace(opened, default_element_cube=cube))
+        extent = count_records_and_blocks_with_direction_range(replace(opened, reference_element_cube=cube))
     assert (extent.earthquakes_in_several_groups, extent.records) == (1, 6)
 
 
@@ -346,16 +346,16 @@ def test_error_names_the_missing_results_file(tmp_path: Path) -> None:
 def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folder: Path) -> None:
     """If slender blocks fall in all planes and the others in none, no fall axis arises, not even by rounding errors."""
     with open_study_results(study_folder) as results:
-        cube = results.default_element_cube.load()
+        cube = results.reference_element_cube.load()
         slender = (cube["b_over_h"] < float(cube["b_over_h"].mean())).broadcast_like(cube["overturned"])
         towards = xr.where(slender, 1, 0).transpose(*cube["overturned"].dims).astype(np.int8)
         changed = cube.drop_vars([one for one in ("probability_towards", "probability_away") if one in cube])
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
         direction = fall_direction_findings(
-            StudyResults(**values | {"default_element_cube": changed.assign(overturned=towards)})
+            StudyResults(**values | {"reference_element_cube": changed.assign(overturned=towards)})
         )
         half = changed.assign(overturned=towards.where((cube["azimuth"] % 180) < 90, INT8_MISSING))
-        found = StudyResults(**values | {"default_element_cube": half})
+        found = StudyResults(**values | {"reference_element_cube": half})
         missing, extent = fall_direction_findings(found), count_records_and_blocks_with_direction_range(found)
     assert direction.reason_for_no_axis_comparable_with_fault == "every direction or none"
     assert not direction.has_fall_axis_comparable_with_fault
@@ -368,14 +368,15 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
 def test_records_without_falls_have_no_fall_direction(study_folder: Path) -> None:
     """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
     with open_study_results(study_folder) as results:
-        still = results.default_element_cube.load().assign(
-            overturned=xr.zeros_like(results.default_element_cube["overturned"])
+        still = results.reference_element_cube.load().assign(
+            overturned=xr.zeros_like(results.reference_element_cube["overturned"])
         )
         for name in ("probability_towards", "probability_away"):
             if name in still:
                 still[name] = xr.zeros_like(still[name])
         changed = StudyResults(
-            **{name: getattr(results, name) for name in results.__dataclass_fields__} | {"default_element_cube": still}
+            **{name: getattr(results, name) for name in results.__dataclass_fields__}
+            | {"reference_element_cube": still}
         )
         direction = fall_direction_findings(changed)
     assert not direction.has_fall_axis_comparable_with_fault
@@ -396,7 +397,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     """Falls in planes of one sector lie in it whatever the motion, and so near any fault normal within the sector."""
     with open_study_results(study_folder) as results:
         values = {name: getattr(results, name) for name in results.__dataclass_fields__}
-        sector = StudyResults(**values | {"default_element_cube": results.default_element_cube.sel(azimuth=planes)})
+        sector = StudyResults(**values | {"reference_element_cube": results.reference_element_cube.sel(azimuth=planes)})
         direction, records, maps = (
             fall_direction_findings(sector),
             peaks_and_fall_directions_of_records(sector),
@@ -475,7 +476,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
     """With the outcomes of rock on soil too, axes of all planes differ by 0°; planes of one sector give no angle."""
     soil = SoilSite(layers=(SoilLayer(thickness_m=20, velocity_m_s=180),), rock=RockHalfSpace(velocity_m_s=760))
     with open_study_results(study_folder) as opened:
-        cube = opened.default_element_cube.sel(azimuth=planes)
+        cube = opened.reference_element_cube.sel(azimuth=planes)
         rates = population_outcome_rates_by_record(cube, opened.study.population)
         study = opened.study.model_copy(update={"variants": {"soft": Variant(site=soil)}})
         both = dict.fromkeys(("nominal", "soft"), (cube, rates))
@@ -484,7 +485,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
             replace(
                 opened,
                 study=study,
-                default_element_cube=cube,
+                reference_element_cube=cube,
                 cubes_by_variant=cubes,
                 population_rates_by_variant=populations,
             )
@@ -497,7 +498,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
 def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder: Path) -> None:
     """The same outcomes, but the study lacks those at B/H 0.3 that stand, and the variant those at 0.4 that fall."""
     with open_study_results(study_folder) as opened:
-        whole = opened.default_element_cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
+        whole = opened.reference_element_cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
         flags, shape = whole["overturned"], whole["b_over_h"]
         lost = [(flags == 0) & (shape == 0.3), (flags != 0) & (shape == 0.4)]
         cubes = {
@@ -508,7 +509,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
         # Without vertical motion in the records, a variant in the vertical motion has no record to compare.
         cubes["nominal"] = cubes["nominal"].assign_coords(vertical=("record", [1, 1]))
         (found,) = compare_study_with_variants(
-            replace(opened, study=study, default_element_cube=cubes["nominal"], cubes_by_variant=cubes)
+            replace(opened, study=study, reference_element_cube=cubes["nominal"], cubes_by_variant=cubes)
         )
     assert all(one.any() for one in lost)
     assert found.cases_not_compared == int((lost[0] | lost[1]).sum())

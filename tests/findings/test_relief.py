@@ -35,7 +35,7 @@ class StubReliefResults:
 
     def __init__(self, low: np.ndarray, high: np.ndarray, settings: dict) -> None:
         dims = ("record", "orientation")
-        self.default_element_cube = xr.Dataset({
+        self.reference_element_cube = xr.Dataset({
             "probability_falls_low_relief": (dims, low.astype("f4")),
             "probability_falls_high_relief": (dims, high.astype("f4")),
             "members": (dims, np.full(low.shape, 24)),
@@ -121,7 +121,7 @@ def test_shares_of_disagreement_exclude_cells_with_fewer_runs_than_a_batch() -> 
         {"azimuth": [30.0], "b_over_h": [0.2, 0.3, 0.4, 0.5]},
     ).assign(overturned=(dims, np.ones((1, 1, 1, 4, 1))))
     study = SimpleNamespace(ensemble=EnsembleSettings(members=4))
-    found = ensemble_findings(SimpleNamespace(default_element_cube=cube, model=PlanarModel(), study=study))  # type: ignore[arg-type]
+    found = ensemble_findings(SimpleNamespace(reference_element_cube=cube, model=PlanarModel(), study=study))  # type: ignore[arg-type]
     assert found is not None
     assert (found.runs_per_cell_in_first_batch, found.fewest_runs_per_cell, found.share_of_cells_repeated) == (
         4,

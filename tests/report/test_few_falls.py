@@ -150,7 +150,7 @@ def test_two_settings_without_falls_are_not_compared(language: str) -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("primary", [True, False])
-def test_settings_without_an_outcome_in_both_are_not_compared(primary: bool, language: str) -> None:
+def test_settings_are_not_compared_if_no_case_has_an_outcome_in_both(primary: bool, language: str) -> None:
     none = estimate_entry(0.0, n=0) | {"value": None}
     data = json.loads(handwritten_findings_of_study("vertical").model_dump_json())
     other = {name: none for name, value in data["contrasts"][0].items() if isinstance(value, dict)}

@@ -7,7 +7,7 @@ import xarray as xr
 from overturning.statistics.boundary import (
     boundary_b_over_h_and_whether_stoutest_falls,
     easiest_axis_and_extreme_overturning_boundaries,
-    overturning_boundaries_by_azimuth,
+    overturning_boundary_b_over_h_by_azimuth,
 )
 
 
@@ -36,7 +36,7 @@ def test_overturning_boundary_is_half_a_step_of_b_over_h_above_the_last_fall(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
     cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest_b_over_h=0.3))
-    bounds = overturning_boundaries_by_azimuth(cube)
+    bounds = overturning_boundary_b_over_h_by_azimuth(cube)
     inside = bounds["boundary"].sel(azimuth=[60, 75, 240])
     assert inside.values == pytest.approx(0.35)
     assert bounds["boundary"].sel(azimuth=150).isnull().all()
@@ -51,7 +51,7 @@ def test_falls_at_the_largest_b_over_h_leave_the_boundary_unknown(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
     cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20))
-    bounds = overturning_boundaries_by_azimuth(cube)
+    bounds = overturning_boundary_b_over_h_by_azimuth(cube)
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["boundary"].isnull().all()
     easiest = easiest_axis_and_extreme_overturning_boundaries(bounds, cube["b_over_h"])
@@ -65,7 +65,7 @@ def test_boundary_is_only_known_to_exceed_the_last_b_over_h_with_an_outcome(
     """Towards 60° outcomes above B/H 0.3 are missing: the boundary lies above 0.3, not above 0.5."""
     cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
-    bounds = overturning_boundaries_by_azimuth(cube.assign(overturned=cube["overturned"].where(~untold)))
+    bounds = overturning_boundary_b_over_h_by_azimuth(cube.assign(overturned=cube["overturned"].where(~untold)))
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["largest_known"].sel(azimuth=60).values == pytest.approx(0.3)
     assert bounds["largest_known"].sel(azimuth=65).values == pytest.approx(0.5)
@@ -82,7 +82,9 @@ def test_boundary_ratio_of_easiest_to_hardest_plane_matches_the_fall_rule(make_c
     cube = make_cube_from_fall_rules(
         signed_falls_below_limiting_b_over_h, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2)
     )
-    easiest = easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(
+        overturning_boundary_b_over_h_by_azimuth(cube), cube["b_over_h"]
+    )
     assert easiest["easiest_axis"].values == pytest.approx(30, abs=0.1)
     assert easiest["ratio"].values == pytest.approx(0.455 / 0.255, abs=0.02)
     assert easiest["bounded"].all()
@@ -102,7 +104,7 @@ def test_boundary_interval_spans_the_boundaries_of_both_sobol_scrambles(
         scramble_difference_towards=gap,
         scramble_difference_away=gap * 0,
     )
-    bounds = overturning_boundaries_by_azimuth(cube).sel(azimuth=60).isel(record=0, height=0, friction=0)
+    bounds = overturning_boundary_b_over_h_by_azimuth(cube).sel(azimuth=60).isel(record=0, height=0, friction=0)
     assert float(bounds["boundary"]) == pytest.approx(0.35)
     # Scrambles of 0.875/0.375 and 0.625/0.125.
     assert float(bounds["boundary_low"]) == pytest.approx(0.3 + 0.1 * 0.125 / 0.5)
@@ -138,23 +140,25 @@ def test_boundary_interval_from_the_ensemble_includes_the_boundary(
         },
         {"azimuth": ("azimuth", [0.0], {"period": 180.0}), "b_over_h": [0.1, 0.2, 0.3, 0.4]},
     )
-    found = overturning_boundaries_by_azimuth(cube).isel(azimuth=0)
+    found = overturning_boundary_b_over_h_by_azimuth(cube).isel(azimuth=0)
     ends = [float(found[name]) for name in ("boundary", "boundary_low", "boundary_high")]
     assert ends == pytest.approx([boundary, low, high])
 
 
 def test_boundary_of_a_lazy_cube_is_that_of_a_loaded_one(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 20, largest_b_over_h=0.3))
-    lazy = overturning_boundaries_by_azimuth(cube.chunk({"azimuth": 10, "b_over_h": 2}))
+    lazy = overturning_boundary_b_over_h_by_azimuth(cube.chunk({"azimuth": 10, "b_over_h": 2}))
     assert lazy["boundary"].chunks is not None
-    xr.testing.assert_allclose(lazy.compute(), overturning_boundaries_by_azimuth(cube))
+    xr.testing.assert_allclose(lazy.compute(), overturning_boundary_b_over_h_by_azimuth(cube))
 
 
 def test_missing_outcomes_do_not_count_as_falls_in_the_boundary(make_cube_from_fall_rules) -> None:
     cube = make_cube_from_fall_rules(lambda azimuth, *_rest: np.zeros_like(azimuth))
     cube["overturned"][{"b_over_h": 2}] = np.nan
-    assert overturning_boundaries_by_azimuth(cube)["stands_throughout"].all()
-    easiest = easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
+    assert overturning_boundary_b_over_h_by_azimuth(cube)["stands_throughout"].all()
+    easiest = easiest_axis_and_extreme_overturning_boundaries(
+        overturning_boundary_b_over_h_by_azimuth(cube), cube["b_over_h"]
+    )
     assert easiest["easiest_axis"].isnull().all()
     assert easiest["ratio"].isnull().all()
 
@@ -168,14 +172,16 @@ def test_a_plane_without_outcomes_is_not_taken_as_the_hardest_to_overturn(make_c
         lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0)
     )
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
-    easiest = easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])
+    easiest = easiest_axis_and_extreme_overturning_boundaries(
+        overturning_boundary_b_over_h_by_azimuth(cube), cube["b_over_h"]
+    )
     assert np.unique(easiest["ratio"]) == pytest.approx([3.0])
     assert easiest["bounded"].all()
     cube["overturned"][:] = cube["overturned"] * 0
     assert (
-        easiest_axis_and_extreme_overturning_boundaries(overturning_boundaries_by_azimuth(cube), cube["b_over_h"])[
-            "ratio"
-        ]
+        easiest_axis_and_extreme_overturning_boundaries(
+            overturning_boundary_b_over_h_by_azimuth(cube), cube["b_over_h"]
+        )["ratio"]
         .isnull()
         .all()
     )

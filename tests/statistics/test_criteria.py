@@ -224,7 +224,7 @@ PGA_OVER_WEST_AND_PGV_OVER_PGA = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.
 """PGA over g B/H and PGV/PGA, s, of motions for which of Kaneko–Hayashi and the pulse with one impact both predict that
 a block of 0.6 m and B/H 0.3 falls, neither, the first alone, and the second alone. West and Ishiyama always predict a
 fall, the pulse without impact never."""
-FIRST_CRITERION, SECOND_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
+FIRST_CRITERION, NAME_OF_ONE_IMPACT_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
 
 
 def criteria_scores_from_random_success_rates(
@@ -261,7 +261,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
     alike = [
         criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
     ]
-    assert {one.score_of_best_criterion.name for one in alike} == {FIRST_CRITERION, SECOND_CRITERION}
+    assert {one.score_of_best_criterion.name for one in alike} == {FIRST_CRITERION, NAME_OF_ONE_IMPACT_CRITERION}
     assert (
         np.mean(
             [

@@ -23,12 +23,12 @@ from overturning.statistics.falls import (
     mean_fall_directions,
     mean_fall_probability_over_directions,
 )
-from overturning.statistics.illustrative import find_illustrative_cases
+from overturning.statistics.illustrative import find_best_case_for_each_behaviour
 from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
+    abs_twist_deg_of_moved_standing_stones,
     count_agreements_of_2d_and_3d_outcomes,
     shares_of_agreeing_2d_and_3d_outcomes,
-    standing_twists_deg_by_b_over_h_and_friction,
     summarise_twists_sorting_in_place,
 )
 
@@ -355,13 +355,13 @@ def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
         "status": ("record", [0, 0, 0, 0, 1]),
         "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
-    ((shape, turned),) = standing_twists_deg_by_b_over_h_and_friction(cube).items()
+    ((shape, turned),) = abs_twist_deg_of_moved_standing_stones(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twists_sorting_in_place(turned, probability_of_upper_quantile=0.5)
     assert (found.stone_count, found.median_deg, found.upper_quantile_deg, found.largest_deg) == (3, 3.0, 3.0, 10.0)
     assert (
         summarise_twists_sorting_in_place(
-            standing_twists_deg_by_b_over_h_and_friction(cube.isel(record=[3, 4]))[shape]
+            abs_twist_deg_of_moved_standing_stones(cube.isel(record=[3, 4]))[shape]
         ).stone_count
         == 0
     )
@@ -384,21 +384,25 @@ def test_each_illustrative_3d_case_is_the_extreme_by_its_selection_rule() -> Non
     flags[0, 4, 1, 0, 0, 0], falls[0, 4, 1, 0, 0, 0], turned[0, 4, 1, 0, 0, 0] = 0.0, np.nan, -30.0
     values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
     whole = cube.assign({name: (DIMENSIONS, value) for name, value in values.items()})
-    which_side, alone, corner, twisted = find_illustrative_cases(whole)
+    which_side, alone, corner, twisted = find_best_case_for_each_behaviour(whole)
     two = (
         whole["fall_azimuth"][which_side.record_index]
         .sel(which_side.block_coordinates)
-        .sel(orientation=list(which_side.panel_directions_deg))
+        .sel(orientation=list(which_side.panel_azimuths_deg))
     )
     assert abs(abs(float(two[0] - two[1])) - 180.0) < 90.0
     assert which_side.block_coordinates["b_over_h"] == 0.4
     block = {"height": 0.6, "b_over_h": 0.4, "aspect": 1.0, "friction": 1.0}
-    assert (alone.record_index, alone.panel_directions_deg, alone.block_coordinates) == (2, (15.0,), block)
+    assert (alone.record_index, alone.panel_azimuths_deg, alone.block_coordinates) == (
+        2,
+        (15.0,),
+        block,
+    )
     assert corner.block_coordinates["b_over_h"] == 0.4
-    assert (twisted.record_index, twisted.panel_directions_deg, twisted.block_coordinates["height"]) == (
+    assert (twisted.record_index, twisted.panel_azimuths_deg, twisted.block_coordinates["height"]) == (
         0,
         (60.0,),
         1.2,
     )
     still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
-    assert find_illustrative_cases(still.assign(overturned=still["overturned"] * 0)) == []
+    assert find_best_case_for_each_behaviour(still.assign(overturned=still["overturned"] * 0)) == []

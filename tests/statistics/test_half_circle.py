@@ -72,7 +72,7 @@ def rose_bar_heights(cube: xr.Dataset) -> list[float]:
 def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
     """Return the findings on the ensemble of a cube, as in a report."""
     study = SimpleNamespace(ensemble=EnsembleSettings())
-    results = SimpleNamespace(default_element_cube=cube, model=default_model_for_results_cube(cube), study=study)
+    results = SimpleNamespace(reference_element_cube=cube, model=default_model_for_results_cube(cube), study=study)
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 

@@ -12,7 +12,7 @@ from overturning.statistics.illustrative import (
     FALLS_IN_ONE_VARIANT_ONLY_RULE,
     OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE,
     clearest_case_with_differing_outcomes,
-    find_illustrative_cases,
+    find_best_case_for_each_behaviour,
 )
 
 
@@ -32,7 +32,7 @@ def find_b_over_h_of_illustrative_cases(make_cube_from_fall_rules) -> Callable[[
         )  # fmt: skip
         rotation = xr.where(cube["overturned"] == 0, xr.DataArray(peak_rotations, dims="b_over_h"), 1.0)
         cube["peak_rotation"] = rotation.transpose(*cube["overturned"].dims)
-        return {case.title: case.block_coordinates["b_over_h"] for case in find_illustrative_cases(cube)}
+        return {case.title: case.block_coordinates["b_over_h"] for case in find_best_case_for_each_behaviour(cube)}
 
     return b_over_h_of_cases
 
@@ -42,7 +42,10 @@ def block_and_azimuths_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, 
 
     The azimuths are the neighbouring ones at which the block falls to opposite sides.
     """
-    found = {case.title: (case.block_coordinates, case.panel_directions_deg) for case in find_illustrative_cases(cube)}
+    found = {
+        case.title: (case.block_coordinates, case.panel_azimuths_deg)
+        for case in find_best_case_for_each_behaviour(cube)
+    }
     return found.get(BOTH_SIDES_CASE_TITLE)
 
 
@@ -122,7 +125,7 @@ def test_twists_below_the_printed_resolution_make_no_illustrative_case(
     )
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
-    assert [case.title for case in find_illustrative_cases(still)] == titles
+    assert [case.title for case in find_best_case_for_each_behaviour(still)] == titles
 
 
 def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube_from_fall_rules) -> None:
@@ -134,9 +137,9 @@ def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube_from_
     turn = still["overturned"] + xr.where(still["orientation"] == 0, 8.0, 3.0)
     still = still.assign(residual_twist=turn, fall_azimuth=still["overturned"] * np.nan)
     other_falls = xr.broadcast(still["orientation"] == 0, still["overturned"])[0]
-    (before,) = find_illustrative_cases(still)
-    (after,) = find_illustrative_cases(still.assign({ANY_ELEMENT_FALLS_VARIABLE: other_falls}))
-    assert (before.panel_directions_deg, after.panel_directions_deg) == ((0.0,), (45.0,))
+    (before,) = find_best_case_for_each_behaviour(still)
+    (after,) = find_best_case_for_each_behaviour(still.assign({ANY_ELEMENT_FALLS_VARIABLE: other_falls}))
+    assert (before.panel_azimuths_deg, after.panel_azimuths_deg) == ((0.0,), (45.0,))
 
 
 CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
@@ -163,7 +166,7 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_f
     assert case is not None
     assert (case.title, case.panel_variants) == (FALLS_IN_ONE_VARIANT_ONLY_RULE.case_title, ("nominal", "other"))
     assert case.block_coordinates["b_over_h"] == 0.3, "most of those that differ fall in the other setting only"
-    assert case.panel_directions_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
+    assert case.panel_azimuths_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
 
 
 def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube_from_fall_rules) -> None:
@@ -172,5 +175,8 @@ def test_two_settings_with_equal_outcomes_have_no_illustrative_case(make_cube_fr
     other = cube.assign(overturned=cube["overturned"].where(cube["azimuth"] != 60, -1.0))
     case = clearest_case_with_differing_outcomes(cube, other, ("nominal", "other"))
     assert case is not None
-    assert (case.title, case.panel_directions_deg) == (OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE.case_title, (60.0, 60.0))
+    assert (case.title, case.panel_azimuths_deg) == (
+        OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE.case_title,
+        (60.0, 60.0),
+    )
     assert case.block_coordinates["b_over_h"] in (0.3, 0.4)

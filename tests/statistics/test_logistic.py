@@ -13,9 +13,9 @@ from scipy.stats import t
 from overturning.errors import ArgumentError
 from overturning.statistics.logistic import (
     PREDICTOR_NAMES,
+    coefficient_interval_and_predictor_range_rows,
     fit_logistic_model,
     fit_logistic_overturning_model,
-    fitted_coefficient_rows,
     overturning_regression_data,
 )
 
@@ -371,7 +371,7 @@ def test_fit_to_a_cube_recovers_the_known_slope(make_cube_from_fall_rules: Calla
     assert (fit.row_count, fit.earthquake_cluster_count) == (2160, 12)
     assert fit.coefficient_interval_lows[1] < 3 < fit.coefficient_interval_highs[1]
     assert fit.coefficient_interval_lows[2] < 1 < fit.coefficient_interval_highs[2]
-    table = fitted_coefficient_rows(fit)
+    table = coefficient_interval_and_predictor_range_rows(fit)
     assert [row[0] for row in table] == ["intercept", *PREDICTOR_NAMES]
     assert table[4][4] == pytest.approx(np.log(0.6))
     with pytest.raises(ArgumentError, match="azimuths"):

@@ -247,7 +247,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: fakes)
     found = rerun_cases_to_check_convergence(
-        settings, done.records, replace(done.sample, study_block_time_step_count=1000)
+        settings, done.records, replace(done.sample, block_time_step_count_of_whole_study=1000)
     )
     assert found.tests_of_finer_step_changes.model_dump() == {
         "changed_cases": 4,
@@ -267,7 +267,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     looked_at = set()
     for steps in range(300, 500, 10):
         found = rerun_cases_to_check_convergence(
-            settings, done.records, replace(done.sample, study_block_time_step_count=steps)
+            settings, done.records, replace(done.sample, block_time_step_count_of_whole_study=steps)
         )
         assert (
             sum(
@@ -297,9 +297,9 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
     assert found.wanted_case_count == min(200, done.sample.simulated_case_count_of_study)
     spent = found.finer_step_rerun.block_steps + found.stiffer_contact_rerun.block_steps
-    assert spent <= done.sample.study_block_time_step_count
+    assert spent <= done.sample.block_time_step_count_of_whole_study
     assert least <= found.rerun_case_count < found.wanted_case_count
-    assert found.rerun_case_count < 4 or spent > 0.5 * done.sample.study_block_time_step_count, (
+    assert found.rerun_case_count < 4 or spent > 0.5 * done.sample.block_time_step_count_of_whole_study, (
         "the allowance is made use of"
     )
 

@@ -168,7 +168,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         assert f"cases.csv: 24 cases, {variant_label_in_list_if_not_nominal(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
-        study=study, default_element_cube=cubes["nominal"], cubes_by_variant=cubes,
+        study=study, reference_element_cube=cubes["nominal"], cubes_by_variant=cubes,
         intensity_measures=cubes["nominal"], convergence=None, survey_comparisons=(),
     )  # fmt: skip
     elements, contrasts = element_fall_findings(results), compare_study_with_variants(results)

@@ -201,7 +201,7 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
     assert isinstance(study_settings.verification, ConvergenceCheckSettings)
     sample = read_random_case_sample(cube_file, study_settings.verification)
     assert sample.grid_indices.shape == (6, 5)
-    done = replace(sample, study_block_time_step_count=10_000_000)
+    done = replace(sample, block_time_step_count_of_whole_study=10_000_000)
     found = rerun_cases_to_check_convergence(
         study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
     )
@@ -256,7 +256,7 @@ def test_a_study_of_a_polyhedron_takes_its_height_from_the_vertices() -> None:
     assert load_study_from_file_or_json(study.model_dump_json()) == study
 
 
-def test_a_study_of_a_mesh_stores_its_geometry(tmp_path: Path) -> None:
+def test_a_loaded_study_keeps_its_mesh_vertices_without_the_mesh_file(tmp_path: Path) -> None:
     pytest.importorskip("trimesh")
     faces = [(1, 2, 3), (2, 4, 3), (1, 5, 2), (2, 5, 4), (4, 5, 3), (3, 5, 1)]
     lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER_VERTICES), *(f"f {a} {b} {c}" for a, b, c in faces)]

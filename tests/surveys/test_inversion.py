@@ -293,7 +293,10 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_out
     assert not inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0])]).has_assumed_sizes
     found = inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
-    heights, shapes = (StoneDimensions.from_stone(one).size_grid_weights(StonePopulation()) for one in (tall, shaped))
+    heights, shapes = (
+        StoneDimensions.from_stone_with_nearest_d_over_b(one).size_grid_weights(StonePopulation())
+        for one in (tall, shaped)
+    )
     assert 0.6 < np.exp(np.log(SIMULATED_HEIGHTS_M) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SIMULATED_B_OVER_H) @ shapes.sum(axis=0)) < 0.4
 
@@ -333,10 +336,10 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
 
 def test_stone_dimensions_to_simulate_have_the_smaller_of_both_b_over_h() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height_m=0.8)
-    assert StoneDimensions.from_stone(stone) == StoneDimensions(0.8, 0.25, 2.0)
+    assert StoneDimensions.from_stone_with_nearest_d_over_b(stone) == StoneDimensions(0.8, 0.25, 2.0)
     assert stone.slender_plane_azimuth_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (StoneDimensions.from_stone(square), square.slender_plane_azimuth_deg) == (
+    assert (StoneDimensions.from_stone_with_nearest_d_over_b(square), square.slender_plane_azimuth_deg) == (
         StoneDimensions(None, 0.25, 1.0),
         30,
     )
@@ -351,7 +354,9 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height_m": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
     asked = SurveyInversion(
-        StoneOutcomeProbabilities([one], [StoneDimensions.from_stone(north)], outcome_cache_folder=tmp_path)
+        StoneOutcomeProbabilities(
+            [one], [StoneDimensions.from_stone_with_nearest_d_over_b(north)], outcome_cache_folder=tmp_path
+        )
     )
     level = int(np.argmin(np.abs(SIMULATED_PGV_M_S * one.pga_m_s2 / one.pgv_m_s - 0.4 * 9.80665)))
     stands = [asked.outcome_probabilities(stone)[0, level, 0, STANDING_OUTCOME_INDEX] for stone in (north, east)]
@@ -388,7 +393,7 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
     asked = SurveyInversion(
         StoneOutcomeProbabilities(
             others,
-            [StoneDimensions.from_stone(stone) for stone in stones],
+            [StoneDimensions.from_stone_with_nearest_d_over_b(stone) for stone in stones],
             outcome_cache_folder=tmp_path,
             thread_count=2,
         )
@@ -437,7 +442,9 @@ def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
         ("height_m 50", Stone(False, math.nan, False, height_m=50.0, line_number=7)),
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
-            StoneDimensions.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
+            StoneDimensions.from_stone_with_nearest_d_over_b(
+                stone
+            )  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
 def test_error_about_stone_sizes_names_the_file_and_all_lines() -> None:

@@ -97,12 +97,12 @@ def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
         fragility_curve_row(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0
     )
     share, _ = quad(lambda v: norm.pdf(v) * math.exp(-0.3 * (0.6 * math.exp(0.5 * v)) ** -2), -8, 8)
-    assert found.standing_share_with_constant_stone_deviations == pytest.approx(share, rel=1e-3)
-    assert found.standing_share_with_constant_stone_deviations > found.standing_probability
+    assert found.standing_share_if_each_stone_keeps_its_deviation == pytest.approx(share, rel=1e-3)
+    assert found.standing_share_if_each_stone_keeps_its_deviation > found.standing_probability
     alike = estimate_standing_probability(
         fragility_curve_row(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0
     )
-    assert alike.standing_share_with_constant_stone_deviations == pytest.approx(alike.standing_probability)
+    assert alike.standing_share_if_each_stone_keeps_its_deviation == pytest.approx(alike.standing_probability)
 
 
 def test_upper_bound_of_a_rate_without_falls_is_the_rule_of_three() -> None:

@@ -16,7 +16,7 @@ from overturning.findings.exactness import ensemble_findings, final_twist_findin
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.settings import StonePopulation
 from overturning.statistics.elements import count_falls_of_each_and_any_element, count_falls_of_two_stones
-from overturning.statistics.illustrative import find_illustrative_cases
+from overturning.statistics.illustrative import find_best_case_for_each_behaviour
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity_measures
@@ -63,20 +63,20 @@ STATISTICS_BY_STUDY_KIND: dict[str, dict[str, Statistic]] = {
         "axes of earthquakes": lambda results: results.fall_axis_summary_by_record_group,
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.case_and_missing_outcome_counts_by_status,
-        "rose": lambda results: fall_roses_by_group_figure(results.default_element_cube),
+        "rose": lambda results: fall_roses_by_group_figure(results.reference_element_cube),
         "logistic fit": logistic_fit_findings,
         "criteria": skill_of_published_criteria,
     },
     "space": {
-        "roses": lambda results: fall_roses_by_group_figure(results.default_element_cube),
+        "roses": lambda results: fall_roses_by_group_figure(results.reference_element_cube),
         "references": fall_alignments_with_references,
         "planar model": planar_model_agreement,
         "twist": final_twist_findings,
         "ensemble": ensemble_findings,
         "population": lambda results: population_outcome_rates_by_record(
-            results.default_element_cube, StonePopulation()
+            results.reference_element_cube, StonePopulation()
         ),
-        "illustrative cases": lambda results: find_illustrative_cases(results.default_element_cube),
+        "illustrative cases": lambda results: find_best_case_for_each_behaviour(results.reference_element_cube),
     },
     "scene": {"elements and variants": element_and_variant_statistics},
 }

@@ -36,7 +36,9 @@ TRUE_YAW_INDEX = 7
 
 
 @pytest.fixture
-def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingTableTests, np.ndarray]:
+def synthetic_tests_and_simulated_boulder_falls(
+    monkeypatch: pytest.MonkeyPatch,
+) -> tuple[ShakingTableTests, np.ndarray]:
     """Return 240 tests of twelve motions, and falls of a boulder that is weakest towards one orientation."""
     generator = np.random.default_rng(3)
     monkeypatch.setattr("verification.shaking_table.scores.BOOTSTRAP_SAMPLE_COUNT", 40)
@@ -48,14 +50,14 @@ def synthetic_tests_and_falls(monkeypatch: pytest.MonkeyPatch) -> tuple[ShakingT
 
 
 def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
-    synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
+    synthetic_tests_and_simulated_boulder_falls: tuple[ShakingTableTests, np.ndarray],
 ) -> None:
     """The boulder's orientation is recovered from each half of the tests, up to mirroring about 0°.
 
     The falls of the synthetic boulder are symmetric about orientation 0°, so the mirrored orientation is accepted,
     too.
     """
-    tests, fell = synthetic_tests_and_falls
+    tests, fell = synthetic_tests_and_simulated_boulder_falls
     shares = fall_probability_by_orientation_and_test(fell)
     assert shares.shape == (BOULDER_ORIENTATIONS_DEG.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
@@ -65,9 +67,9 @@ def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
 
 
 def test_no_motion_is_in_both_halves_of_the_tests(
-    synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
+    synthetic_tests_and_simulated_boulder_falls: tuple[ShakingTableTests, np.ndarray],
 ) -> None:
-    tests, _ = synthetic_tests_and_falls
+    tests, _ = synthetic_tests_and_simulated_boulder_falls
     predicted = []
     for learn, predict in splits_into_halves_of_motions(tests):
         assert not set(tests.played_record_names[learn]) & set(tests.played_record_names[predict])
@@ -77,9 +79,9 @@ def test_no_motion_is_in_both_halves_of_the_tests(
 
 
 def test_scores_and_tables_of_a_scanned_boulder_are_complete(
-    synthetic_tests_and_falls: tuple[ShakingTableTests, np.ndarray],
+    synthetic_tests_and_simulated_boulder_falls: tuple[ShakingTableTests, np.ndarray],
 ) -> None:
-    tests, fell = synthetic_tests_and_falls
+    tests, fell = synthetic_tests_and_simulated_boulder_falls
     shares = fall_probability_by_orientation_and_test(fell)
     unknown = np.full((576, 240), 0.5)
     models = {

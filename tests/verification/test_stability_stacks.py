@@ -21,8 +21,8 @@ from verification.stability.stacks import (
     ParametersOfStackCases,
     draw_parameters_of_stack_cases,
     name_of_first_failed_stack_check,
-    scene_of_stack_parameters,
     simulate_and_check_stack_cases,
+    stack_scene_from_parameters,
 )
 
 pytestmark = pytest.mark.long
@@ -53,7 +53,7 @@ def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]
         orientation_deg_by_case=np.array([0.0]),
     )  # fmt: skip
     motion = Motion(*acceleration_components_with_plateau(0.4, 0.0), sampling_interval=0.01, trust_data=True)
-    found = simulate_cases(Stack(scene_of_stack_parameters(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
+    found = simulate_cases(Stack(stack_scene_from_parameters(setting)), motion, Cases([0.0], 0.6, 1.0 / 3.0, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
     assert found.overturned[0].tolist() == [0, 1]
     return setting, motion, found

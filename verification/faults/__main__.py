@@ -52,11 +52,11 @@ def cause_faults_and_count_survived(
     fault_kinds_and_repetitions: Sequence[tuple[FaultKind, int]],
     folder: Path,
     seed: int = SEED,
-    skips_compilation_and_further_run: bool = False,
+    reuses_kernels_and_skips_further_run: bool = False,
 ) -> dict[str, tuple[int, int]]:
     """Cause faults of each kind in a study, print a line for each, and return (survived, caused) by kind.
 
-    With `skips_compilation_and_further_run`, existing compiled kernels are used, and no further run is made.
+    With `reuses_kernels_and_skips_further_run`, existing compiled kernels are used, and no further run is made.
     """
     options = ("--cores", "1", "--set-scatter", "sweep=2")
     study, dice = (
@@ -64,7 +64,7 @@ def cause_faults_and_count_survived(
             folder / "study",
             FAULT_TEST_STUDY_YAML,
             *options,
-            uses_own_kernel_cache=not skips_compilation_and_further_run,
+            uses_own_kernel_cache=not reuses_kernels_and_skips_further_run,
         ),
         random.Random(seed),
     )
@@ -73,20 +73,20 @@ def cause_faults_and_count_survived(
     fresh = study.copy_to(folder / "fresh")
     for name in ("results", ".snakemake"):
         shutil.rmtree(fresh.folder / name)
-    if not skips_compilation_and_further_run:  # the kernels have been compiled now
+    if not reuses_kernels_and_skips_further_run:  # the kernels have been compiled now
         again = fresh.copy_to(folder / "again")
         seconds = _measure_undisturbed_run_time_s(again)
         assert again.cube_path.read_bytes() == wanted
     found = {}
     for kind, times in fault_kinds_and_repetitions:
-        if kind.needs_root and os.geteuid():
+        if kind.needs_root_user and os.geteuid():
             print(f"{kind.label}: skipped, since only root may mount a file system")
             continue
         good = 0
         for _ in range(times):
             place = (study if kind.needs_finished_study else fresh).copy_to(folder / "place")
             wrong = cause_fault_and_describe_failure(
-                kind, place, dice, seconds, wanted, skips_compilation_and_further_run
+                kind, place, dice, seconds, wanted, reuses_kernels_and_skips_further_run
             )
             good += not wrong
             print(f"{kind.label}: {wrong or 'the same cube'}", flush=True)

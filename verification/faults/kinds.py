@@ -31,7 +31,7 @@ friction: [0.5]
 ensemble: {members: 0}
 verification: none
 """
-PART_FILES, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
+PARTIAL_RESULT_FILE_PATTERN, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
 FAULT_TEST_STUDY_JOB_COUNT: Final = (
     8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
 )
@@ -64,7 +64,7 @@ def start_run_and_kill_its_process_group(
 def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_after_job_start_s: float) -> FaultFunction:
     """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
-    def kill_during_run(
+    def kill_job_or_snakemake_during_run(
         workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
     ) -> None:
         """Start a run and kill the process at a random moment."""
@@ -78,7 +78,7 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_after_job_st
                     break
         run.wait()
 
-    return kill_during_run
+    return kill_job_or_snakemake_during_run
 
 
 def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFunction:
@@ -108,7 +108,7 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
         if file_name_pattern != "cube.nc":
             workflow_copy.cube_path.unlink()
         if kernel:  # a kernel is loaded only if a part must be computed
-            random_generator.choice(sorted(workflow_copy.results.glob(PART_FILES))).unlink()
+            random_generator.choice(sorted(workflow_copy.results.glob(PARTIAL_RESULT_FILE_PATTERN))).unlink()
         return None if kernel else path.relative_to(workflow_copy.folder)
 
     return damage_random_file
@@ -236,20 +236,33 @@ class FaultKind(NamedTuple):
     repeat_count: int
     needs_finished_study: bool = False
     """True: applied to a finished study; False: to one that has not begun."""
-    needs_root: bool = False
+    needs_root_user: bool = False
     """True if only root can cause it."""
 
 
 FAULT_KINDS: Final = (
-    FaultKind("disk full", fill_disk_during_run, 2, needs_root=True),
-    FaultKind("results read-only", run_with_read_only_results, 1, needs_finished_study=True, needs_root=True),
+    FaultKind("disk full", fill_disk_during_run, 2, needs_root_user=True),
+    FaultKind("results read-only", run_with_read_only_results, 1, needs_finished_study=True, needs_root_user=True),
     FaultKind("two runs at once", start_second_run_during_first, 2),
     FaultKind("clock set back", kill_run_and_simulate_clock_set_back, 2),
     FaultKind("a worker of a dask cluster killed", run_on_dask_and_kill_worker, 2, needs_finished_study=True),
-    FaultKind("a partial result truncated", fault_damaging_file(PART_FILES, "cut"), 3, needs_finished_study=True),
-    FaultKind("a partial result emptied", fault_damaging_file(PART_FILES, "emptied"), 2, needs_finished_study=True),
     FaultKind(
-        "a byte of a partial result changed", fault_damaging_file(PART_FILES, "changed"), 5, needs_finished_study=True
+        "a partial result truncated",
+        fault_damaging_file(PARTIAL_RESULT_FILE_PATTERN, "cut"),
+        3,
+        needs_finished_study=True,
+    ),
+    FaultKind(
+        "a partial result emptied",
+        fault_damaging_file(PARTIAL_RESULT_FILE_PATTERN, "emptied"),
+        2,
+        needs_finished_study=True,
+    ),
+    FaultKind(
+        "a byte of a partial result changed",
+        fault_damaging_file(PARTIAL_RESULT_FILE_PATTERN, "changed"),
+        5,
+        needs_finished_study=True,
     ),
     FaultKind("a motion truncated", fault_damaging_file(MOTION_FILES, "cut"), 1, needs_finished_study=True),
     FaultKind("a byte of a motion changed", fault_damaging_file(MOTION_FILES, "changed"), 1, needs_finished_study=True),

@@ -110,7 +110,7 @@ class ContactWrenchPerMass(NamedTuple):
     """Energy released by tangential springs, over half their stiffness, m²."""
 
 
-class ContactTotals(NamedTuple):
+class ContactForceAndLargestPenetration(NamedTuple):
     """Contact force on a body in a step, and largest penetration of its contact points."""
 
     wrench: ContactWrenchPerMass
@@ -254,14 +254,14 @@ def apply_contact_law(
 
 @njit(**INLINE_OPTIONS)
 def add_forces_of_contact_pair(
-    contact_totals: ContactTotals,
+    contact_totals: ContactForceAndLargestPenetration,
     first_wrench: ContactWrenchPerMass,
     second_wrench: ContactWrenchPerMass,
     first_penetration: float,
     second_penetration: float,
-) -> ContactTotals:
+) -> ContactForceAndLargestPenetration:
     """Add the forces of a pair of opposite contact points to the totals of a body."""
-    return ContactTotals(
+    return ContactForceAndLargestPenetration(
         sum_of_wrenches_per_mass(contact_totals.wrench, sum_of_wrenches_per_mass(first_wrench, second_wrench)),
         updated_maximum(contact_totals.max_penetration, updated_maximum(second_penetration, first_penetration)),
     )
@@ -272,7 +272,7 @@ def advance_body_one_step(
     body: Constants,
     body_state: BodyState,
     body_axes: Matrix3,
-    contact_totals: ContactTotals,
+    contact_totals: ContactForceAndLargestPenetration,
     peak_values: BodyPeakValues,
     energy_and_momentum_account: BodyEnergyAndMomentumAccount,
     inertial_accelerations_in_sample: InertialAccelerations3D,
@@ -353,9 +353,9 @@ load_body, load_state, load_frame = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
-CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactTotals)
-CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES: Final = CONTACT_TOTALS_LAYOUT.array_length
-load_acting, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactTotals)
+CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndLargestPenetration)
+CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
+load_contact_totals, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactForceAndLargestPenetration)
 zero_wrench_per_mass = create_elementwise_tuple_functions(ContactWrenchPerMass).zero
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_peaks, load_account = (
@@ -369,7 +369,7 @@ store_peaks, store_account = (
 )
 load_vertex, (load_memory, store_memory, _) = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old"),
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start"),
 )
 VERTEX_VALUE_COUNT_OF_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 
@@ -380,7 +380,7 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, l
     for j in range(lane_count):
         s = load_state(state, j)
         store_frame(state, j, rotation_matrix(s.rotation))
-        store_acting(contact_total_rows, j, ContactTotals(zero_wrench_per_mass(), -1.0))
+        store_acting(contact_total_rows, j, ContactForceAndLargestPenetration(zero_wrench_per_mass(), -1.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -432,7 +432,9 @@ def add_vertex_contact_forces(
         store_acting(
             contact_total_rows,
             j,
-            add_forces_of_contact_pair(load_acting(contact_total_rows, j), a, b, left.penetration, right.penetration),
+            add_forces_of_contact_pair(
+                load_contact_totals(contact_total_rows, j), a, b, left.penetration, right.penetration
+            ),
         )
 
 
@@ -474,7 +476,9 @@ def add_rim_contact_forces(
         store_acting(
             contact_total_rows,
             j,
-            add_forces_of_contact_pair(load_acting(contact_total_rows, j), a, b, left.penetration, right.penetration),
+            add_forces_of_contact_pair(
+                load_contact_totals(contact_total_rows, j), a, b, left.penetration, right.penetration
+            ),
         )
 
 
@@ -483,7 +487,7 @@ def advance_all_bodies(state: Any, contact_total_rows: Any, lane_count: int) -> 
     """Advance all bodies by one step under their contact forces."""
     for j in range(lane_count):
         s, peaks, account = advance_body_one_step(
-            load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(contact_total_rows, j),
+            load_body(state, j), load_state(state, j), load_frame(state, j), load_contact_totals(contact_total_rows, j),
             load_peaks(state, j), load_account(state, j), load_inertial_accelerations(state, j),
         )  # fmt: skip
         store_state(state, j, s)
@@ -555,7 +559,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
         """Advance all bodies by the time steps of one sampling interval."""
         half, acting = (
             contact_point_count // 2 * VERTEX_VALUE_COUNT_OF_ALL_LANES,
-            cache_line_aligned_zeros(CONTACT_TOTALS_VALUE_COUNT_OF_ALL_LANES),
+            cache_line_aligned_zeros(CONTACT_TOTALS_ARRAY_LENGTH),
         )
         advance_momenta_with_last_forces(state, lane_count, -0.5)
         for _ in range(steps_per_sample):

@@ -68,7 +68,7 @@ def fall_prediction_models_by_name(
     ) -> FallPredictionModel:
         """Return the model that predicts the share of stones of the likeliest B/H and height that fall."""
 
-        def predict_by_fall_share(
+        def predict_by_fall_share_of_best_fitting_size(
             specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
         ) -> FloatArray:
             """Predict the share of falling stones of the B/H and height that best fit the tests to learn from."""
@@ -82,7 +82,7 @@ def fall_prediction_models_by_name(
                 ][predicted_tests]
             )
 
-        return predict_by_fall_share
+        return predict_by_fall_share_of_best_fitting_size
 
     def predict_by_pga_and_pgv(
         specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices

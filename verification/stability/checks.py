@@ -73,7 +73,7 @@ class BoundsOnCaseResults(NamedTuple):
     """Largest static penetration, m."""
     smallest_element_side: float
     """Smallest side of an element, m; the allowed penetration is a share of it."""
-    contact_width: float
+    contact_width_for_stiffness_check: float
     """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
     max_horizontal_to_apparent_gravity_ratio: float
     """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
@@ -133,7 +133,8 @@ def name_of_first_failed_check(
         np.any(fallen)
         and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
         < 0.2 * bounds_on_case_results.min_horizontal_to_apparent_gravity_ratio_to_fall_if_stiff
-        and bounds_on_case_results.max_static_penetration < 1e-4 * bounds_on_case_results.contact_width
+        and bounds_on_case_results.max_static_penetration
+        < 1e-4 * bounds_on_case_results.contact_width_for_stiffness_check
     ):
         return "fell below the threshold of rocking"
     return ""

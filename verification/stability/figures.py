@@ -53,7 +53,7 @@ def draw_block_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
         for axis, (across, up) in zip(axes.ravel(), _DIMENSIONLESS_GROUPS_X_AND_Y_BY_PANEL, strict=True):
-            _draw_outcomes_over_two_groups(axis, rows, across, up, 1.6)
+            _draw_outcomes_over_two_dimensionless_numbers(axis, rows, across, up, 1.6)
             axis.set_xlabel(_AXIS_LABEL_BY_DIMENSIONLESS_GROUP[across])
             axis.set_ylabel(_AXIS_LABEL_BY_DIMENSIONLESS_GROUP[up])
         _add_outcome_legend(figure, rows)
@@ -75,7 +75,9 @@ def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
         )
         for column, scene in enumerate(SCENE_NAMES):
             for axis, across in zip(axes[:, column], across_of, strict=True):
-                _draw_outcomes_over_two_groups(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
+                _draw_outcomes_over_two_dimensionless_numbers(
+                    axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4
+                )
                 axis.set_xlabel(labels[across])
                 if column == 0:
                     axis.set_ylabel(labels["acceleration_ratio"])
@@ -84,7 +86,7 @@ def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
         save_figure_files(figure, path)
 
 
-def _draw_outcomes_over_two_groups(
+def _draw_outcomes_over_two_dimensionless_numbers(
     axes: Any,
     rows: pd.DataFrame,
     x_dimensionless_group_name: str,

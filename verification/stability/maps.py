@@ -133,7 +133,7 @@ def simulate_and_check_block_case(
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
     row |= _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
-    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_argument, "budget": max_block_steps}
+    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_setting_text, "budget": max_block_steps}
     try:
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
@@ -185,7 +185,7 @@ def _ratio_of_time_step_to_stable_step(
         per_sample = float(
             steps_per_sample(
                 scheme,
-                case.time_step_argument,
+                case.time_step_setting_text,
                 largest_spring_eigenvalue_of_case,
                 largest_dashpot_eigenvalue,
                 sampling_interval,
@@ -206,19 +206,19 @@ def _ratio_of_time_step_to_stable_step(
 
 
 def simulate_and_check_scene_cases(
-    setting: ParametersOfSceneCases, setting_index_on_map: int, project_folder: Path = Path()
+    setting: ParametersOfSceneCases, setting_index_as_noise_seed: int, project_folder: Path = Path()
 ) -> dict[str, NDArray[Any]]:
     """Run the cases of a scene setting and check their outcomes.
 
     Return the columns of the map of scenes, with a value for each case.
 
-    `setting_index_on_map` is the index of the setting on the map; it is the seed of the noise.
+    `setting_index_as_noise_seed` is the index of the setting on the map; it is the seed of the noise.
     `project_folder` contains config/scenes.
     """
     case = setting.common_parameters
     scene, motion = (
         scene_with_contact_law_of_case_parameters(setting, project_folder),
-        motion_of_case(setting.common_parameters, setting_index_on_map),
+        motion_of_case(setting.common_parameters, setting_index_as_noise_seed),
     )
     ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
     alike = {
@@ -243,7 +243,7 @@ def simulate_and_check_scene_cases(
         )
         numerics = NumericalOptions(
             scheme=case.scheme,
-            time_step=case.time_step_argument,
+            time_step=case.time_step_setting_text,
             budget=BLOCK_STEP_COST_OF_ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )

@@ -124,10 +124,10 @@ def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
     return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
 
 
-def draw_parameters_of_stack_cases(setting_count: int, seed: int) -> list[ParametersOfStackCases]:
+def draw_parameters_of_stack_cases(stack_count: int, seed: int) -> list[ParametersOfStackCases]:
     """Draw 3-D stacks at random, each with a contact law, a motion and the parameters of several cases."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
-    return [_draw_stack_motion_and_case_parameters(generator) for _ in range(setting_count)]
+    return [_draw_stack_motion_and_case_parameters(generator) for _ in range(stack_count)]
 
 
 def _draw_stack_motion_and_case_parameters(generator: np.random.Generator) -> ParametersOfStackCases:
@@ -171,7 +171,7 @@ def _draw_stack_motion_and_case_parameters(generator: np.random.Generator) -> Pa
     )  # fmt: skip
 
 
-def scene_of_stack_parameters(setting: ParametersOfStackCases) -> Scene:
+def stack_scene_from_parameters(setting: ParametersOfStackCases) -> Scene:
     """Return the scene of a stack, from its stone sizes, plan shapes, densities and damping ratio of contacts."""
     elements = [Element(name="ground", kind="driven", width=1000.0, height=1.0, at=(0.0, -1.0))]
     materials = {"ground": Material()}
@@ -248,15 +248,15 @@ def name_of_first_failed_stack_check(
 
 
 def simulate_and_check_stack_cases(
-    setting: ParametersOfStackCases, setting_index_on_map: int
+    setting: ParametersOfStackCases, setting_index_as_noise_seed: int
 ) -> dict[str, NDArray[Any]]:
     """Run the cases of a stack setting and check their outcomes.
 
     Return the columns of the map of stacks, with a value for each case.
 
-    `setting_index_on_map` is the index of the setting on the map; it is the seed of the noise.
+    `setting_index_as_noise_seed` is the index of the setting on the map; it is the seed of the noise.
     """
-    motion, stones = motion_of_case(setting.motion_parameters, setting_index_on_map), len(setting.stone_sizes)
+    motion, stones = motion_of_case(setting.motion_parameters, setting_index_as_noise_seed), len(setting.stone_sizes)
     above = np.cumsum(setting.stone_masses[::-1])[::-1] - setting.stone_masses
     relative = setting.stone_sizes[:, 2] / setting.stone_sizes[:, :2].min(axis=1)
     alike = {
@@ -278,7 +278,7 @@ def simulate_and_check_stack_cases(
         "vertical": setting.amplitude_factor_by_case * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
         "reason": np.full(CASE_COUNT_PER_SCENE_SETTING, "", object),
     }  # fmt: skip
-    scene = scene_of_stack_parameters(setting)
+    scene = stack_scene_from_parameters(setting)
     height, ratio = reference_element_height_and_b_over_h(scene)
     try:
         cases = Cases(

@@ -54,11 +54,15 @@ def convergence_orders(
     return found
 
 
-def markdown_by_marker(rows: pd.DataFrame, order_by_measure_and_scheme: Mapping[str, float]) -> dict[str, str]:
+def markdown_by_marker(
+    rows: pd.DataFrame, convergence_order_by_measure_and_scheme: Mapping[str, float]
+) -> dict[str, str]:
     """Return the tables of error against run time as Markdown, by marker."""
     return {
         "steps": _step_error_table(rows),
-        "orders": _convergence_order_table(order_by_measure_and_scheme, convergence_orders(rows, (1.0, 0.0))),
+        "orders": _convergence_order_table(
+            convergence_order_by_measure_and_scheme, convergence_orders(rows, (1.0, 0.0))
+        ),
         "stiffness": _stiffness_error_table(rows),
         "rigid": _rigid_error_table(rows),
         "equal-agreement": table_of_time_at_equal_agreement(rows),
@@ -66,7 +70,7 @@ def markdown_by_marker(rows: pd.DataFrame, order_by_measure_and_scheme: Mapping[
 
 
 def work_precision_numbers_for_summary(
-    rows: pd.DataFrame, order_by_measure_and_scheme: Mapping[str, float]
+    rows: pd.DataFrame, convergence_order_by_measure_and_scheme: Mapping[str, float]
 ) -> list[MeasuredNumber]:
     """Return numbers for the summary: errors of the default setting, and the lowest order of each scheme."""
     default = rows[(rows["default"] == 1) & rows["method"].isin(COMPARED_SCHEMES)]
@@ -88,7 +92,9 @@ def work_precision_numbers_for_summary(
     made.append(MeasuredNumber("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
     for method in COMPARED_SCHEMES:
         of_rotation = [
-            value for name, value in order_by_measure_and_scheme.items() if "rotation" in name and name.endswith(method)
+            value
+            for name, value in convergence_order_by_measure_and_scheme.items()
+            if "rotation" in name and name.endswith(method)
         ]
         made.append(MeasuredNumber(f"order of convergence of peak rotation, {method}, least", min(of_rotation)))
     return made

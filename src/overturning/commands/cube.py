@@ -90,7 +90,7 @@ def draw_figure(
         study = find_study_with_title_and_figure_settings(data)
         if draw is not None:
             chosen = select_heights_and_frictions(
-                data, cube, height, friction, choose_default_of_ungiven_dimension=kind == "polar"
+                data, cube, height, friction, choose_default_if_only_one_dimension_given=kind == "polar"
             )
             drawn = draw(chosen, record) if of_one else draw(chosen)
     if draw is None:

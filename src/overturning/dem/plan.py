@@ -324,7 +324,7 @@ def azimuth_row_by_case_and_base_accelerations(motion: Motion, cases: Cases) -> 
     return row, ground
 
 
-def evaluate_and_round_results(function: np.ufunc, arguments: FloatArray) -> FloatArray:
+def evaluate_and_round_to_12_decimals(function: np.ufunc, arguments: FloatArray) -> FloatArray:
     """Return `function` at `arguments`, rounded to 12 decimals, because the last digit differs between processors."""
     distinct, where = np.unique(arguments, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

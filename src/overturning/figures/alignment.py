@@ -14,7 +14,7 @@ MAX_EARTHQUAKES_OF_HOLLOW_MARKER = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
-def fall_alignment_by_earthquake_figure(
+def fault_normal_alignment_figure_from_fall_axes(
     fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, FallAxisSummary]
 ) -> Figure:
     """Draw each earthquake's alignment of falls with the fault normal, one panel per group of records."""

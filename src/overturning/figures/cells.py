@@ -50,7 +50,7 @@ def trim_rings_without_falls_except_innermost(cube: xr.Dataset, *falls: xr.DataA
 def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
     """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
 
-    def has_possible_fall_by_ring(fall_flags_or_probabilities: xr.Variable) -> xr.Variable:
+    def has_possible_fall_by_b_over_h(fall_flags_or_probabilities: xr.Variable) -> xr.Variable:
         """Return, for each B/H (a ring of the map), True if a block may fall."""
         computed = fall_flags_or_probabilities.notnull().any(
             [name for name in fall_flags_or_probabilities.dims if name not in {"azimuth", "orientation"}]
@@ -61,7 +61,7 @@ def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
 
     rings = falls[0].sizes["b_over_h"]
     # Variables have no coordinates, which need not be compared at each operation.
-    last = np.flatnonzero(sum(has_possible_fall_by_ring(one.variable) for one in falls))
+    last = np.flatnonzero(sum(has_possible_fall_by_b_over_h(one.variable) for one in falls))
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 SIMULATED_TIME_AFTER_OUTCOME_S: Final = 5.0
 """Time for which the simulation of a filmed scene goes on after its outcome is known, s: until its stones lie."""
 
-MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT: Final = 0.1
+LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO: Final = 0.1
 """Share of the largest movement of a stone that stands, below which its film ends."""
 
 
@@ -66,7 +66,7 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 
     A body moves at a time if its pose differs from both its first and its last pose.
 
-    If nothing falls, the last movement of at least `MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT` of the largest one counts as
+    If nothing falls, the last movement of at least `LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO` of the largest one counts as
     the last, since a stone may rock on for long.
     """
     times = _movement_start_return_and_end_times(trajectory)
@@ -78,12 +78,15 @@ def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[floa
 
     See `first_and_last_movement_times`.
     """
-    poses, time = _film_functions_for_trajectory(trajectory).poses_by_time_of(trajectory), trajectory["time"].to_numpy()
+    poses, time = (
+        _film_functions_for_trajectory(trajectory).extract_poses_for_motion_check(trajectory),
+        trajectory["time"].to_numpy(),
+    )
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1)
     least = (
         MIN_VISIBLE_MOVEMENT_M_OR_RAD
         if has_fallen_stone(trajectory)
-        else max(MIN_VISIBLE_MOVEMENT_M_OR_RAD, MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT * float(away.max()))
+        else max(MIN_VISIBLE_MOVEMENT_M_OR_RAD, LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO * float(away.max()))
     )
     moving = np.flatnonzero(away > MIN_VISIBLE_MOVEMENT_M_OR_RAD)
     if not moving.size:
@@ -91,7 +94,8 @@ def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[floa
     largest = int(away.argmax())
     back = largest + int(
         np.argmax(
-            away[largest:] < max(MIN_VISIBLE_MOVEMENT_M_OR_RAD, MIN_SHOWN_SHARE_OF_LARGEST_MOVEMENT * float(away.max()))
+            away[largest:]
+            < max(MIN_VISIBLE_MOVEMENT_M_OR_RAD, LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO * float(away.max()))
         )
     )
     return float(time[moving[0]]), float(time[back]), float(time[np.flatnonzero(away >= least)[-1]])
@@ -185,7 +189,9 @@ class _FilmFunctionsOfModelKind(NamedTuple):
 
     direction_attribute_name: str  # name of the attribute with the direction, degrees
     outcome_sentence_of: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
-    poses_by_time_of: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
+    extract_poses_for_motion_check: Callable[
+        ["xr.Dataset"], FloatArray
+    ]  # poses that show whether anything moves, shape (time, n)
     # Panel at the times of the frames; the last argument is the time of the first sample of the motion.
     create_film_panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str], float], FilmPanel]
     hint_below_film: str  # hint below the film

@@ -24,12 +24,12 @@ from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
-from overturning.statistics.boundary import overturning_boundaries_by_azimuth
+from overturning.statistics.boundary import overturning_boundary_b_over_h_by_azimuth
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS_VARIABLE,
     IllustrativeCase,
     clearest_case_with_differing_outcomes,
-    find_illustrative_cases,
+    find_best_case_for_each_behaviour,
 )
 from overturning.study.cube import element_name_to_show, open_cube_for_reading_by_record, study_of_cube
 from overturning.study.scenes import (
@@ -86,7 +86,7 @@ def draw_illustrative_cases(
         )
         elements = elements.isel(record=chosen)
         cube = _select_default_element_and_mark_any_fall(elements)
-        cases = find_illustrative_cases(cube)
+        cases = find_best_case_for_each_behaviour(cube)
         if compared_variant_cube_path is not None:
             with open_cube_for_reading_by_record(compared_variant_cube_path, element_name=None) as other_cube:
                 variant = str(other_cube.attrs["variant"])
@@ -136,11 +136,11 @@ def _draw_illustrative_case(
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
-    settings = case.panel_variants or (NOMINAL_VARIANT,) * len(case.panel_directions_deg)
+    settings = case.panel_variants or (NOMINAL_VARIANT,) * len(case.panel_azimuths_deg)
     every = [_read_motion_for_variant(study, motion_folder, record, name) for name in settings]
     paths = [
         simulate_block_trajectories(study, motion, case.block_coordinates, [angle], name)[0]
-        for motion, angle, name in zip(every, case.panel_directions_deg, settings, strict=True)
+        for motion, angle, name in zip(every, case.panel_azimuths_deg, settings, strict=True)
     ]
     motion = every[0]
     headings = [
@@ -202,10 +202,10 @@ def _film_title(
     study: Study, record_cube: "xr.Dataset", case: IllustrativeCase, trajectories: Sequence["xr.Dataset"]
 ) -> str:
     """Return the title of the film of an illustrative case: stone, friction, azimuth and record."""
-    single = len(set(case.panel_directions_deg)) == 1
+    single = len(set(case.panel_azimuths_deg)) == 1
     sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
     place = record_and_event_text(record_cube)
-    direction = case.panel_directions_deg[0] if single else None
+    direction = case.panel_azimuths_deg[0] if single else None
     aspect = {"aspect": case.block_coordinates["aspect"]} if "aspect" in case.block_coordinates else {}
     return film_title_text(
         film_title_facts(variant_model(study), sizes | aspect, place, motion_azimuth_or_orientation_deg=direction)
@@ -248,7 +248,7 @@ def _figure_functions_for_planar_film(
         azimuths.append((azimuths[0] + 90.0) % 360.0)
 
     def draw_overturning_boundary() -> "Figure":
-        edge = overturning_boundaries_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
+        edge = overturning_boundary_b_over_h_by_azimuth(record_cube).assign_attrs(record_cube.attrs)
         return overturning_boundary_figure(edge, float(record_cube["b_over_h"].max()), normal, place)
 
     seen = "acceleration, velocity and displacement seen from above"

@@ -129,7 +129,7 @@ def _outcome_label_of_2d_simulation(trajectory: xr.Dataset) -> str:
     return "falls" if free.sizes["element"] == 1 else f"{', '.join(fell)} {'falls' if len(fell) == 1 else 'fall'}"
 
 
-def _least_critical_angle_deg(trajectory: xr.Dataset) -> float:
+def _least_tilt_to_balance_on_edge_deg(trajectory: xr.Dataset) -> float:
     """Return the least tilt, degrees, at which a 3-D body or a stone of a stack balances on an edge."""
     if "element" in trajectory.coords:  # B/H of a stack is that of another stone, or not that of the narrower side
         return float(np.degrees(trajectory["critical_angle"]))
@@ -160,7 +160,7 @@ def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, titl
     length = np.hypot(east, north)
     scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
     x, y = east * scale, north * scale
-    critical = _least_critical_angle_deg(trajectory)
+    critical = _least_tilt_to_balance_on_edge_deg(trajectory)
     largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):
         if radius < largest:

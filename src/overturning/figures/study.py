@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from overturning.figures.alignment import fall_alignment_by_b_over_h_figure, fall_alignment_by_earthquake_figure
+from overturning.figures.alignment import (
+    fall_alignment_by_b_over_h_figure,
+    fault_normal_alignment_figure_from_fall_axes,
+)
 from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.site_map import earthquake_map_figures, mappable_earthquakes
@@ -66,7 +69,7 @@ def all_records_figure_functions_by_name(
     """
     summaries = {name: summarise_fall_axes(axes) for name, axes in fall_axes_by_group.items()}
     functions: dict[str, Callable[[], Figure]] = {
-        "axes": partial(fall_alignment_by_earthquake_figure, fall_axes_by_group, summaries),
+        "axes": partial(fault_normal_alignment_figure_from_fall_axes, fall_axes_by_group, summaries),
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
     if default_model_for_results_cube(cube).is_planar:
@@ -76,7 +79,7 @@ def all_records_figure_functions_by_name(
         )
         return functions | {"plane": plane}
 
-    def draw_alignment_by_b_over_h() -> "Figure":
+    def draw_fall_alignment_with_references_by_b_over_h() -> "Figure":
         slender = cube["b_over_h"].to_numpy().astype(np.float64)
         return fall_alignment_by_b_over_h_figure(
             alignments_with_references_by_record_group(cube, intensity_measures), slender
@@ -84,7 +87,7 @@ def all_records_figure_functions_by_name(
 
     return functions | {
         "earthquakes": partial(fall_roses_by_earthquake_figure, cube),
-        "follow": draw_alignment_by_b_over_h,
+        "follow": draw_fall_alignment_with_references_by_b_over_h,
     }
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, Locator, NullLocator
 
 
-class InnerTickLocator(Locator):
+class LocatorOfTicksWithinLimits(Locator):
     """Tick locator that returns only those ticks of another locator that lie within the limits of the axis.
 
     A tick outside is not drawn, but takes as long to create and to remove as one that is drawn.
@@ -60,9 +60,9 @@ def limit_ticks_to_axis_range(figure: Figure) -> None:
 
 
 def _replace_locators(axis: Axis) -> None:
-    """Replace the tick locators of an axis by `InnerTickLocator`, unless their ticks are given one by one."""
-    kept = InnerTickLocator, FixedLocator, NullLocator
+    """Replace the tick locators of an axis by `LocatorOfTicksWithinLimits`, unless their ticks are given one by one."""
+    kept = LocatorOfTicksWithinLimits, FixedLocator, NullLocator
     if not isinstance(major := axis.get_major_locator(), kept):
-        axis.set_major_locator(InnerTickLocator(major))
+        axis.set_major_locator(LocatorOfTicksWithinLimits(major))
     if not isinstance(minor := axis.get_minor_locator(), kept):
-        axis.set_minor_locator(InnerTickLocator(minor))
+        axis.set_minor_locator(LocatorOfTicksWithinLimits(minor))

@@ -7,7 +7,7 @@ from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.statistics.criteria import MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO, score_overturning_criteria
-from overturning.statistics.logistic import CONFIDENCE_LEVEL, fitted_coefficient_rows
+from overturning.statistics.logistic import CONFIDENCE_LEVEL, coefficient_interval_and_predictor_range_rows
 
 DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTOR_NAMES` grows by ln 2, by coefficient index."""
@@ -142,7 +142,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     if (fit := results.logistic_fit) is None:
         return None
     rows = []
-    for name, value, low, high, least, most in fitted_coefficient_rows(fit):
+    for name, value, low, high, least, most in coefficient_interval_and_predictor_range_rows(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
         rows.append(
             LogisticCoefficient(
@@ -200,8 +200,8 @@ def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | Non
 
     None for 3-D models, for elements of several sizes, and if no outcome is known.
     """
-    asked = results.model.is_planar and not note_if_sizes_are_not_those_of_shown_stone(results.default_element_cube)
-    found = score_overturning_criteria(results.default_element_cube, results.intensity_measures) if asked else None
+    asked = results.model.is_planar and not note_if_sizes_are_not_those_of_shown_stone(results.reference_element_cube)
+    found = score_overturning_criteria(results.reference_element_cube, results.intensity_measures) if asked else None
     if found is None:
         return None
     scores = [

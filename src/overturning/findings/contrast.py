@@ -163,7 +163,7 @@ def indices_of_records_to_compare_with_variant(results: StudyResults, variant: s
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
     the same cases for them, which show nothing about vertical motion.
     """
-    every = np.arange(results.default_element_cube.sizes["record"])
+    every = np.arange(results.reference_element_cube.sizes["record"])
     if names_of_settings_in_which_variants_differ(results.study, NOMINAL_VARIANT, variant) != ["vertical"]:
         return every
     applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL_VARIANT, variant)]
@@ -200,7 +200,7 @@ def _compare_study_with_variant(
     scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant_name)]
     site = settings_changed_by_variant(results.study, variant_name).site
     same_direction = found.same_direction_share_if_both_fall
-    b_over_h = results.default_element_cube["b_over_h"].to_numpy()
+    b_over_h = results.reference_element_cube["b_over_h"].to_numpy()
     return VariantContrast(
         variant=variant_name,
         is_primary_comparison=variant_name == results.study.primary.against,

@@ -208,12 +208,14 @@ def _reason_for_no_comparable_fall_axis(results: StudyResults) -> str:
 
 def _plane_azimuths_modulo_180_deg(results: StudyResults) -> FloatArray:
     """Return the azimuth modulo 180°, degrees, of each simulated vertical plane of a 2-D study."""
-    return np.asarray(results.default_element_cube["azimuth"].to_numpy().astype(np.float64) % PLANE_SYMMETRY_PERIOD_DEG)
+    return np.asarray(
+        results.reference_element_cube["azimuth"].to_numpy().astype(np.float64) % PLANE_SYMMETRY_PERIOD_DEG
+    )
 
 
 def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
     """Return the share of the cases that overturn in each vertical plane of a 2-D study."""
-    falls, planes = overturning_indicator(results.default_element_cube), _plane_azimuths_modulo_180_deg(results)
+    falls, planes = overturning_indicator(results.reference_element_cube), _plane_azimuths_modulo_180_deg(results)
     others = [name for name in falls.dims if name != "azimuth"]
     fallen, known = (part.sum(others).compute().to_numpy() for part in (falls, falls.notnull()))
     shares = []
@@ -226,7 +228,7 @@ def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfP
 
 def fall_direction_findings(results: StudyResults) -> FallDirection:
     """Compute the axis of falls relative to the fault normal, and their mean cos 2Δ from it, by group of records."""
-    cube, groups = results.default_element_cube, []
+    cube, groups = results.reference_element_cube, []
     lengths, own = (
         results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
         block_selection_rule_for_cube(cube),
@@ -360,7 +362,7 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
 
     The 2-D simulations are those in the vertical planes of the body's faces; None if there are none.
     """
-    if "plane_overturned" not in results.default_element_cube:
+    if "plane_overturned" not in results.reference_element_cube:
         return None
     whole = {
         str(name): float(one)

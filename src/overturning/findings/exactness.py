@@ -19,7 +19,7 @@ from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches_and_join
-from overturning.statistics.space import standing_twists_deg_by_b_over_h_and_friction, summarise_twists_sorting_in_place
+from overturning.statistics.space import abs_twist_deg_of_moved_standing_stones, summarise_twists_sorting_in_place
 from overturning.statistics.spread import (
     RunCountStatistic,
     estimate_statistic_of_first_run_batch,
@@ -156,7 +156,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
     if results.study.is_stack or not results.model.can_rotate_about_vertical:
         return None
     found = summarise_twists_sorting_in_place(
-        np.concatenate(list(standing_twists_deg_by_b_over_h_and_friction(results.default_element_cube).values()))
+        np.concatenate(list(abs_twist_deg_of_moved_standing_stones(results.reference_element_cube).values()))
     )
     return FinalTwist(
         moved_standing_stone_count=found.stone_count,
@@ -168,7 +168,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
 
 def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
     """Compute the shares of cases whose ensemble runs disagree about the fall; None without an ensemble."""
-    cube, settings = results.default_element_cube, results.study.ensemble
+    cube, settings = results.reference_element_cube, results.study.ensemble
     if "members" not in cube:
         return None
     found = apply_to_record_batches_and_join(

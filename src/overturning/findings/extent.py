@@ -98,7 +98,7 @@ class RecordSource(FindingBaseClass):
 
 def count_records_and_blocks_with_direction_range(results: StudyResults) -> StudyCounts:
     """Return the numbers of records, earthquakes and blocks of a study, and the range of azimuths or orientations."""
-    study, cube, model = results.study, results.default_element_cube, results.model
+    study, cube, model = results.study, results.reference_element_cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
     directions = cube[model.direction_dimension_name].to_numpy().astype(np.float64)
     steps = np.unique(np.diff(directions).round(9))
@@ -139,7 +139,7 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
 
 def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     """Choose the records of which the report shows polar maps of falls, and the height and friction of these maps."""
-    cube, means = results.default_element_cube, results.mean_fall_directions_by_record
+    cube, means = results.reference_element_cube, results.mean_fall_directions_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
@@ -175,5 +175,5 @@ def source_and_licence_of_records(results: StudyResults) -> list[RecordSource]:
     """Return the source and the licence of the file of each record of the study."""
     return [
         RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))
-        for row in record_sources(results.default_element_cube)
+        for row in record_sources(results.reference_element_cube)
     ]

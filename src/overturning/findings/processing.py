@@ -122,7 +122,7 @@ def processing_findings_by_record_id(results: StudyResults) -> dict[str, RecordP
     """Return source, processing and notes of each record, by record id, as far as the results state them."""
     return {
         name: processing_finding_of_record(provenance)
-        for name, provenance in record_sources_and_processing_by_id(results.default_element_cube).items()
+        for name, provenance in record_sources_and_processing_by_id(results.reference_element_cube).items()
     }
 
 

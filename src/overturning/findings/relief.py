@@ -38,10 +38,10 @@ def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFinding
     between the runs of an ensemble.
     """
     relief = results.study.ensemble.relief
-    if relief is None or _LOW not in results.default_element_cube:
+    if relief is None or _LOW not in results.reference_element_cube:
         return None
     found = apply_to_record_batches_and_join(
-        _fall_share_and_variance_sums_by_record, results.default_element_cube, (_LOW, _HIGH, "members", "overturned")
+        _fall_share_and_variance_sums_by_record, results.reference_element_cube, (_LOW, _HIGH, "members", "overturned")
     ).sum()
     cells, total = float(found["cells"]), float(found["total"])
     return BaseReliefFindings(

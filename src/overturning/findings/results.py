@@ -61,13 +61,13 @@ class StudyResults:
     ----------
     study : Study
         The study.
-    default_element_cube : xarray.Dataset
+    reference_element_cube : xarray.Dataset
         Its cube, of the reference element of its scene; read one record at a time.
     cubes_by_variant : dict of xarray.Dataset
         Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
     other_amplitudes_cube : xarray.Dataset or None
-        Cube like `default_element_cube` at the other amplitude factors of the study, over ``amplitude``; None if it has
-        one factor.
+        Cube like `reference_element_cube` at the other amplitude factors of the study, over ``amplitude``; None if
+        the study has one factor.
     intensity_measures : xarray.Dataset
         Intensity measures.
     convergence : ConvergenceCheckResult or None
@@ -87,7 +87,7 @@ class StudyResults:
     """
 
     study: Study
-    default_element_cube: xr.Dataset
+    reference_element_cube: xr.Dataset
     cubes_by_variant: dict[str, xr.Dataset]
     intensity_measures: xr.Dataset
     convergence: ConvergenceCheckResult | None
@@ -102,14 +102,14 @@ class StudyResults:
     @cached_property
     def record_ids_and_names(self) -> tuple[RecordIdAndNames, ...]:
         """Identifier, station and earthquake of each record, in the order of the results."""
-        cube = self.default_element_cube
+        cube = self.reference_element_cube
         texts = (cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordIdAndNames(*each) for each in zip(*texts, strict=True))
 
     @cached_property
     def record_events(self) -> NDArray[np.str_]:
         """Name of the earthquake of each record, shape (records,)."""
-        return self.default_element_cube["event"].to_numpy().astype(str)
+        return self.reference_element_cube["event"].to_numpy().astype(str)
 
     @property
     def earthquake_count(self) -> int:
@@ -119,7 +119,7 @@ class StudyResults:
     @cached_property
     def count_of_records_with_applied_vertical(self) -> int:
         """Number of records with vertical motion that the study applies."""
-        return int((self.default_element_cube["vertical"] == 1).sum().compute())
+        return int((self.reference_element_cube["vertical"] == 1).sum().compute())
 
     @property
     def count_of_records_with_unused_vertical(self) -> int:
@@ -129,24 +129,24 @@ class StudyResults:
     @cached_property
     def model(self) -> Model:
         """Mechanical model (2-D or 3-D) with which the results of the study were computed."""
-        return default_model_for_results_cube(self.default_element_cube)
+        return default_model_for_results_cube(self.reference_element_cube)
 
     @cached_property
     def simulated_azimuths_impose_fall_axis(self) -> bool:
         """True if the fall axis is imposed by simulating only one vertical plane or a sector of azimuths."""
-        return azimuths_in_results_bias_mean_fall_axis(self.default_element_cube)
+        return azimuths_in_results_bias_mean_fall_axis(self.reference_element_cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
         """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
-        if not self.model.is_planar or note_if_sizes_are_not_those_of_shown_stone(self.default_element_cube):
+        if not self.model.is_planar or note_if_sizes_are_not_those_of_shown_stone(self.reference_element_cube):
             return None
-        return fit_logistic_overturning_model(self.default_element_cube, self.intensity_measures)
+        return fit_logistic_overturning_model(self.reference_element_cube, self.intensity_measures)
 
     @cached_property
     def share_overturned(self) -> float:
         """Share of the cases with a known outcome that overturn; NaN if no outcome is known."""
-        return float(overturned_share(self.default_element_cube))
+        return float(overturned_share(self.reference_element_cube))
 
     @cached_property
     def fall_counts_of_study_elements(self) -> tuple[ElementFallCounts, ...]:
@@ -168,7 +168,7 @@ class StudyResults:
     @cached_property
     def case_and_missing_outcome_counts_by_status(self) -> dict[str, tuple[int, int]]:
         """Numbers of all cases and of cases without an outcome, by name of the case status."""
-        status, unknown = self.default_element_cube["status"], self.default_element_cube["overturned"].isnull()
+        status, unknown = self.reference_element_cube["status"], self.reference_element_cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
             cells = status == code
@@ -187,12 +187,12 @@ class StudyResults:
         Only blocks of `mask_of_blocks_for_direction_statistics` count. All are missing if the simulated planes of the
         study allow one axis only, or if the axis may reflect only where outcomes are unknown (``is_imposed``).
         """
-        return earthquakes.mean_fall_directions_by_record(self.default_element_cube)
+        return earthquakes.mean_fall_directions_by_record(self.reference_element_cube)
 
     @cached_property
     def fall_axes_by_record_group(self) -> dict[str, xr.Dataset]:
         """Mean fall axis of each earthquake relative to its fault normal, by name of the group of records."""
-        return earthquakes.fall_axes_from_fault_normal_by_group(self.default_element_cube)
+        return earthquakes.fall_axes_from_fault_normal_by_group(self.reference_element_cube)
 
     @cached_property
     def fall_axis_summary_by_record_group(self) -> dict[str, earthquakes.FallAxisSummary]:
@@ -210,7 +210,7 @@ class StudyResults:
         self,
     ) -> dict[str, list[alignment_by_rule.FaultNormalAlignmentOfSelectedBlocks]]:
         """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""
-        return alignment_by_rule.fault_normal_alignments_by_record_group(self.default_element_cube)
+        return alignment_by_rule.fault_normal_alignments_by_record_group(self.reference_element_cube)
 
     @cached_property
     def fall_alignments_and_range_labels(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
@@ -218,13 +218,13 @@ class StudyResults:
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """
-        ratio = self.default_element_cube["b_over_h"].to_numpy()
+        ratio = self.reference_element_cube["b_over_h"].to_numpy()
         count, classes = ratio.size, min(B_OVER_H_RANGE_COUNT, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
         return earthquakes.alignments_with_references_by_record_group(
-            self.default_element_cube, self.intensity_measures, [slice(0, count), *parts]
+            self.reference_element_cube, self.intensity_measures, [slice(0, count), *parts]
         ), names
 
     @cached_property
@@ -236,7 +236,7 @@ class StudyResults:
     @cached_property
     def agreement_counts_of_2d_and_3d_outcomes(self) -> xr.Dataset:
         """Counts of 2-D simulations that give the 3-D outcome; see `count_agreements_of_2d_and_3d_outcomes`."""
-        return count_agreements_of_2d_and_3d_outcomes(self.default_element_cube)
+        return count_agreements_of_2d_and_3d_outcomes(self.reference_element_cube)
 
     @property
     def has_falls_with_known_fault_normal(self) -> bool:
@@ -247,7 +247,7 @@ class StudyResults:
     @property
     def any_fault_normal_is_stated(self) -> bool:
         """True if the study knows the fault normal of at least one record, with or without falls."""
-        return bool(np.isfinite(self.default_element_cube["fault_normal"].to_numpy().astype(np.float64)).any())
+        return bool(np.isfinite(self.reference_element_cube["fault_normal"].to_numpy().astype(np.float64)).any())
 
     @property
     def is_2d_and_every_case_overturns(self) -> bool:
@@ -381,7 +381,7 @@ def open_study_results(
         scaled = nominal.sel(amplitude=nominal.amplitude != 1.0) if "amplitude" in nominal.dims else None
         yield StudyResults(
             study=study,
-            default_element_cube=_select_default_element(study, NOMINAL_VARIANT, cubes[NOMINAL_VARIANT]),
+            reference_element_cube=_select_default_element(study, NOMINAL_VARIANT, cubes[NOMINAL_VARIANT]),
             cubes_by_variant=cubes,
             intensity_measures=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,

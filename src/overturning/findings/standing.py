@@ -153,7 +153,7 @@ def _survival_finding_of_stone_class(
         survival_probability=one.standing_probability,
         survival_probability_low=one.standing_probability_low,
         survival_probability_high=one.standing_probability_high,
-        surviving_share_with_constant_deviations=one.standing_share_with_constant_stone_deviations,
+        surviving_share_with_constant_deviations=one.standing_share_if_each_stone_keeps_its_deviation,
         share_of_falls_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
         hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(
             curve, hazard, survival.exposure_time_years, max_fall_rate_per_year

@@ -156,7 +156,7 @@ class NumericalQuality(FindingBaseClass):
 
 def study_question_and_parameters(results: StudyResults) -> StudyQuestionAndParameters:
     """Return the question of a study, its mechanical model and the parameter values of its cases."""
-    study, cube = results.study, results.default_element_cube
+    study, cube = results.study, results.reference_element_cube
 
     def rounded_coordinate_values(coordinate_name: str) -> list[float]:
         """Return the values of a coordinate of the results cube, such as the heights, rounded to 9 decimals."""
@@ -204,12 +204,12 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     The shares are of all cases with a known outcome, and (2-D) of those at azimuths within and beyond 45° of the fault
     normal.
     """
-    within, beyond = overturned_shares_near_and_off_fault_normal(results.default_element_cube)
+    within, beyond = overturned_shares_near_and_off_fault_normal(results.reference_element_cube)
     scaled = None if results.other_amplitudes_cube is None else results.other_amplitudes_cube["overturned"]
     return CaseCounts(
-        total_cases=int(results.default_element_cube["overturned"].size),
+        total_cases=int(results.reference_element_cube["overturned"].size),
         cases_not_copied_by_symmetry=int(
-            (results.default_element_cube[results.model.symmetry_copy_flag_variable_name] == 0).sum().compute()
+            (results.reference_element_cube[results.model.symmetry_copy_flag_variable_name] == 0).sum().compute()
         ),
         cases_without_outcome_by_status={
             name: count for name, (_, count) in results.case_and_missing_outcome_counts_by_status.items() if count
@@ -227,7 +227,7 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
 def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFacts]:
     """Return, for each record, its names, peaks and processing, and mean direction and axis of the falls under it."""
     cube, intensity, found = (
-        results.default_element_cube,
+        results.reference_element_cube,
         results.intensity_measures,
         results.mean_fall_directions_by_record,
     )
@@ -278,7 +278,7 @@ def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFa
 
 def numerical_errors_and_software_versions(results: StudyResults) -> NumericalQuality:
     """Return energy error (share of the input) and penetration (m) of the cases, cube hash and software versions."""
-    cube = results.default_element_cube
+    cube = results.reference_element_cube
     simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
     return NumericalQuality(

@@ -198,7 +198,7 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
     found, confusion = stored_survey_comparison.comparison, stored_survey_comparison.comparison.confusion_matrix
 
-    def counts_by_octant(stone_counts_in_octant_order: list[float]) -> dict[str, OptionalNumber]:
+    def stone_counts_by_octant(stone_counts_in_octant_order: list[float]) -> dict[str, OptionalNumber]:
         """Return numbers of stones by name of the compass octant, given in the order of `OCTANTS`."""
         return dict(zip(OCTANTS, stone_counts_in_octant_order, strict=True))
 
@@ -236,8 +236,8 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
             low=found.lowest_computed_fall_share,
             high=found.highest_computed_fall_share,
         ),
-        observed_falls_by_octant=counts_by_octant(found.observed_count_by_octant.round(2).tolist()),
-        predicted_falls_by_octant=counts_by_octant(found.predicted_count_by_octant.tolist()),
+        observed_falls_by_octant=stone_counts_by_octant(found.observed_count_by_octant.round(2).tolist()),
+        predicted_falls_by_octant=stone_counts_by_octant(found.predicted_count_by_octant.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
         log_likelihood_ratio_p_value=found.likelihood_ratio_p,
         goodness_of_fit_tests=[

@@ -173,7 +173,7 @@ class Element(StrictModel):
         return self
 
     @property
-    def unrotated_vertices(self) -> FloatArray:
+    def vertices_before_rotation_and_shift(self) -> FloatArray:
         """Vertices of the element as given in the scene file, before rotation and shift, shape (n, 2), m."""
         if self.vertices is not None:
             points = np.array(self.vertices, dtype=np.float64)
@@ -202,7 +202,7 @@ class Element(StrictModel):
     @property
     def rotated_vertices(self) -> FloatArray:
         """Vertices of the element after the rotation and before the shift given in the scene file, shape (n, 2), m."""
-        return self.rotate_points(self.unrotated_vertices)
+        return self.rotate_points(self.vertices_before_rotation_and_shift)
 
     @property
     def rotated_polygon(self) -> Polygon:
@@ -212,5 +212,5 @@ class Element(StrictModel):
     @property
     def unrotated_width_and_height(self) -> tuple[float, float]:
         """Width and height of the element before the rotation given in the scene file, m."""
-        upright = make_polygon(self.name, self.unrotated_vertices)
+        upright = make_polygon(self.name, self.vertices_before_rotation_and_shift)
         return upright.width, upright.height

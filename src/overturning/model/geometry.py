@@ -92,7 +92,7 @@ class ConvexPiecePair(NamedTuple):
 
     first_element_index: int
     second_element_index: int
-    first_piece_index: int = 0
+    piece_index_in_first_element: int = 0
     second_piece_index: int = 0
 
 
@@ -132,7 +132,7 @@ def place_elements(
     ground = wide_ground_element_name(scene)
     placed: list[PlacedElement] = []
     for element in scene.elements:
-        points = element.unrotated_vertices
+        points = element.vertices_before_rotation_and_shift
         if element.name == ground:
             points[:, 0] *= max(1.0, 1.0 / scale)
         if reference_element_b_over_h is not None and element.name == scene.size_reference_element_name:
@@ -331,7 +331,7 @@ def convex_pieces_of_each_pair(
     parts = [item.convex_parts for item in placed_elements]
     return [
         (
-            parts[pair.first_element_index][pair.first_piece_index],
+            parts[pair.first_element_index][pair.piece_index_in_first_element],
             parts[pair.second_element_index][pair.second_piece_index],
         )
         for pair in piece_pairs

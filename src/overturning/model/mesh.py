@@ -135,7 +135,7 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
         raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format{hint}") from None
 
 
-def _remove_degenerate_triangles(vertex_positions: Any, triangle_vertex_indices: Any) -> Any:
+def _remove_degenerate_triangles(face_vertex_positions: Any, triangle_vertex_indices: Any) -> Any:
     """Remove degenerate triangles: with two equal corners, or with corners on one line unless that opens a hole.
 
     A face with a corner in the middle of an edge may be divided so that one of its triangles lies on a line; without
@@ -143,7 +143,7 @@ def _remove_degenerate_triangles(vertex_positions: Any, triangle_vertex_indices:
     """
     a, b, c = triangle_vertex_indices.T
     triangle_vertex_indices = triangle_vertex_indices[(a != b) & (b != c) & (c != a)]
-    a, b, c = (vertex_positions[triangle_vertex_indices[:, k]] for k in range(3))
+    a, b, c = (face_vertex_positions[triangle_vertex_indices[:, k]] for k in range(3))
     wide = np.cross(b - a, c - a).any(axis=1)
     opens = len(open_edges(triangle_vertex_indices[wide])) > len(open_edges(triangle_vertex_indices))
     return triangle_vertex_indices if opens else triangle_vertex_indices[wide]

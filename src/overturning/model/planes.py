@@ -391,7 +391,7 @@ class PlanarModel(SceneModel):
         }
         found = values_at_grid_indices(one_record_cube, self.variable_names_read_for_square_stones, both)
         side = np.where(planes.is_mirrored, -found["overturned"], found["overturned"])
-        side = np.where(planes.is_bracketed_within_180_deg, side, np.nan).swapaxes(0, 1)
+        side = np.where(planes.is_between_simulated_directions, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
         fell, azimuth = fall_flag_and_azimuth_from_planes(
             np.abs(side), found["overturning_time"].swapaxes(0, 1), towards

@@ -30,7 +30,7 @@ RELATIVE_ROUNDING_TOLERANCE: Final = 1e-9
 """Relative difference of lengths or angles that counts as none."""
 
 
-class FaceBelowStone(NamedTuple):
+class FaceTouchableByTiltingStone(NamedTuple):
     """Face that a tilting stone could touch: the upper face of a stone below, or the ground."""
 
     name_of_stone_with_face: str  # stone that has the face; "" for the ground
@@ -44,7 +44,7 @@ class ContactBeforeTipping(NamedTuple):
     """Tilt at which a stone touches a further face below, before the stone tips over the edge of its contact area."""
 
     tipping_stone_name: str
-    touched_face: FaceBelowStone  # upper face of a stone below, or the ground
+    touched_face: FaceTouchableByTiltingStone  # upper face of a stone below, or the ground
     tilt_at_touch_rad: float  # rad
     tipping_tilt_rad: float  # tilt at which the stone balances on that edge, rad
 
@@ -68,10 +68,10 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBefore
     )
     found = []
     for k, (stone, patch) in enumerate(zip(stones, contact_patches_at_rest(stones), strict=True)):
-        faces = [FaceBelowStone("", None, float(level[k]))]
+        faces = [FaceTouchableByTiltingStone("", None, float(level[k]))]
         for below, top in zip(stones[:k], level[1:], strict=False):
             faces.append(
-                FaceBelowStone(
+                FaceTouchableByTiltingStone(
                     below.name,
                     below.upper_face_corners_xy_from_centre_of_mass + np.array([below.centre_of_mass_x_at_rest, 0.0]),
                     float(level[k] - top),
@@ -87,7 +87,7 @@ def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBefore
 
 
 def _first_contact_with_face(
-    stone: StackStone, contact_patch_corners: FloatArray, face: FaceBelowStone
+    stone: StackStone, contact_patch_corners: FloatArray, face: FaceTouchableByTiltingStone
 ) -> ContactBeforeTipping | None:
     """Return the first contact of a tilting stone with a face below; None if the stone tips without touching it.
 
@@ -128,7 +128,7 @@ def _least_tilt_for_point_to_touch_face(
     points: FloatArray,
     horizontal_unit_vector_by_tilt_direction: FloatArray,
     edge_distance_by_tilt_direction: FloatArray,
-    face: FaceBelowStone,
+    face: FaceTouchableByTiltingStone,
 ) -> FloatArray:
     """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
 

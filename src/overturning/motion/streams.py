@@ -25,9 +25,9 @@ def accelerations_interval_and_start_of_stream(
     traces: dict[str, Any] = {}
     for trace in stream:
         code = str(trace.stats.channel).upper()
-        if why := _reason_trace_is_no_acceleration(trace, code, unit_stated_by_user) or _wrong_sensor_reason(
-            code, sensor
-        ):
+        if why := _reason_trace_is_no_acceleration(
+            trace, code, unit_stated_by_user
+        ) or _reason_for_other_sensor_than_requested(code, sensor):
             raise ArgumentError(f"stream: channel {trace.id}: {why}")
         name = _direction_of_channel_with_sac_warning(trace, code)
         if name is None or name in traces:
@@ -142,7 +142,7 @@ _UNDEFINED_SAC_NUMBER = -12345.0
 """Value of undefined numbers in SAC headers."""
 
 
-def _wrong_sensor_reason(channel_code: str, sensor: str) -> str:
+def _reason_for_other_sensor_than_requested(channel_code: str, sensor: str) -> str:
     """Return why a channel is not from the requested sensor, and a remedy; "" if it is from that sensor."""
     if sensor not in ("surface", "borehole"):
         return f"sensor {sensor!r}; known are surface and borehole"

@@ -49,7 +49,7 @@ def check_records_in_files(
     are checked.
     """
     sources, findings = _read_source_files_and_refusals(paths)
-    declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml_among_files(sources)
+    declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml_from_files(sources)
     records = [source for source in sources if source not in declared_properties.stationxml_files]
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.

@@ -86,7 +86,7 @@ class DeclaredFileProperties(FilePropertiesInTableRow, frozen=True):
         words = [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
-    def with_station_xml_among_files(self, source_files: Iterable[SourceFile]) -> "DeclaredFileProperties":
+    def with_station_xml_from_files(self, source_files: Iterable[SourceFile]) -> "DeclaredFileProperties":
         """Return a copy of the properties to which the StationXML files among ``source_files`` are added."""
         found = [file for file in source_files if b"FDSNStationXML" in file.data[:2000]]
         return self.model_copy(update={"stationxml_files": (*self.stationxml_files, *found)})

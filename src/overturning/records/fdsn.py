@@ -20,7 +20,7 @@ from overturning.records.formats.stationxml import read_stationxml_inventory
 from overturning.records.source import SourceFile, is_web_page
 
 SEED_CODE_NAMES = ("network", "station", "location", "channel")
-DEFAULT_BEFORE_ORIGIN_TIME_S, DEFAULT_AFTER_ORIGIN_TIME_S = 30.0, 270.0
+DEFAULT_WINDOW_START_BEFORE_ORIGIN_S, DEFAULT_WINDOW_END_AFTER_ORIGIN_S = 30.0, 270.0
 """Default start and end of the window, s before and after the origin time of an event."""
 MAX_MISSING_TIME_AT_WINDOW_END_WITHOUT_NOTE_S = 2.0
 """Longest missing part at either end of the window without a note, s."""
@@ -38,8 +38,8 @@ class FdsnWaveformRequest:
     window_start_utc: str = ""  # ISO 8601 in UTC; empty with an event
     window_end_utc: str = ""
     event_id: str = ""  # event of the server's catalogue; the window is relative to its origin time
-    before_origin_time_s: float | None = None  # start of the window; None: `DEFAULT_BEFORE_ORIGIN_TIME_S`
-    after_origin_time_s: float | None = None  # end of the window; None: `DEFAULT_AFTER_ORIGIN_TIME_S`
+    before_origin_time_s: float | None = None  # start of the window; None: `DEFAULT_WINDOW_START_BEFORE_ORIGIN_S`
+    after_origin_time_s: float | None = None  # end of the window; None: `DEFAULT_WINDOW_END_AFTER_ORIGIN_S`
 
     def __post_init__(self) -> None:
         for name in SEED_CODE_NAMES:
@@ -160,8 +160,8 @@ def _requested_time_window(request: FdsnWaveformRequest, fetch_events_by_id: Cal
             why = f"event {request.event_id!r} has no origin; give start and end"
             raise MissingDataError(f"{request.server}: {why}") from None
         before, after = request.before_origin_time_s, request.after_origin_time_s
-        start = origin - (DEFAULT_BEFORE_ORIGIN_TIME_S if before is None else before)
-        end = origin + (DEFAULT_AFTER_ORIGIN_TIME_S if after is None else after)
+        start = origin - (DEFAULT_WINDOW_START_BEFORE_ORIGIN_S if before is None else before)
+        end = origin + (DEFAULT_WINDOW_END_AFTER_ORIGIN_S if after is None else after)
     else:
         try:
             start, end = obspy.UTCDateTime(request.window_start_utc), obspy.UTCDateTime(request.window_end_utc)

@@ -32,7 +32,7 @@ def read_components(
     """
     files_and_archives = list(files_and_archives)
     packed = list(_unpacked_files_with_their_archives(files_and_archives))
-    declared_properties = declared_properties.with_station_xml_among_files(member for member, _ in packed)
+    declared_properties = declared_properties.with_station_xml_from_files(member for member, _ in packed)
     named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
     is_csv = named is not None and named.name == "csv"
     components: list[RecordComponent] = []

@@ -222,7 +222,7 @@ def read_components_and_paths_of_file_and_siblings(
     """
     first = read_source_file(path)
     stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declared_properties = declared_properties.with_station_xml_among_files(map(read_source_file, stationxml))
+    declared_properties = declared_properties.with_station_xml_from_files(map(read_source_file, stationxml))
     components = read_components([first], declared_properties)
     stations = (
         {file.name for file in declared_properties.stationxml_files}

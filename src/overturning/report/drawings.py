@@ -178,11 +178,11 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_by_record_group
     draw = all_records_figure_functions_by_name(
-        results.default_element_cube, results.intensity_measures, results.logistic_fit, groups
+        results.reference_element_cube, results.intensity_measures, results.logistic_fit, groups
     )
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         yield "axes", draw["axes"]()
-    for number, figure in enumerate(earthquake_map_figures(mappable_earthquakes(results.default_element_cube)), 1):
+    for number, figure in enumerate(earthquake_map_figures(mappable_earthquakes(results.reference_element_cube)), 1):
         yield f"maps/{number}", figure
     if not findings.direction.has_fall_axis_comparable_with_fault:
         yield "rose", draw["rose"]()
@@ -191,7 +191,7 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
         return
     ids = [name.id for name in results.record_ids_and_names]
     for record in findings.maps.records:
-        one = results.default_element_cube.isel(record=ids.index(record.record)).load()
+        one = results.reference_element_cube.isel(record=ids.index(record.record)).load()
         title = station_and_event_text(record.station or record.record, record.event)
         yield (
             f"polar/{record.record}",
@@ -330,8 +330,8 @@ def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure"
     """Draw the polar maps of falls for the records that the report shows, on one radial scale."""
     ids = [name.id for name in results.record_ids_and_names]
     places = [ids.index(one.record) for one in findings.maps.records]
-    block = results.default_element_cube.sel(
-        default_figure_values_by_dimension_name(results.default_element_cube, results.study)
+    block = results.reference_element_cube.sel(
+        default_figure_values_by_dimension_name(results.reference_element_cube, results.study)
     )
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity_measures["pgv"].isel(record=place) for place in places]

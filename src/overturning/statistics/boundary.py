@@ -50,7 +50,7 @@ def boundary_b_over_h_and_whether_stoutest_falls(
     return float(x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])), falls
 
 
-def overturning_boundaries_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
+def overturning_boundary_b_over_h_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     """Compute, by azimuth, the largest B/H at which the fall probability crosses 1/2, and its range over the ensemble.
 
     Parameters
@@ -123,7 +123,7 @@ def easiest_axis_and_extreme_overturning_boundaries(
     Parameters
     ----------
     boundary_dataset_by_azimuth : Dataset
-        From `overturning_boundaries_by_azimuth`.
+        From `overturning_boundary_b_over_h_by_azimuth`.
     b_over_h_values_of_cube : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
         falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.

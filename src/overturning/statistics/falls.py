@@ -48,7 +48,7 @@ def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
         return cube
     sources = nearest_simulated_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
     if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
-        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.is_bracketed_within_180_deg])
+        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.is_between_simulated_directions])
     turned = cube.isel(azimuth=sources.simulated_direction_index).assign_coords(
         azimuth=("azimuth", everywhere, cube["azimuth"].attrs)
     )

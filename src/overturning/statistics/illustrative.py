@@ -44,7 +44,7 @@ class IllustrativeCase(NamedTuple):
     record_index: int
     block_coordinates: dict[str, float]
     """Coordinates of the block, by dimension of the model."""
-    panel_directions_deg: tuple[float, ...]
+    panel_azimuths_deg: tuple[float, ...]
     """Azimuth or orientation of each panel, degrees."""
     panel_variants: tuple[str, ...] = ()
     """Variant of each panel; empty if all panels are of the study itself."""
@@ -196,7 +196,7 @@ ILLUSTRATIVE_CASE_RULES: Final = (
 """Rules in the order in which their cases are shown."""
 
 
-def find_illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
+def find_best_case_for_each_behaviour(cube: xr.Dataset) -> list[IllustrativeCase]:
     """Find the cases that illustrate a study: for each rule of `ILLUSTRATIVE_CASE_RULES`, the best case of all records.
 
     A rule without any case is left out. The cube is read in batches of records. Its optional variable
@@ -361,7 +361,7 @@ def clearest_case_with_differing_outcomes(
             case = _illustrative_case_from_best(
                 first_cube, rule, *best[rule.case_title], distinct_direction_indices=cells
             )
-            return case._replace(panel_directions_deg=2 * case.panel_directions_deg, panel_variants=variant_names)
+            return case._replace(panel_azimuths_deg=2 * case.panel_azimuths_deg, panel_variants=variant_names)
     return None
 
 

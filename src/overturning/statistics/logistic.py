@@ -385,7 +385,7 @@ def fit_logistic_overturning_model(cube: xr.Dataset, pga_and_pgv: xr.Dataset) ->
     return fit_logistic_model(predictors, outcome, event, weights=weight, predictor_names=PREDICTOR_NAMES)
 
 
-def fitted_coefficient_rows(
+def coefficient_interval_and_predictor_range_rows(
     logistic_fit: LogisticFit,
 ) -> list[tuple[str, float, float, float, float, float]]:
     """Return, for each coefficient of a logistic model: name, estimate, interval limits, and range of its predictor.

@@ -18,7 +18,7 @@ from overturning.statistics.falls import fall_counts_towards_azimuths, mask_of_b
 
 
 @dataclass(frozen=True)
-class FallRose:
+class MeanFallShareRose:
     """Rose diagram of falls: mean share, over earthquakes, of the falls in each sector of azimuth.
 
     The sectors cover a full circle, or half of it for axes.
@@ -97,7 +97,7 @@ def fall_rose(
     axial: bool = False,
     confidence_level: float = 0.95,
     bootstrap_sample_count: int = 2000,
-) -> FallRose:
+) -> MeanFallShareRose:
     """Compute the rose diagram of falls: the share of falls in each sector of azimuth, averaged over earthquakes.
 
     Nominal outcomes are used, and the cube is read one record at a time.
@@ -129,17 +129,17 @@ def fall_rose(
     means = means_by_earthquake(shares[fell], events[fell])
     if means.size == 0:
         nowhere = np.full(shares.shape[1], np.nan)
-        return FallRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, measure_from_fault_normal)
+        return MeanFallShareRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, measure_from_fault_normal)
     # All sectors use the same bootstrap samples, since the seed is the same.
     ends = [
         mean_share_interval(column, confidence_level=confidence_level, bootstrap_sample_count=bootstrap_sample_count)
         for column in means.T
     ]
     low, high = np.array(ends).T
-    return FallRose(total, means.mean(axis=0), low, high, len(means), measure_from_fault_normal)
+    return MeanFallShareRose(total, means.mean(axis=0), low, high, len(means), measure_from_fault_normal)
 
 
-def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
+def fall_rose_of_all_records(cube: xr.Dataset) -> MeanFallShareRose:
     """Compute the rose diagram of all falls of a study, with angles from the fault normal if any is known.
 
     Angles count from the fault normal if at least one record has one.
@@ -153,7 +153,7 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallRose:
     )
 
 
-def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, FallRose]:
+def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, MeanFallShareRose]:
     """Compute the rose diagram of falls for each group of records, by name of the group.
 
     See `fall_rose_of_all_records` and `record_masks_by_group`.

@@ -12,11 +12,11 @@ from overturning.motion.direction import angle_between_azimuths
 MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG: Final = 15.0
 """Smallest difference of the azimuths of two 3-D falls that counts as a change of direction, degrees."""
 
-CaseOutcomes = NDArray[np.void]
+CaseOutcomeArray = NDArray[np.void]
 """Structured array of outcomes: fields `overturned`, `azimuth`, `block_steps`; see `create_outcome_array_to_fill`."""
 
 
-def create_outcome_array_to_fill(case_count: int, element_count: int) -> CaseOutcomes:
+def create_outcome_array_to_fill(case_count: int, element_count: int) -> CaseOutcomeArray:
     """Create an array of outcomes to be filled: fall flags 0 and azimuths NaN of each element, time steps 0."""
     answers = np.zeros(
         case_count,
@@ -66,8 +66,8 @@ def count_outcome_differences(
 
 
 def fall_azimuths_differ(
-    first_outcomes: CaseOutcomes,
-    second_outcomes: CaseOutcomes,
+    first_outcomes: CaseOutcomeArray,
+    second_outcomes: CaseOutcomeArray,
     min_azimuth_difference_deg: float = MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG,
 ) -> NDArray[np.bool_]:
     """True where an element falls in both of two 3-D computations, but to azimuths at least a given angle apart.
@@ -79,7 +79,7 @@ def fall_azimuths_differ(
     return np.asarray(angle_between_azimuths(first, second) >= min_azimuth_difference_deg)
 
 
-def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
+def outcomes_differ(first_outcomes: CaseOutcomeArray, second_outcomes: CaseOutcomeArray) -> NDArray[np.bool_]:
     """True for cases in which any scene element falls in only one of two computations, or elsewhere, shape (cases,)."""
     flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
     return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

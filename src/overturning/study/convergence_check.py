@@ -24,7 +24,7 @@ from overturning.model.results import CaseResults
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.answers import CaseOutcomes, count_outcome_differences, fall_azimuths_differ, outcomes_differ
+from overturning.study.answers import CaseOutcomeArray, count_outcome_differences, fall_azimuths_differ, outcomes_differ
 from overturning.study.convergence import (
     MAX_RELATIVE_AMPLITUDE_CHANGE,
     MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG,
@@ -74,27 +74,29 @@ def rerun_cases_to_check_convergence(
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
-    allowed = round(settings.cost * case_sample.study_block_time_step_count)
+    allowed = round(settings.cost * case_sample.block_time_step_count_of_whole_study)
     runs = _CaseReruns(study, records, case_sample, thread_count, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.try_rerunning_cases_within_step_budget("stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed):
+    if runs.try_rerunning_as_many_cases_as_budget_permits(
+        "stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed
+    ):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
         affordable = np.cumsum(MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER * spent)
         runs.try_rerunning_first_cases(
             "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
         )
     else:
-        runs.try_rerunning_cases_within_step_budget("finer", 1.0, allowed)
+        runs.try_rerunning_as_many_cases_as_budget_permits("finer", 1.0, allowed)
     count = len(runs.rerun_outcomes_by_kind["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.rerun_outcomes_by_kind.values())
     return ConvergenceCheckResult(
         seed=settings.seed,
         wanted_case_count=len(case_sample.record_indices),
         rerun_case_count=count,
-        rerun_cases_at_rest=int(case_sample.below_rocking_and_sliding_thresholds[:count].sum()),
+        rerun_cases_at_rest=int(case_sample.is_below_rocking_and_sliding_thresholds[:count].sum()),
         study_cell_count=len(records) * runs.grid.case_count,
         simulated_study_cell_count=case_sample.simulated_case_count_of_study,
-        study_block_steps=case_sample.study_block_time_step_count,
+        study_block_steps=case_sample.block_time_step_count_of_whole_study,
         max_cost_relative_to_study=settings.cost,
         time_step_refinement=TIME_STEP_DIVISOR_OF_FINER_RERUN,
         contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN,
@@ -136,7 +138,7 @@ class _CaseReruns:
         self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), case_sample.study_outcomes[:0])
         self.refusal_reason_by_kind: dict[str, str] = {}
 
-    def try_rerunning_cases_within_step_budget(
+    def try_rerunning_as_many_cases_as_budget_permits(
         self, rerun_kind: str, total_to_own_block_step_ratio: float, max_block_time_steps_of_reruns: int
     ) -> bool:
         """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
@@ -167,7 +169,7 @@ class _CaseReruns:
 
     def _rerun_cases(
         self, rerun_kind: str, case_numbers_in_sample: NDArray[np.int64], motion_amplitude_factor: float = 1.0
-    ) -> CaseOutcomes:
+    ) -> CaseOutcomeArray:
         """Compute the given cases of the sample again, with motions scaled by a factor; return the outcomes."""
         answers = np.zeros(case_numbers_in_sample.size, self.sample.study_outcomes.dtype)
 
@@ -200,7 +202,7 @@ class _CaseReruns:
             block_steps=int(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].sum()), changes_by_element=outcomes
         )
 
-    def _count_changes_by_element(self, rerun_outcomes: CaseOutcomes) -> list[OutcomeChangesOfElement]:
+    def _count_changes_by_element(self, rerun_outcomes: CaseOutcomeArray) -> list[OutcomeChangesOfElement]:
         """Count, for each scene element, the cases whose outcome differs between the study and a second computation."""
         count, outcomes = len(rerun_outcomes), []
         own = self.sample.study_outcomes[:count]

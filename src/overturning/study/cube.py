@@ -310,11 +310,11 @@ def select_heights_and_frictions(
     chosen_heights_m: Sequence[float] | None,
     chosen_friction_coefficients: Sequence[float] | None,
     *,
-    choose_default_of_ungiven_dimension: bool = False,
+    choose_default_if_only_one_dimension_given: bool = False,
 ) -> "xr.Dataset":
     """Select heights and frictions from a results cube; an `ArgumentError` names a value that it does not have.
 
-    With `choose_default_of_ungiven_dimension`, if only one of both is given, the other is that of the block that
+    With `choose_default_if_only_one_dimension_given`, if only one of both is given, the other is that of the block that
     figures show first.
     """
     given = {"height": chosen_heights_m, "friction": chosen_friction_coefficients}
@@ -324,7 +324,7 @@ def select_heights_and_frictions(
             known_text = ", ".join(f"{value:g}" for value in known)
             raise ArgumentError(f"--{name} {unknown[0]:g}: not in {cube_path}; it has {known_text}")
         cube = cube.sel({name: chosen}) if chosen else cube
-    if choose_default_of_ungiven_dimension and (chosen_heights_m or chosen_friction_coefficients):
+    if choose_default_if_only_one_dimension_given and (chosen_heights_m or chosen_friction_coefficients):
         return cube.sel(
             {name: shown for name, shown in default_figure_values_by_dimension_name(cube).items() if not given[name]}
         )

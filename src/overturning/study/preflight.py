@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PROCESSOR_SECONDS_PER_SINGLE_BLOCK_CASE: Final = 5e-5
 """Processor time of a single-block case on a small machine, s."""
 
-_SHARE_OF_MEMBERS_RUN_IF_ONLY_AT_BOUNDARY: Final = 0.4
+_SHARE_OF_MEMBERS_RUN_FOR_BOUNDARY_ENSEMBLE: Final = 0.4
 """Share of ensemble members that are run if only cells near a change of flag have an ensemble."""
 
 _BASE_SIMULATION_MEMORY_BYTES: Final = 4e8
@@ -90,7 +90,7 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (
-        _SHARE_OF_MEMBERS_RUN_IF_ONLY_AT_BOUNDARY if study.ensemble.where == "boundary" else 1.0
+        _SHARE_OF_MEMBERS_RUN_FOR_BOUNDARY_ENSEMBLE if study.ensemble.where == "boundary" else 1.0
     )  # members at one amplitude
     cases = (
         study.cases_per_record

@@ -34,7 +34,7 @@ from overturning.study.sweep import (
 
 
 @dataclass
-class RecheckResult:
+class ResimulationComparison:
     """Result of simulating cases of a results cube again: their number, and a line for each value that differs."""
 
     cube_cell_count: int  # number of cells of the cube
@@ -65,7 +65,7 @@ def stated_or_computed_hash_of_cube_outcomes(cube_path: Path) -> str:
 
 def recompute_and_compare_random_cases(
     cube_path: Path, motion_folder: Path | None = None, *, max_random_case_count: int = 200, seed: int = 1
-) -> RecheckResult:
+) -> ResimulationComparison:
     """Simulate a random sample of cases of a results cube again, and compare the outcomes bit for bit.
 
     An `ArgumentError` is raised if `max_random_case_count` is below 1, a `ResultError` if the cube or a motion is
@@ -92,7 +92,7 @@ def recompute_and_compare_random_cases(
         return ground_motion_for_variant(study, read_record_from_motion_file(of_record), variant)
 
     with open_netcdf_without_masking_and_scaling(cube_path, "opened", "run the study again") as file:
-        result = RecheckResult(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
+        result = ResimulationComparison(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
         chosen = np.sort(
             generator.choice(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.model.planes import PlanarModel
 from overturning.model.space import MIN_RESULTANT_OF_AGREEING_FALLS, case_weight_in_direction_statistics
-from overturning.study.answers import CaseOutcomes, create_outcome_array_to_fill
+from overturning.study.answers import CaseOutcomeArray, create_outcome_array_to_fill
 from overturning.study.netcdf import open_netcdf_without_masking_and_scaling
 from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
@@ -33,8 +33,10 @@ class RandomCaseSample:
 
     record_indices: NDArray[np.int64]  # position of the record, shape (n,)
     grid_indices: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
-    study_outcomes: CaseOutcomes
-    below_rocking_and_sliding_thresholds: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
+    study_outcomes: CaseOutcomeArray
+    is_below_rocking_and_sliding_thresholds: NDArray[
+        np.bool_
+    ]  # below the thresholds of rocking and sliding, shape (n,)
     ensemble_members_disagree_on_fall: NDArray[
         np.bool_
     ]  # some members of the ensemble fall and others stand, shape (n, elements)
@@ -45,7 +47,7 @@ class RandomCaseSample:
         np.float64
     ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
     simulated_case_count_of_study: int  # number of cases of the study that were computed, not copied by symmetry
-    study_block_time_step_count: int  # of the whole study
+    block_time_step_count_of_whole_study: int  # of the whole study
 
 
 def choose_random_record_and_grid_indices(

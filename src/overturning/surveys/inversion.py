@@ -75,7 +75,9 @@ class SurveyInversion:
         of stones with a random outcome and of fixed stones are included. Levels are peak velocities to which a motion
         is scaled.
         """
-        table = self.stone_outcome_probabilities.outcome_probability_table(StoneDimensions.from_stone(stone))
+        table = self.stone_outcome_probabilities.outcome_probability_table(
+            StoneDimensions.from_stone_with_nearest_d_over_b(stone)
+        )
         turn, face = MOTION_ROTATION_STEP_DEG * np.arange(MOTION_ROTATION_COUNT), stone.slender_plane_azimuth_deg
         place, apart = np.zeros(MOTION_ROTATION_COUNT, np.intp), np.zeros(MOTION_ROTATION_COUNT, np.float64)
         if table.shape[2] > 1 and math.isnan(face):

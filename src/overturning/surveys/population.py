@@ -54,7 +54,7 @@ class SampledStones:
         Height, m; B/H; friction coefficient µ.
     face_azimuth_deg : ndarray
         Azimuth of the normal of the front face, degrees.
-    grid_choice_random_numbers : ndarray, shape (3, n)
+    random_numbers_for_grid_neighbour_choice : ndarray, shape (3, n)
         Random numbers in 0 to 1 for height, B/H and friction, which choose between the two neighbouring grid values.
     """
 
@@ -62,7 +62,7 @@ class SampledStones:
     b_over_h: FloatArray
     friction: FloatArray
     face_azimuth_deg: FloatArray
-    grid_choice_random_numbers: FloatArray
+    random_numbers_for_grid_neighbour_choice: FloatArray
 
     def stone_class_masks(self) -> dict[str, NDArray[np.bool_]]:
         """Return masks, shape (n,), of the stones in each of four classes: slender or stout, and low or tall.
@@ -136,7 +136,7 @@ def outcomes_of_sampled_stones(cube_of_one_record: xr.Dataset, stones: SampledSt
         name: choose_neighbouring_grid_indices_at_random(
             cube_of_one_record[name].to_numpy(), getattr(stones, name), numbers
         )
-        for name, numbers in zip(_SAMPLED_GRID_DIMENSIONS, stones.grid_choice_random_numbers, strict=True)
+        for name, numbers in zip(_SAMPLED_GRID_DIMENSIONS, stones.random_numbers_for_grid_neighbour_choice, strict=True)
     }
     grid, ratio = (
         cube_of_one_record["friction"].to_numpy(),

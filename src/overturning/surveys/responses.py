@@ -64,7 +64,7 @@ class StoneDimensions:
     d_over_b: float = 1.0
 
     @classmethod
-    def from_stone(cls, stone: Stone) -> "StoneDimensions":
+    def from_stone_with_nearest_d_over_b(cls, stone: Stone) -> "StoneDimensions":
         """Return height, smaller B/H and nearest simulated D/B of a survey's stone.
 
         An `ArgumentError` is raised if height or B/H lie beyond the simulated range by more than the factor
@@ -126,12 +126,13 @@ class StoneDimensions:
 def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) -> list[StoneDimensions]:
     """Return height and shape of each stone of a survey as a `StoneDimensions`.
 
-    An ArgumentError lists all stones too far outside the simulated range (see `StoneDimensions.from_stone`).
+    An ArgumentError lists all stones too far outside the simulated range, see
+    `StoneDimensions.from_stone_with_nearest_d_over_b`.
     """
     kinds, faults = [], []
     for stone in stones:
         try:
-            kinds.append(StoneDimensions.from_stone(stone))
+            kinds.append(StoneDimensions.from_stone_with_nearest_d_over_b(stone))
         except ArgumentError as error:
             faults.append(f"{survey_file_name} {error}")
     if faults:

@@ -147,7 +147,7 @@ class StandingProbabilityEstimate:
         Probability exp(−λT) that a stone stands after T years, and its values at the ends of the interval of the
         median (NaN without interval). The lower end also assumes that every stone falls above the last level of the
         hazard.
-    standing_share_with_constant_stone_deviations : float
+    standing_share_if_each_stone_keeps_its_deviation : float
         Share of the class that stands if the deviation of each stone from its class is constant over T years; at least
         `standing_probability`. NaN if the components of the spread are unknown.
     fall_rate_share_outside_fragility_data : float
@@ -162,7 +162,7 @@ class StandingProbabilityEstimate:
     standing_probability: float
     standing_probability_low: float
     standing_probability_high: float
-    standing_share_with_constant_stone_deviations: float
+    standing_share_if_each_stone_keeps_its_deviation: float
     fall_rate_share_outside_fragility_data: float
     fall_probability_at_lowest_hazard_level: float
 
@@ -331,7 +331,7 @@ def upper_bound_of_factor_on_hazard_curve(
         """Return the share of stones that stand if the hazard is multiplied by exp(`ln_hazard_factor`), minus 5 %."""
         return estimate_standing_probability(
             fragility_curve, hazard_curve, exposure_years * math.exp(ln_hazard_factor)
-        ).standing_share_with_constant_stone_deviations - (1 - FALL_RATE_BOUND_PROBABILITY)
+        ).standing_share_if_each_stone_keeps_its_deviation - (1 - FALL_RATE_BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
     first, last = (

@@ -22,14 +22,14 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
         np.zeros(size * size * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES),
     )
     for k in range(size):
-        pattern.is_nonzero[k, k] = True
+        pattern.is_submatrix_nonzero[k, k] = True
     for i, k in links:
-        if not pattern.is_nonzero[i, k]:
+        if not pattern.is_submatrix_nonzero[i, k]:
             equations.mark_submatrix_nonzero(pattern, i, k)
             equations.mark_submatrix_nonzero(pattern, k, i)
     for i in range(size):
         for k in range(size):
-            if pattern.is_nonzero[i, k]:
+            if pattern.is_submatrix_nonzero[i, k]:
                 for number in range(9):
                     for j in range(rows.PARALLEL_CASE_COUNT):
                         place = (
@@ -41,10 +41,10 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     equations.solve_velocity_changes_in_place(
         view_without_reference_counts(state), view_without_reference_counts(matrix), pattern, size
     )
-    used = pattern.is_nonzero.sum()
+    used = pattern.is_submatrix_nonzero.sum()
     equations.clear_nonzero_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    return used, pattern.is_nonzero.any() or pattern.later_coupled_element_counts.any(), matrix[0], state[0]
+    return used, pattern.is_submatrix_nonzero.any() or pattern.later_coupled_element_counts.any(), matrix[0], state[0]
 
 
 @cache_compiled_kernel
@@ -83,7 +83,7 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         update_element_records_and_sample_clock(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
-    found = state[: rows.CASE_SIZE + scene.element_fall_limits.shape[1] * rows.ELEMENT_SIZE].copy()
+    found = state[: rows.CASE_ARRAY_LENGTH + scene.element_fall_limits.shape[1] * rows.ELEMENT_ARRAY_LENGTH].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = (
         workspace.array_owning_state[0]
@@ -91,4 +91,4 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         + workspace.nonzero_pattern.later_coupled_element_counts[0]
     )
     held += workspace.active_pairs.active_pair_count[0] + workspace.moves_relative_to_base[0]
-    return most, found, held + inputs.scene_arrays.initial_state_column_by_scene_variant[0, 0]
+    return most, found, held + inputs.scene_arrays.initial_state_by_scene_variant[0, 0]

@@ -13,16 +13,16 @@ from numba import njit
 from overturning.dem.block.landing import block_lands_flat, flat_landing_slides_mu_and_moment_factor
 from overturning.dem.block.state import (
     AssumedCornerContact,
-    AssumedFrictionCoefficientIfSliding,
+    BlockAccelerationsFromBaseMotion,
     BlockConstants,
     BlockExtrapolatedToStepEnd,
-    BlockInertialAccelerations,
     BlockPredictedAtStepEnd,
     BlockState,
     BlockStepEndVelocityCorrection,
     CornerEquationTerms,
     CornerPredictedAtStepEnd,
     CornerState,
+    SignedFrictionCoefficientOrZeroIfSticking,
     TrialCornerFriction,
     corner_x_and_depth_from_centre,
 )
@@ -72,7 +72,7 @@ def predict_block_at_step_end(
     block: BlockConstants,
     state: BlockState,
     step_ticks: float,
-    inertial_accelerations: BlockInertialAccelerations,
+    inertial_accelerations: BlockAccelerationsFromBaseMotion,
     ticks_per_sample: float,
 ) -> BlockPredictedAtStepEnd:
     """Predict a block and its lower corners at the end of a step, relative to the base, with constant acceleration."""
@@ -243,7 +243,7 @@ def corner_equation_terms(
 def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedFrictionCoefficientIfSliding,
+    assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,
     forces_decide_contact_and_slip: bool,
     predicted_block: BlockPredictedAtStepEnd,
 ) -> BlockStepEndVelocityCorrection:
@@ -319,7 +319,7 @@ def solve_velocity_corrections(
 def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
-    assumed_slip: AssumedFrictionCoefficientIfSliding,  # noqa: ARG001, as `solve_velocity_corrections`
+    assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,  # noqa: ARG001, as `solve_velocity_corrections`
     forces_decide_contact_and_slip: bool,
     predicted_block: BlockPredictedAtStepEnd,
 ) -> BlockStepEndVelocityCorrection:

@@ -8,8 +8,7 @@ from overturning.dem.block.landing import flat_landing_time_left_after_step
 from overturning.dem.block.state import (
     MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
-    AssumedFrictionCoefficientIfSliding,
-    BlockAfterStep,
+    BlockAfterAttemptedStep,
     BlockConstants,
     BlockEnergyAccount,
     BlockPeakValues,
@@ -18,6 +17,7 @@ from overturning.dem.block.state import (
     BlockStepEndVelocityCorrection,
     CornerPredictedAtStepEnd,
     CornerState,
+    SignedFrictionCoefficientOrZeroIfSticking,
     SolvedCornerContact,
     SolvedCornerContactPair,
     displacement_of_block_lower_side_middle,
@@ -104,7 +104,7 @@ def corner_forces_new_state_and_contact_changes(
         released_tangential_energy_over_half_stiffness=let_go if with_friction else 0.0,
         released_normal_energy_over_half_stiffness=cut,
         has_closed_in_step=fresh,
-        penetration_change_if_closed_else_one=sinking if fresh else 1.0,
+        penetration_change_if_newly_closed_else_one=sinking if fresh else 1.0,
         positive_if_contact_changed=changed,
         vertical_travel_if_contact_changed_else_zero=abs(sinking) if changed > 0.0 else 0.0,
         signed_mu_or_zero_if_sticking=found,
@@ -131,7 +131,7 @@ def contact_changes_in_block_step(
     )  # fmt: skip
     changed = (change_l if change_l > change_r else change_r) > 0.0
     far = travel_l if travel_l > travel_r else travel_r
-    gentle = (far <= block.max_corner_travel_without_halving_step) & (
+    gentle = (far <= block.max_contact_change_travel_without_halving_step) & (
         step_ticks <= MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
     )
     stands = (left.new_corner.normal_force_per_mass > 0.0) & (right.new_corner.normal_force_per_mass > 0.0)
@@ -166,12 +166,12 @@ def contact_changes_in_block_step(
 
 @njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
-    slip_assumed_in_solved_step: AssumedFrictionCoefficientIfSliding,
+    slip_assumed_in_solved_step: SignedFrictionCoefficientOrZeroIfSticking,
     forces_decide_contact_and_slip: bool,
     solved_corners: SolvedCornerContactPair,
     next_attempt_repeats_step: bool,
     keeps_assumption_at_both_corners: bool,
-) -> AssumedFrictionCoefficientIfSliding:
+) -> SignedFrictionCoefficientOrZeroIfSticking:
     """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
@@ -185,7 +185,7 @@ def assumed_signed_friction_for_next_attempt(
         keeps_assumption_at_both_corners | (next_attempt_repeats_step & (not left.has_wrong_slip_assumption)),
         keeps_assumption_at_both_corners | (next_attempt_repeats_step & (not right.has_wrong_slip_assumption)),
     )
-    return AssumedFrictionCoefficientIfSliding(
+    return SignedFrictionCoefficientOrZeroIfSticking(
         of_left if keeps_left else left.signed_mu_or_zero_if_sticking,
         of_right if keeps_right else right.signed_mu_or_zero_if_sticking,
     )
@@ -202,7 +202,10 @@ def time_since_contact_closed_minus_half_step_or_zero(
     A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
     division serves both corners.
     """
-    own, other = corner.penetration_change_if_closed_else_one, other_corner.penetration_change_if_closed_else_one
+    own, other = (
+        corner.penetration_change_if_newly_closed_else_one,
+        other_corner.penetration_change_if_newly_closed_else_one,
+    )
     inverse = 2.0 * half_step_duration / (own * other)
     time = corner.new_corner.penetration * (inverse * other) - half_step_duration
     return time if corner.has_closed_in_step else 0.0
@@ -211,14 +214,14 @@ def time_since_contact_closed_minus_half_step_or_zero(
 @njit(**INLINE_OPTIONS)
 def complete_block_step(
     block: BlockConstants,
-    previous_step: BlockAfterStep,
+    previous_step: BlockAfterAttemptedStep,
     predicted_block: BlockPredictedAtStepEnd,
     velocity_correction: BlockStepEndVelocityCorrection,
     solved_corners: SolvedCornerContactPair,
     step_ticks: float,
     with_vertical_base_motion: bool,
     with_friction: bool,
-) -> BlockAfterStep:
+) -> BlockAfterAttemptedStep:
     """Compute a block's state, peak values, and sums of work and lost energy after a step, valid if it is accepted."""
     (s, peaks, account), (left, right) = previous_step, solved_corners
     half, turn, tick = (
@@ -292,4 +295,4 @@ def complete_block_step(
         ticks_since_sample_start=tick,
         remaining_flat_landing_time=flat_landing_time_left_after_step(block, s, 2.0 * half),
     )
-    return BlockAfterStep(state, peaks, account)
+    return BlockAfterAttemptedStep(state, peaks, account)

@@ -11,9 +11,9 @@ from overturning.dem.block.landing import (
 )
 from overturning.dem.block.state import (
     TICKS_PER_WHOLE_STEP,
+    BlockAccelerationsFromBaseMotion,
     BlockConstants,
     BlockEnergyAccount,
-    BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
     CornerState,
@@ -126,7 +126,7 @@ def advance_block_one_step(
     state: BlockState,
     peaks: BlockPeakValues,
     energy_account: BlockEnergyAccount,
-    inertial_accelerations: BlockInertialAccelerations,
+    inertial_accelerations: BlockAccelerationsFromBaseMotion,
     with_vertical_base_motion: bool,
 ) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peak values, and work and lost energy."""

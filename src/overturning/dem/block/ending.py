@@ -8,9 +8,9 @@ from numba import njit
 from overturning.dem.block.state import (
     STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
+    BlockAccelerationsFromBaseMotion,
     BlockConstants,
     BlockEnergyAccount,
-    BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
     displacement_of_block_lower_side_middle,
@@ -28,14 +28,14 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block, load_state, load_peaks = (
+load_block_constants, load_state, load_peaks = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
 )
-load_account, load_course = (
+load_energy_account, load_case_progress = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
 )
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
 ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     LargestTiltNearCaseEnd, "tilt_over_critical_angle"
 )
@@ -127,10 +127,10 @@ def update_largest_tilt_and_return_case_status(
 ) -> int:
     """Return the `CaseStatus` of the case in column `lane`, or `CASE_NOT_ENDED`; update its largest late tilt."""
     block, s, peaks, course = (
-        load_block(state, lane),
+        load_block_constants(state, lane),
         load_state(state, lane),
         load_peaks(state, lane),
-        load_course(state, lane),
+        load_case_progress(state, lane),
     )
     if not np.isfinite(s.centre_vx + s.centre_vz + s.angular_velocity + s.centre_x + s.centre_z + s.cos + s.sin):
         return CaseStatus.UNSTABLE
@@ -168,8 +168,8 @@ def write_case_results_except_status_and_counters(
     state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row_out: Any
 ) -> None:
     """Write the results of the case in column `lane`, except status and counters, into a row of the result table."""
-    block, s, peaks = load_block(state, lane), load_state(state, lane), load_peaks(state, lane)
-    account, course = load_account(state, lane), load_course(state, lane)
+    block, s, peaks = load_block_constants(state, lane), load_state(state, lane), load_peaks(state, lane)
+    account, course = load_energy_account(state, lane), load_case_progress(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
     result_row_out.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
     result_row_out.overturning_time = course.last_time_below_critical_angle if fallen else np.nan
@@ -209,12 +209,12 @@ def write_block_trajectory_row(
 ) -> None:
     """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""
     block, s, push = (
-        load_block(state, lane),
+        load_block_constants(state, lane),
         load_state(state, lane),
         load_inertial_accelerations(state, lane).inertial_acceleration_x,
     )
     trajectory_row_out.time = (
-        load_course(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
+        load_case_progress(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
     trajectory_row_out.centre_x, trajectory_row_out.centre_z, trajectory_row_out.angle = s.centre_x, s.centre_z, s.angle
     trajectory_row_out.centre_vx, trajectory_row_out.centre_vz, trajectory_row_out.angular_velocity = (

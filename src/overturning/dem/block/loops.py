@@ -18,15 +18,15 @@ from overturning.dem.block.landing import block_lands_flat, flat_landing_slides_
 from overturning.dem.block.state import (
     STATE_ROW_LAYOUT,
     AssumedCornerContact,
-    AssumedFrictionCoefficientIfSliding,
-    BlockAfterStep,
+    BlockAccelerationsFromBaseMotion,
+    BlockAfterAttemptedStep,
     BlockConstants,
     BlockEnergyAccount,
-    BlockInertialAccelerations,
     BlockPeakValues,
     BlockPredictedAtStepEnd,
     BlockState,
     BlockStepEndVelocityCorrection,
+    SignedFrictionCoefficientOrZeroIfSticking,
     SolvedCornerContactPair,
 )
 from overturning.dem.kernel.clock import (
@@ -76,20 +76,22 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     solution = (
         centred.solve_velocity_corrections if with_friction else centred.solve_velocity_corrections_without_friction
     )
-    load_block, load_inertial_accelerations, load_step_control = (
+    load_block_constants, load_inertial_accelerations, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
     load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
-    load_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
+    load_next_step_to_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
     load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedFrictionCoefficientIfSliding, unused_fields=unused
+        SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).load
-    load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    load_predicted_block, store_predicted_block, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockPredictedAtStepEnd, unused_fields=unused
     )
-    store_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockStepEndVelocityCorrection, unused_fields=unused).store
+    store_velocity_correction = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockStepEndVelocityCorrection, unused_fields=unused
+    ).store
     complete_block_steps = create_centred_step_completion_loop(with_vertical_base_motion, with_friction)
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -101,8 +103,12 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     ) -> None:
         """Predict the states of all blocks in parallel at the end of their steps."""
         for j in range(round_to_vector_multiple(computed_lane_count)):
-            block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length_in_ticks
-            store_predicted(
+            block, s, length = (
+                load_block_constants(state, j),
+                load_state(state, j),
+                load_next_step_to_attempt(state, j).length_in_ticks,
+            )
+            store_predicted_block(
                 state,
                 j,
                 centred.predict_block_at_step_end(
@@ -119,11 +125,11 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
         for j in range(round_to_vector_multiple(computed_lane_count)):
             fine = (
-                load_attempt(state, j).length_in_ticks
+                load_next_step_to_attempt(state, j).length_in_ticks
                 <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
             )
-            block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
-            store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
+            block, s, assumed = load_block_constants(state, j), load_state(state, j), load_assumed_slip(state, j)
+            store_velocity_correction(state, j, solution(block, s, assumed, fine, load_predicted_block(state, j)))
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def attempt_block_steps(
@@ -147,19 +153,23 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
     """Return the centred scheme's compiled loop that computes contact forces and accepts or rejects block steps."""
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
-    load_block, load_step_control = (
+    load_block_constants, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
     load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused)
-    load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused)
+    load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        NextStepToAttempt, unused_fields=unused
+    )
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        AssumedFrictionCoefficientIfSliding, unused_fields=unused
+        SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).store
     load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
-    load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)
-    load_predicted = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPredictedAtStepEnd, unused_fields=unused).load
-    load_change = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockStepEndVelocityCorrection, unused_fields=unused).load
+    load_energy_account, _, store_energy_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)
+    load_predicted_block = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPredictedAtStepEnd, unused_fields=unused).load
+    load_velocity_correction = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockStepEndVelocityCorrection, unused_fields=unused
+    ).load
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def accept_or_reject_block_steps(
@@ -171,12 +181,12 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
         """Compute contact forces of all blocks in parallel, and accept or reject the step of each block."""
         for j in range(round_to_vector_multiple(computed_lane_count)):
             block, s, attempt, case_step_control = (
-                load_block(state, j),
+                load_block_constants(state, j),
                 load_state(state, j),
-                load_attempt(state, j),
+                load_next_step_to_attempt(state, j),
                 load_step_control(state, j),
             )
-            w, d, length = load_predicted(state, j), load_change(state, j), attempt.length_in_ticks
+            w, d, length = load_predicted_block(state, j), load_velocity_correction(state, j), attempt.length_in_ticks
             fine = length <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
             held = block_lands_flat(
                 block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
@@ -196,19 +206,19 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
             again, sooner, attempt = decide_rejection_and_next_step(
                 BLOCK_STEP_CONTROL, case_step_control, attempt, findings, end_tick, ticks_per_sample
             )
-            mu_if_sliding = AssumedFrictionCoefficientIfSliding(mu_left, mu_right)
+            mu_if_sliding = SignedFrictionCoefficientOrZeroIfSticking(mu_left, mu_right)
             assumed = commit.assumed_signed_friction_for_next_attempt(
                 mu_if_sliding, fine, both, attempt.repeats_with_corrected_sliding > 0.0, sooner
             )
-            accepted = BlockAfterStep(s, load_peaks(state, j), load_account(state, j))
+            accepted = BlockAfterAttemptedStep(s, load_peaks(state, j), load_energy_account(state, j))
             accepted = commit.complete_block_step(
                 block, accepted, w, d, both, length, with_vertical_base_motion, with_friction
             )
-            store_attempt(state, j, attempt)
+            store_next_step_to_attempt(state, j, attempt)
             store_assumed_slip(state, j, assumed)
             store_state(state, j, again, accepted.state)
             store_peaks(state, j, again, accepted.peaks)
-            store_account(state, j, again, accepted.energy_account)
+            store_energy_account(state, j, again, accepted.energy_account)
 
     return accept_or_reject_block_steps
 
@@ -219,15 +229,15 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
     It is compiled with or without vertical base motion, and with or without friction.
     """
-    load_block, load_inertial_accelerations = (
+    load_block_constants, load_inertial_accelerations = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
     )
     load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=["normal_force_per_mass"]
     )
     load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
-    load_account, store_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    load_energy_account, store_energy_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockEnergyAccount, unused_fields=["base_motion_power_per_mass", "dissipated_power_per_mass"]
     )
 
@@ -243,12 +253,12 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         for _ in range(step_count):
             for j in range(round_to_vector_multiple(computed_lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
-                    load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
-                    load_inertial_accelerations(state, j), with_vertical_base_motion,
+                    load_block_constants(state, j), load_state(state, j), load_peaks(state, j),
+                    load_energy_account(state, j), load_inertial_accelerations(state, j), with_vertical_base_motion,
                 )  # fmt: skip
                 store_state(state, j, s)
                 store_peaks(state, j, peaks)
-                store_account(state, j, account)
+                store_energy_account(state, j, account)
 
     return advance_blocks
 
@@ -288,7 +298,7 @@ def _overload_select_time_stepping_loop(
         scheme_constants, upward_acceleration_or_none, friction_marker_none_if_frictionless
     )
 
-    def return_time_stepping_loop(
+    def return_loop_selected_by_argument_types(
         scheme_constants: Any,  # noqa: ARG001
         upward_acceleration_or_none: Any,  # noqa: ARG001
         friction_marker_none_if_frictionless: Any,  # noqa: ARG001
@@ -296,4 +306,4 @@ def _overload_select_time_stepping_loop(
         """Return the compiled time-stepping loop selected by the Numba types of the arguments."""
         return step_function
 
-    return return_time_stepping_loop
+    return return_loop_selected_by_argument_types

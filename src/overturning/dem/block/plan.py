@@ -29,7 +29,7 @@ from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import (
     SimulationPlan,
     azimuth_row_by_case_and_base_accelerations,
-    evaluate_and_round_results,
+    evaluate_and_round_to_12_decimals,
     group_numbers_of_equal_cases,
 )
 from overturning.dem.quiet import (
@@ -92,7 +92,7 @@ class BlockSimulationPlan(SimulationPlan):
         )
         cases, settings = queued["cases"], queued.pop("settings")
         cases["long_steps_before_doubling"] *= step_divisor
-        cases["max_corner_travel_without_halving_step"] /= step_divisor
+        cases["max_contact_change_travel_without_halving_step"] /= step_divisor
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         settings = settings._replace(
             attempted_steps_between_end_checks=int(
@@ -245,7 +245,7 @@ def plan_block_simulation(
             rest_limit = largest_acceleration_without_motion_g(
                 ratio, friction, ratio, overshoot, MAX_REST_TO_ONSET_THRESHOLD_RATIO
             )
-    table, alpha = np.zeros(cases.case_count, CASE_TABLE_DTYPE), evaluate_and_round_results(np.arctan, ratio)
+    table, alpha = np.zeros(cases.case_count, CASE_TABLE_DTYPE), evaluate_and_round_to_12_decimals(np.arctan, ratio)
     control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio
     halvings = np.clip(lengths.halvings_to_contact_change_step, 0, control.max_step_halvings)
     columns = {
@@ -253,11 +253,11 @@ def plan_block_simulation(
         "tangential_stiffness_per_mass": tangential, "dashpot_constant_per_mass": dashpot,
         "friction": np.minimum(friction, MAX_SIMULATED_FRICTION_COEFFICIENT), "critical_angle": alpha,
         "amplitude_factor": amplitude, "initial_tilt": tilt, "first_simulated_sample": first,
-        "initial_tilt_cosine": evaluate_and_round_results(np.cos, tilt),
-        "initial_tilt_sine": evaluate_and_round_results(np.sin, tilt), "no_onset_from_sample": calm,
+        "initial_tilt_cosine": evaluate_and_round_to_12_decimals(np.cos, tilt),
+        "initial_tilt_sine": evaluate_and_round_to_12_decimals(np.sin, tilt), "no_onset_from_sample": calm,
         "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
-        "max_corner_travel_without_halving_step": (
+        "max_contact_change_travel_without_halving_step": (
             MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT
             * lengths.longest_contact_change_step_s
             * width * alpha / period

@@ -17,7 +17,7 @@ from overturning.dem.block.tables import RIGID_CASE_TABLE_DTYPE
 from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
-from overturning.dem.plan import azimuth_row_by_case_and_base_accelerations, evaluate_and_round_results
+from overturning.dem.plan import azimuth_row_by_case_and_base_accelerations, evaluate_and_round_to_12_decimals
 from overturning.dem.time_step import rocking_time_constant
 from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.cases import Cases
@@ -376,7 +376,7 @@ def simulate_rigid_rocking(
     row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time_constant(ratio * height, height)
-    diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_results(np.arctan, ratio)
+    diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_and_round_to_12_decimals(np.arctan, ratio)
     table = np.zeros(cases.case_count, RIGID_CASE_TABLE_DTYPE)
     columns = {
         "sine_of_critical_angle": ratio / diagonal,
@@ -388,8 +388,8 @@ def simulate_rigid_rocking(
         "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD / per_sample),
         "amplitude_factor": cases.amplitude,
         "initial_tilt": tilt,
-        "sine_of_tilt_left_to_critical_angle": evaluate_and_round_results(np.sin, alpha - np.abs(tilt)),
-        "cosine_of_tilt_left_to_critical_angle": evaluate_and_round_results(np.cos, alpha - np.abs(tilt)),
+        "sine_of_tilt_left_to_critical_angle": evaluate_and_round_to_12_decimals(np.sin, alpha - np.abs(tilt)),
+        "cosine_of_tilt_left_to_critical_angle": evaluate_and_round_to_12_decimals(np.cos, alpha - np.abs(tilt)),
     }
     for name, values in columns.items():
         table[name] = values

@@ -23,18 +23,18 @@ from overturning.dem.block.state import (
     PARALLEL_CASE_COUNT,
     STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
-    AssumedFrictionCoefficientIfSliding,
+    BlockAccelerationsFromBaseMotion,
     BlockConstants,
-    BlockInertialAccelerations,
     BlockPeakValues,
     BlockState,
     CornerState,
+    SignedFrictionCoefficientOrZeroIfSticking,
     corner_x_and_depth_from_centre,
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CaseProgress,
-    CaseRestState,
+    CaseRestLimitAndFlag,
     body_is_still,
     case_cannot_have_ended,
     next_sample_tick_and_last_upright_time,
@@ -84,35 +84,31 @@ class BlockWorkspace(NamedTuple):
     state: Any
 
 
-load_block, store_block, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants)
+load_block_constants, store_block_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants)
 load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
 load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
-load_course, store_course, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-store_attempt, store_assumed_slip, store_step_control = (
+load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
+store_next_step_to_attempt, store_assumed_slip, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (NextStepToAttempt, AssumedFrictionCoefficientIfSliding, CaseStepControl)
+    for of in (NextStepToAttempt, SignedFrictionCoefficientOrZeroIfSticking, CaseStepControl)
 )
-load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(AssumedFrictionCoefficientIfSliding).load
-store_push, store_lift = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "inertial_acceleration_x").store,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockInertialAccelerations, "upward_base_acceleration").store,
-)
+load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(SignedFrictionCoefficientOrZeroIfSticking).load
+store_push = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion, "inertial_acceleration_x").store
+store_lift = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BlockAccelerationsFromBaseMotion, "upward_base_acceleration"
+).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
-COS, SIN, TICK, LAST_UPRIGHT = (
+ROTATION_COSINE_ROW, ROTATION_SINE_ROW, TICKS_SINCE_SAMPLE_START_ROW, LAST_UPRIGHT_TICK_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
     "last_tick_in_sample_below_critical_angle"),
 )  # fmt: skip
-LENGTH, REST_LIMIT, AT_REST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "was_at_rest_at_sample_start"),
-)
-SAMPLE, UPRIGHT_UNTIL = (
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle"),
-)
+NEXT_STEP_LENGTH_ROW = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
+REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "rest_acceleration_limit_g")
+AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "was_at_rest_at_sample_start")
+CURRENT_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
+LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
@@ -148,7 +144,7 @@ def write_block_constants_and_initial_state(
         mass_over_tangential_stiffness=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant_per_mass=dashpot,
         friction=case_table_row.friction,
         critical_angle=case_table_row.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
-        max_corner_travel_without_halving_step=case_table_row.max_corner_travel_without_halving_step,
+        max_contact_change_travel_without_halving_step=case_table_row.max_contact_change_travel_without_halving_step,
         flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
         max_time_between_touches_in_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
         flat_landing_friction_moment_factor=0.0 if case_table_row.friction * h <= b else 1.0,
@@ -168,19 +164,19 @@ def write_block_constants_and_initial_state(
         angular_velocity=0.0, centre_ax=0.0, centre_az=az, angular_acceleration=aw, left=left, right=right,
         ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
     )  # fmt: skip
-    store_block(state, lane, block)
+    store_block_constants(state, lane, block)
     store_step_control(state, lane, CaseStepControl(
         case_table_row.shortest_step_ticks, case_table_row.longest_step_at_rest_ticks,
         case_table_row.steps_before_doubling_after_contact_change, case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
     length, steps = case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change
-    store_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
-    store_assumed_slip(state, lane, AssumedFrictionCoefficientIfSliding(0.0, 0.0))
+    store_next_step_to_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
+    store_assumed_slip(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
     store_peaks(state, lane, BlockPeakValues(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
-    state[REST_LIMIT + lane] = case_table_row.rest_acceleration_limit_g
-    store_course(state, lane, CaseProgress(
+    state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.rest_acceleration_limit_g
+    store_case_progress(state, lane, CaseProgress(
         case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
         case_table_row.end_sample_if_undecided, case_table_row.first_simulated_sample * sampling_interval,
         first, barrier,
@@ -191,7 +187,7 @@ def update_sample_and_load_motion(
     kernel_input: Any, workspace: Any, case_index_by_lane: Any, computed_lane_count: int
 ) -> None:
     """Load the base motion of each case's present sample, and rescale (cos θ, sin θ) of each block to length 1."""
-    start_sample_load_motion_and_normalise_rotation(
+    advance_sample_load_motion_and_normalise_rotation(
         workspace.state, computed_lane_count, kernel_input.motion_row_by_case, case_index_by_lane,
         kernel_input.ground_motion.horizontal_acceleration, kernel_input.ground_motion.upward_acceleration,
         kernel_input.settings,
@@ -199,7 +195,7 @@ def update_sample_and_load_motion(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def start_sample_load_motion_and_normalise_rotation(
+def advance_sample_load_motion_and_normalise_rotation(
     state: Any,
     computed_lane_count: int,
     motion_row_by_case: Any,
@@ -217,15 +213,15 @@ def start_sample_load_motion_and_normalise_rotation(
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
     for j in range(round_to_vector_multiple(computed_lane_count)):
         s = load_state(state, j)
-        state[COS + j], state[SIN + j] = normalise_cosine_and_sine(s.cos, s.sin)
+        state[ROTATION_COSINE_ROW + j], state[ROTATION_SINE_ROW + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = next_sample_tick_and_last_upright_time(
-            load_course(state, j), s.ticks_since_sample_start, state[LAST_UPRIGHT + j], ticks, interval
+            load_case_progress(state, j), s.ticks_since_sample_start, state[LAST_UPRIGHT_TICK_ROW + j], ticks, interval
         )
-        state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
-        state[LAST_UPRIGHT + j] = -1.0
+        state[CURRENT_SAMPLE_ROW + j], state[TICKS_SINCE_SAMPLE_START_ROW + j], state[LAST_UPRIGHT_TIME_ROW + j] = begun
+        state[LAST_UPRIGHT_TICK_ROW + j] = -1.0
     last = across.shape[1] - 3
     for j in range(round_to_vector_multiple(computed_lane_count)):
-        course = load_course(state, j)
+        course = load_case_progress(state, j)
         i = min(int(course.current_sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
         store_push(
@@ -262,7 +258,7 @@ def attempt_steps_until_next_check(
         if path.shape[0] < recorded_row_count + attempted_steps_between_end_checks:
             return path, -1
     for done in range(0, attempted_steps_between_end_checks, stride):
-        if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
+        if path.shape[0] > 0 and (done == 0 or state[TICKS_SINCE_SAMPLE_START_ROW] == ticks):
             write_block_trajectory_row(
                 state, 0, scheme.velocity_lag_steps, settings.sampling_interval, ticks, path[recorded_row_count]
             )
@@ -293,12 +289,12 @@ def mark_possibly_ended_block_cases(
     """Mark and count cases with a fallen block, an invalid state, or no more base motion that moves a block at rest."""
     count = 0
     for j in range(active_lane_count):
-        block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
+        block, s, b = load_block_constants(state, j), load_state(state, j), load_block_constants(state, j).half_width
         most = max_penetration_to_half_side_ratio * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).max_corner_penetration <= most)
         total = (s.centre_vx + s.centre_vz + s.angular_velocity) + (s.centre_x + s.centre_z + s.cos)
         goes_on = case_cannot_have_ended(
-            load_course(state, j), s.ticks_since_sample_start, ticks_per_sample, record_end_sample, total, sound
+            load_case_progress(state, j), s.ticks_since_sample_start, ticks_per_sample, record_end_sample, total, sound
         )
         possibly_ended_mark_by_lane_out[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
@@ -332,14 +328,17 @@ def mark_resting_blocks_and_skip_samples(
     """Mark the blocks at rest at the start of a sample; skip the samples in which the base motion cannot move them."""
     count = 0
     for j in range(active_lane_count):
-        course, s, block, length = load_course(state, j), load_state(state, j), load_block(state, j), state[LENGTH + j]
+        course = load_case_progress(state, j)
+        s = load_state(state, j)
+        block = load_block_constants(state, j)
+        length = state[NEXT_STEP_LENGTH_ROW + j]
         mu_left, mu_right = load_assumed_signed_friction(state, j)
         now = course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample)
         still = body_is_still(
             largest_magnitude_of_motion_including_rotation(s.centre_vx, s.centre_vz, s.angular_velocity, block),
             largest_magnitude_of_motion_including_rotation(s.centre_ax, s.centre_az, s.angular_acceleration, block),
             length * block.seconds_per_tick,
-            state[REST_LIMIT + j],
+            state[REST_ACCELERATION_LIMIT_ROW + j],
         )
         held = (
             (s.left.normal_force_per_mass > 0.0)
@@ -347,17 +346,17 @@ def mark_resting_blocks_and_skip_samples(
             & ((mu_left == 0.0) & (mu_right == 0.0))
         )
         resting = (length >= TICKS_PER_WHOLE_STEP) & is_rest_check_sample(now) & held & still
-        state[AT_REST + j] = 1.0 if resting else 0.0
+        state[AT_REST_AT_SAMPLE_START_ROW + j] = 1.0 if resting else 0.0
         count += 1 if resting else 0
     for j in range(active_lane_count if count > 0 else 0):
-        if state[AT_REST + j] > 0.0:
-            course = load_course(state, j)
-            now = course.current_sample + state[TICK + j] * (1.0 / ticks_per_sample)
+        if state[AT_REST_AT_SAMPLE_START_ROW + j] > 0.0:
+            course = load_case_progress(state, j)
+            now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
                 ground_motion, motion_row_by_case[case_index_by_lane[j]], now, course.amplitude_factor,
-                state[REST_LIMIT + j],
+                state[REST_ACCELERATION_LIMIT_ROW + j],
             )  # fmt: skip
-            state[SAMPLE + j] += samples
+            state[CURRENT_SAMPLE_ROW + j] += samples
             skipped_sample_count_by_lane_out[j] += samples
 
 

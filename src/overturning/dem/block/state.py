@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd
+from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltNearCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
 
@@ -60,7 +60,7 @@ class BlockConstants(NamedTuple):
     """Critical angle α = arctan(B/H), rad."""
     seconds_per_tick: float
     """Length of a tick, s."""
-    max_corner_travel_without_halving_step: float
+    max_contact_change_travel_without_halving_step: float
     """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
     flat_landing_duration: float
     """Duration of a flat landing after the first touch, s."""
@@ -127,7 +127,7 @@ class BlockState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class AssumedFrictionCoefficientIfSliding(NamedTuple):
+class SignedFrictionCoefficientOrZeroIfSticking(NamedTuple):
     """Friction that the next step of the centred scheme assumes at each corner: ±μ if sliding, 0 if sticking."""
 
     left_signed_mu_or_zero_if_sticking: float
@@ -159,7 +159,7 @@ class BlockEnergyAccount(NamedTuple):
     dissipated_power_per_mass: float
 
 
-class BlockInertialAccelerations(NamedTuple):
+class BlockAccelerationsFromBaseMotion(NamedTuple):
     """Accelerations of a block, in the frame of the base, that the motion of the base causes, m/s²."""
 
     inertial_acceleration_x: LinearBaseAcceleration
@@ -283,7 +283,7 @@ class SolvedCornerContact(NamedTuple):
     """Energy released by the normal spring, over half its stiffness, m²."""
     has_closed_in_step: bool
     """True if the contact has closed in this step."""
-    penetration_change_if_closed_else_one: float
+    penetration_change_if_newly_closed_else_one: float
     """Change of penetration in the step if the contact has closed, else 1, m."""
     positive_if_contact_changed: float
     """Above 0 if the contact has opened or closed."""
@@ -306,7 +306,7 @@ class SolvedCornerContactPair(NamedTuple):
     right: SolvedCornerContact
 
 
-class BlockAfterStep(NamedTuple):
+class BlockAfterAttemptedStep(NamedTuple):
     """State, peaks and energy account of a block after a step; they become valid if the step is accepted."""
 
     state: BlockState
@@ -316,11 +316,11 @@ class BlockAfterStep(NamedTuple):
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt,
-    AssumedFrictionCoefficientIfSliding,
+    SignedFrictionCoefficientOrZeroIfSticking,
     BlockPeakValues,
-    BlockEnergyAccount, BlockInertialAccelerations, CaseProgress, BlockPredictedAtStepEnd,
+    BlockEnergyAccount, BlockAccelerationsFromBaseMotion, CaseProgress, BlockPredictedAtStepEnd,
     BlockStepEndVelocityCorrection,
-    CaseRestState,
+    CaseRestLimitAndFlag,
     LargestTiltNearCaseEnd,
 )  # fmt: skip
 

@@ -37,7 +37,7 @@ class BlockCaseTableColumns(NamedTuple):
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
-    max_corner_travel_without_halving_step: float
+    max_contact_change_travel_without_halving_step: float
     """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the block stays at rest."""
@@ -68,7 +68,7 @@ class BlockResultTableColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-class BlockTrajectoryTableColumns(NamedTuple):
+class BlockTrajectoryRowColumns(NamedTuple):
     """Time, pose, velocities and ground acceleration of a block: columns of its trajectory."""
 
     time: float
@@ -91,7 +91,7 @@ class BlockTrajectoryTableColumns(NamedTuple):
 
 CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepControl)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
-TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryTableColumns)
+TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryRowColumns)
 
 
 class RigidCaseTableColumns(NamedTuple):

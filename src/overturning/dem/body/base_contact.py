@@ -65,11 +65,9 @@ def update_lowest_and_highest_base_vertex(
     point_state_at_step_start: BodyContactPointState,
 ) -> BaseContactState:
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
-    height, below, still = (
-        matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z,
-        vertex_belongs_to_base(body, vertex),
-        one_if_point_rests_on_its_spring(body, point_state_at_step_start),
-    )
+    height = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z
+    below = vertex_belongs_to_base(body, vertex)
+    still = one_if_point_rests_on_its_spring(body, point_state_at_step_start)
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
         (height < base_contact_state.lowest_vertex_height_above_centre)
@@ -165,23 +163,21 @@ def lowest_and_highest_base_points_rest(base_contact_state: BaseContactState) ->
     return (base_contact_state.lowest_vertex_rests > 0.0) & (base_contact_state.highest_vertex_rests > 0.0)
 
 
-load_body, load_frame = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load,
-)
+load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
+load_body_axes = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load
 load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
-load_vertex, load_memory = (
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load,
-)
+load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
+load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPointAtStepStartAndEnd, "at_step_start"
+).load
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
-LANDING_OF, DEPTH_OF = (
-    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.remaining_flat_landing_time"),
-    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "old.penetration"),
+POINT_LANDING_TIME_ROW, POINT_PENETRATION_ROW = (
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.remaining_flat_landing_time"),
+    VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),
 )
-SHORTEST, LONGEST = (
+SHORTEST_LANDING_TIME_ROW, LONGEST_LANDING_TIME_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "shortest_landing_time_left_of_base_points"),
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time_left_of_loaded_points"),
 )
@@ -214,18 +210,16 @@ def raise_tilting_friction_share_where_body_tips(
     for point in range(0, vertex_array_length, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
-            body, v, edge = (
-                load_body(body_states, j),
-                load_state(body_states, j).velocity_relative_to_base,
-                load_vertex(one, j),
-            )
-            own = matrix_times_vector(transpose(load_frame(body_states, j)), Vector3(v.x, v.y, 0.0))
+            body = load_body_constants(body_states, j)
+            v = load_state(body_states, j).velocity_relative_to_base
+            edge = load_vertex(one, j)
+            own = matrix_times_vector(transpose(load_body_axes(body_states, j)), Vector3(v.x, v.y, 0.0))
             ahead = (
                 body.friction
                 * body.centre_height
                 * (edge.next_base_edge_outward_normal_x * own.x + edge.next_base_edge_outward_normal_y * own.y)
             )
-            outside = edge.next_base_edge_distance_from_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
+            outside = edge.next_base_edge_distance_from_point_below_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
             body_states[TILTING_FRICTION_SHARE_ROW_OFFSET + j] = (
                 1.0 if outside else body_states[TILTING_FRICTION_SHARE_ROW_OFFSET + j]
             )
@@ -248,8 +242,9 @@ def compute_base_contact_states(
     if base_is_round:
         # The ends are the lowest and the highest point of the rim.
         for j in range(round_to_vector_multiple(lane_count)):
-            body, ahead = load_body(body_states, j), load_memory(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
-            behind = load_memory(
+            body = load_body_constants(body_states, j)
+            ahead = load_point_state_at_step_start(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
+            behind = load_point_state_at_step_start(
                 vertex_rows[
                     start_index_of_opposite_vertices : start_index_of_opposite_vertices + ARRAY_LENGTH_PER_VERTEX
                 ],
@@ -290,12 +285,14 @@ def compute_base_contact_states(
     for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(round_to_vector_multiple(lane_count)):
-            of_base = vertex_belongs_to_base(load_body(body_states, j), load_vertex(one, j))
-            left, least = one[LANDING_OF + j], body_states[SHORTEST + j]
-            body_states[SHORTEST + j] = left if of_base & (left < least) else least
-            longest = body_states[LONGEST + j]
-            body_states[LONGEST + j] = (
-                longest_landing_time_including_point(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
+            left, least = one[POINT_LANDING_TIME_ROW + j], body_states[SHORTEST_LANDING_TIME_ROW + j]
+            body_states[SHORTEST_LANDING_TIME_ROW + j] = left if of_base & (left < least) else least
+            longest = body_states[LONGEST_LANDING_TIME_ROW + j]
+            body_states[LONGEST_LANDING_TIME_ROW + j] = (
+                longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_ROW + j])
+                if of_base
+                else longest
             )
     if any_body_base_lands_flat(body_states, lane_count):
         raise_tilting_friction_share_where_body_tips(
@@ -308,6 +305,6 @@ def compute_base_contact_states(
         for j in range(round_to_vector_multiple(lane_count)):
             base_contact = load_base_contact(body_states, j)
             store_base_contact(body_states, j, update_lowest_and_highest_base_vertex(
-                load_body(body_states, j), base_contact, load_frame(body_states, j), load_vertex(one, j),
-                load_memory(one, j),
+                load_body_constants(body_states, j), base_contact, load_body_axes(body_states, j), load_vertex(one, j),
+                load_point_state_at_step_start(one, j),
             ))  # fmt: skip

@@ -124,10 +124,8 @@ def rim_point_position_from_centre(
     leans = square > 1e-30
     one = 1.0 / math.sqrt(square if leans else 1.0)
     tx, ty = (body_axes.xz * one if leans else 1.0), (body_axes.yz * one if leans else 0.0)
-    a, b = (
-        body.round_base_radius_or_zero * unit_component_along_lean,
-        body.round_base_radius_or_zero * unit_component_across_lean,
-    )
+    a = body.round_base_radius_or_zero * unit_component_along_lean
+    b = body.round_base_radius_or_zero * unit_component_across_lean
     return Vector3(
         (a * body_axes.zz * tx - b * ty) - body.centre_height * body_axes.xz,
         (a * body_axes.zz * ty + b * tx) - body.centre_height * body_axes.yz,
@@ -165,10 +163,8 @@ def flat_landing_slip_direction_and_tilt_share(
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = lands_flat_and_tilting_share
-    x, y = (
-        centre_velocity.x - angular_velocity.z * point_position_from_centre.y,
-        centre_velocity.y + angular_velocity.z * point_position_from_centre.x,
-    )
+    x = centre_velocity.x - angular_velocity.z * point_position_from_centre.y
+    y = centre_velocity.y + angular_velocity.z * point_position_from_centre.x
     square, least = x * x + y * y, body.friction * centre_velocity.z
     drifts = lands_flat & (square >= least * least)
     one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
@@ -287,16 +283,12 @@ def contact_force_and_derivatives_of_point(
     Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
     times the ratio of friction to the force that would hold it.
     """
-    on, slides, r, u = (
-        predicted_point.is_assumed_in_contact > 0.0,
-        predicted_point.is_assumed_to_slide > 0.0,
-        predicted_point.position_from_centre,
-        predicted_point.velocity,
-    )
-    press, stick = (
-        body.point_dashpot_constant_per_mass + half_step_length_s * body.point_normal_stiffness_per_mass,
-        body.point_dashpot_constant_per_mass + half_step_length_s * body.point_tangential_stiffness_per_mass,
-    )
+    on = predicted_point.is_assumed_in_contact > 0.0
+    slides = predicted_point.is_assumed_to_slide > 0.0
+    r = predicted_point.position_from_centre
+    u = predicted_point.velocity
+    press = body.point_dashpot_constant_per_mass + half_step_length_s * body.point_normal_stiffness_per_mass
+    stick = body.point_dashpot_constant_per_mass + half_step_length_s * body.point_tangential_stiffness_per_mass
     n = body.point_normal_stiffness_per_mass * predicted_point.penetration - body.point_dashpot_constant_per_mass * u.z
     hx, hy = (
         -(body.point_tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_x)
@@ -354,12 +346,10 @@ def solve_velocity_correction(
     contact_terms_of_all_points: ContactForcesAndNegatedDerivatives,
 ) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
-    a, b, c, d = (
-        contact_terms_of_all_points.half_step_times_force_per_velocity,
-        contact_terms_of_all_points.half_step_times_force_per_angular_velocity,
-        contact_terms_of_all_points.half_step_times_moment_per_velocity,
-        contact_terms_of_all_points.half_step_times_moment_per_angular_velocity,
-    )
+    a = contact_terms_of_all_points.half_step_times_force_per_velocity
+    b = contact_terms_of_all_points.half_step_times_force_per_angular_velocity
+    c = contact_terms_of_all_points.half_step_times_moment_per_velocity
+    d = contact_terms_of_all_points.half_step_times_moment_per_angular_velocity
     u = scale_vector(
         predicted_body.half_step_length_s,
         minus(

@@ -41,8 +41,8 @@ from overturning.dem.body.state import (
     BodyTerminationLimits,
     BodyVelocityCorrection,
     BodyVertex,
+    ContactForceAndMomentSum,
     ContactForcesAndNegatedDerivatives,
-    ContactForceSum,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
     PredictedContactPoint,
@@ -63,37 +63,41 @@ from overturning.dem.kernel.lanes import (
     select,
 )
 
-load_body, load_shaking = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load,
-)
-load_frame, store_frame, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
+load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
+load_shaking = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
+load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
 load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
 load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
-load_account, _, store_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
-load_attempt, store_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
+load_energy_account, _, store_energy_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
+load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
 load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
-load_predicted, store_predicted, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
-load_equations, store_equations, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForcesAndNegatedDerivatives)
-load_change, store_change, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyVelocityCorrection)
-load_sum, store_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceSum)
-load_largest, store_largest, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
-add_equations, add_sum, larger_of = (
-    create_elementwise_tuple_functions(ContactForcesAndNegatedDerivatives).plus,
-    create_elementwise_tuple_functions(ContactForceSum).plus,
-    create_elementwise_tuple_functions(BodyContactChangesInStep).largest,
+load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
+load_force_sums_and_derivatives, store_force_sums_and_derivatives, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactForcesAndNegatedDerivatives
 )
+load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BodyVelocityCorrection
+)
+load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
+load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
+add_equations = create_elementwise_tuple_functions(ContactForcesAndNegatedDerivatives).plus
+add_sum = create_elementwise_tuple_functions(ContactForceAndMomentSum).plus
+larger_of = create_elementwise_tuple_functions(BodyContactChangesInStep).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
-load_memory, _, store_memory = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old")
-load_point, store_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
-load_next, store_next, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "new")
+load_point_state_at_step_start, _, store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPointAtStepStartAndEnd, "at_step_start"
+)
+load_predicted_point, store_predicted_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
+load_state_at_step_end, store_state_at_step_end, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPointAtStepStartAndEnd, "at_step_end"
+)
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
-    ContactPointAtStepStartAndEnd, "old.slid_in_last_step"
+    ContactPointAtStepStartAndEnd, "at_step_start.slid_in_last_step"
 )
 """Array index at which the flags `BodyContactPointState.slid_in_last_step` start."""
 
@@ -103,44 +107,40 @@ def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_samp
     """Predict pose and velocities of all bodies at their step ends, with constant acceleration and contact moment."""
     for j in range(round_to_vector_multiple(lane_count)):
         w = predict_body_at_step_end(
-            load_body(body_states, j),
+            load_body_constants(body_states, j),
             load_state(body_states, j),
-            load_attempt(body_states, j).length_in_ticks,
+            load_next_step_to_attempt(body_states, j).length_in_ticks,
             load_shaking(body_states, j),
             ticks_per_sample,
         )
-        store_predicted(body_states, j, w)
-        store_frame(body_states, j, rotation_matrix(w.rotation))
+        store_predicted_body(body_states, j, w)
+        store_body_axes(body_states, j, rotation_matrix(w.rotation))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite vertices of each body at the end of the step."""
     for j in range(round_to_vector_multiple(lane_count)):
-        body, w, f = load_body(body_states, j), load_predicted(body_states, j), load_frame(body_states, j)
+        body = load_body_constants(body_states, j)
+        w = load_predicted_body(body_states, j)
+        f = load_body_axes(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_attempt(body_states, j)
+            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
         )
-        p, q, base_contact = (
-            load_vertex(vertex_rows, j),
-            load_vertex(opposite_rows, j),
-            load_base_contact(body_states, j),
-        )
-        flat, new_landing = (
-            body_base_lands_flat(base_contact),
-            remaining_landing_time_of_new_contact(body, base_contact),
-        )
-        a, b = (
-            matrix_times_vector(f, p.position_from_centre_in_body_axes),
-            matrix_times_vector(f, q.position_from_centre_in_body_axes),
-        )
-        left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
+        p = load_vertex(vertex_rows, j)
+        q = load_vertex(opposite_rows, j)
+        base_contact = load_base_contact(body_states, j)
+        flat = body_base_lands_flat(base_contact)
+        new_landing = remaining_landing_time_of_new_contact(body, base_contact)
+        a = matrix_times_vector(f, p.position_from_centre_in_body_axes)
+        b = matrix_times_vector(f, q.position_from_centre_in_body_axes)
+        left, right = load_point_state_at_step_start(vertex_rows, j), load_point_state_at_step_start(opposite_rows, j)
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left)
         landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
-        store_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
+        store_predicted_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right)
         landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
-        store_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
+        store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -158,31 +158,29 @@ def predict_contact_of_rim_point_pair(
     `rim_point_position_from_centre`).
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, w, f = load_body(body_states, j), load_predicted(body_states, j), load_frame(body_states, j)
+        body = load_body_constants(body_states, j)
+        w = load_predicted_body(body_states, j)
+        f = load_body_axes(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_attempt(body_states, j)
+            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         left, right, between = (
-            load_memory(point_rows, j),
-            load_memory(opposite_rows, j),
+            load_point_state_at_step_start(point_rows, j),
+            load_point_state_at_step_start(opposite_rows, j),
             (unit_component_across_lean != 0.0)
             & (not lowest_and_highest_base_points_rest(load_base_contact(body_states, j))),
         )
         base_contact = load_base_contact(body_states, j)
-        flat, new_landing = (
-            body_base_lands_flat(base_contact),
-            remaining_landing_time_of_new_contact(body, base_contact),
-        )
-        a, b = (
-            rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean),
-            rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean),
-        )
+        flat = body_base_lands_flat(base_contact)
+        new_landing = remaining_landing_time_of_new_contact(body, base_contact)
+        a = rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean)
+        b = rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean)
         waits = between & (left.penetration <= 0.0)
         landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
-        store_point(point_rows, j, predict_contact_point(body, w, f, a, left, fine, True, landing))
+        store_predicted_point(point_rows, j, predict_contact_point(body, w, f, a, left, fine, True, landing))
         waits = between & (right.penetration <= 0.0)
         landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
-        store_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, True, landing))
+        store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, True, landing))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -194,29 +192,29 @@ def add_contact_terms_of_point_pair(
     `none_if_first_pair` is None for the first two points of a body: their terms replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, half = load_body(body_states, j), load_predicted(body_states, j).half_step_length_s
+        body, half = load_body_constants(body_states, j), load_predicted_body(body_states, j).half_step_length_s
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_attempt(body_states, j)
+            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         a = contact_force_and_derivatives_of_point(
-            body, half, load_point(point_rows, j), load_memory(point_rows, j), fine
+            body, half, load_predicted_point(point_rows, j), load_point_state_at_step_start(point_rows, j), fine
         )
         b = contact_force_and_derivatives_of_point(
-            body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine
+            body, half, load_predicted_point(opposite_rows, j), load_point_state_at_step_start(opposite_rows, j), fine
         )
         part = add_equations(a, b)
         if none_if_first_pair is not None:
-            part = add_equations(load_equations(body_states, j), part)
-        store_equations(body_states, j, part)
+            part = add_equations(load_force_sums_and_derivatives(body_states, j), part)
+        store_force_sums_and_derivatives(body_states, j, part)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
     """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_change(body_states, j, solve_velocity_correction(
-            load_body(body_states, j), load_state(body_states, j), load_predicted(body_states, j),
-            load_equations(body_states, j),
+        store_velocity_correction(body_states, j, solve_velocity_correction(
+            load_body_constants(body_states, j), load_state(body_states, j), load_predicted_body(body_states, j),
+            load_force_sums_and_derivatives(body_states, j),
         ))  # fmt: skip
 
 
@@ -231,46 +229,58 @@ def compute_point_pair_forces_and_new_states(
     `none_if_first_pair` is None for the first two points of a body: their forces replace those of the last step.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        body, w, d = load_body(body_states, j), load_predicted(body_states, j), load_change(body_states, j)
+        body = load_body_constants(body_states, j)
+        w = load_predicted_body(body_states, j)
+        d = load_velocity_correction(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_attempt(body_states, j)
+            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         a, findings_a, next_a = compute_point_forces(
-            body, w, load_point(point_rows, j), load_memory(point_rows, j), d, fine, base_is_round
+            body,
+            w,
+            load_predicted_point(point_rows, j),
+            load_point_state_at_step_start(point_rows, j),
+            d,
+            fine,
+            base_is_round,
         )
         b, findings_b, next_b = compute_point_forces(
-            body, w, load_point(opposite_rows, j), load_memory(opposite_rows, j), d, fine, base_is_round
+            body,
+            w,
+            load_predicted_point(opposite_rows, j),
+            load_point_state_at_step_start(opposite_rows, j),
+            d,
+            fine,
+            base_is_round,
         )
-        store_next(point_rows, j, next_a)
-        store_next(opposite_rows, j, next_b)
+        store_state_at_step_end(point_rows, j, next_a)
+        store_state_at_step_end(opposite_rows, j, next_b)
         forces, findings = add_sum(a, b), larger_of(findings_a, findings_b)
         if none_if_first_pair is not None:
             forces, findings = (
-                add_sum(load_sum(body_states, j), forces),
-                larger_of(load_largest(body_states, j), findings),
+                add_sum(load_contact_force_sum(body_states, j), forces),
+                larger_of(load_contact_changes(body_states, j), findings),
             )
-        store_sum(body_states, j, forces)
-        store_largest(body_states, j, findings)
+        store_contact_force_sum(body_states, j, forces)
+        store_contact_changes(body_states, j, findings)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: float, base_is_round: Any) -> None:
     """Accept (store the new state) or reject each body's attempted step, and choose the length of the next attempt."""
     for j in range(round_to_vector_multiple(lane_count)):
-        body, s, attempt, t = (
-            load_body(body_states, j),
-            load_state(body_states, j),
-            load_attempt(body_states, j),
-            load_sum(body_states, j),
-        )
-        most = load_largest(body_states, j)
-        w, d = load_predicted(body_states, j), load_change(body_states, j)
+        body = load_body_constants(body_states, j)
+        s = load_state(body_states, j)
+        attempt = load_next_step_to_attempt(body_states, j)
+        t = load_contact_force_sum(body_states, j)
+        most = load_contact_changes(body_states, j)
+        w, d = load_predicted_body(body_states, j), load_velocity_correction(body_states, j)
         fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if base_is_round else False
         steady = base_acceleration_stays_below_limit(
             load_shaking(body_states, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
-            load_termination_limits(body_states, j).max_acceleration_for_sample_long_steps_g,
+            load_termination_limits(body_states, j).max_base_acceleration_for_sample_long_steps_g,
         )
         findings = contact_changes_in_body_step(most, t.force_per_mass.z, fast, steady)
         again, sooner, following = decide_rejection_and_next_step(
@@ -281,21 +291,21 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
             s.ticks_since_sample_start + attempt.length_in_ticks,
             ticks_per_sample,
         )
-        accepted = BodyAfterAcceptedStep(s, load_peaks(body_states, j), load_account(body_states, j))
+        accepted = BodyAfterAcceptedStep(s, load_peaks(body_states, j), load_energy_account(body_states, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
-        store_attempt(body_states, j, following)
+        store_next_step_to_attempt(body_states, j, following)
         store_rejection(body_states, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(body_states, j, again, accepted.state)
         store_peaks(body_states, j, again, accepted.peak_values_so_far)
-        store_account(body_states, j, again, accepted.energy_account)
+        store_energy_account(body_states, j, again, accepted.energy_account)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
     for j in range(round_to_vector_multiple(lane_count)):
-        new, rejected = load_next(point_rows, j), load_rejection(body_states, j)
-        store_memory(point_rows, j, rejected.is_step_rejected > 0.0, new)
+        new, rejected = load_state_at_step_end(point_rows, j), load_rejection(body_states, j)
+        store_point_state_at_step_start(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
             point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j],
@@ -327,10 +337,8 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
             predict_bodies_at_step_end(body_states, lane_count, ticks_per_sample)
             compute_base_contact_states(body_states, vertex_rows, half, base_vertex_count, lane_count, base_is_round)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
-                one, other = (
-                    vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
-                    vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
-                )
+                one = vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX]
+                other = vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX]
                 if base_is_round:
                     ahead = 1.0 if pair == 0 else 0.0
                     predict_contact_of_rim_point_pair(body_states, one, other, lane_count, ahead, 1.0 - ahead)
@@ -342,10 +350,8 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
                     add_contact_terms_of_point_pair(body_states, one, other, lane_count, 1)
             solve_velocity_corrections(body_states, lane_count)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
-                one, other = (
-                    vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX],
-                    vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX],
-                )
+                one = vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX]
+                other = vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX]
                 if pair == 0:
                     compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, None)
                 else:

@@ -18,7 +18,7 @@ from overturning.dem.body.state import (
     BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityCorrection,
-    ContactForceSum,
+    ContactForceAndMomentSum,
     InertialAccelerations3D,
     PredictedContactPoint,
     lean_as_squared_sine,
@@ -57,10 +57,8 @@ def point_spring_energy_loss_per_mass(
     """
     kx, ky = tangential_stretch_after_slip
     inside, was = penetration_at_step_end > 0.0, point_state_at_step_start.penetration > 0.0
-    sinking, over = (
-        penetration_at_step_end - point_state_at_step_start.penetration,
-        penetration_at_step_end * point_state_at_step_start.penetration,
-    )
+    sinking = penetration_at_step_end - point_state_at_step_start.penetration
+    over = penetration_at_step_end * point_state_at_step_start.penetration
     over = math.copysign(over if over < 0.0 else 0.0, sinking)
     stretched_x, stretched_y = tangential_stretch_before_slip[0] - kx, tangential_stretch_before_slip[1] - ky
     let_go = 0.5 * (
@@ -96,11 +94,9 @@ def contact_changes_of_point(
     If the predicted forces decided about its contact (`predicted_forces_decide_contact`), sliding contrary to the
     assumption does not count as a change.
     """
-    carries, assumed, long = (
-        friction_limit_per_mass > 0.0,
-        predicted_point.is_assumed_to_slide > 0.0,
-        not predicted_forces_decide_contact,
-    )
+    carries = friction_limit_per_mass > 0.0
+    assumed = predicted_point.is_assumed_to_slide > 0.0
+    long = not predicted_forces_decide_contact
     deeper = (
         predicted_point.penetration
         if predicted_point.penetration > penetration_at_step_end
@@ -146,16 +142,14 @@ def compute_point_forces(
     velocity_correction: BodyVelocityCorrection,
     predicted_forces_decide_contact: bool,
     base_is_round: bool,
-) -> tuple[ContactForceSum, BodyContactChangesInStep, BodyContactPointState]:
+) -> tuple[ContactForceAndMomentSum, BodyContactChangesInStep, BodyContactPointState]:
     """Return a contact point's force, moment and losses per body mass at a step end, changes and new state."""
     half, r, old = predicted_body.half_step_length_s, predicted_point.position_from_centre, point_state_at_step_start
     e = plus(velocity_correction.velocity, cross_product(velocity_correction.angular_velocity, r))
     u = plus(predicted_point.velocity, e)
-    depth, tx, ty = (
-        predicted_point.penetration - half * e.z,
-        predicted_point.tangential_spring_stretch_x + half * e.x,
-        predicted_point.tangential_spring_stretch_y + half * e.y,
-    )
+    depth = predicted_point.penetration - half * e.z
+    tx = predicted_point.tangential_spring_stretch_x + half * e.x
+    ty = predicted_point.tangential_spring_stretch_y + half * e.y
     depth = 0.0 if (predicted_point.is_deferred_until_extreme_vertices_rest > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, old.penetration > 0.0
     spring = body.point_normal_stiffness_per_mass * depth if inside else 0.0
@@ -196,12 +190,10 @@ def compute_point_forces(
     findings = contact_changes_of_point(
         predicted_point, old, depth, force, u, most, slips, predicted_forces_decide_contact
     )
-    x, y = (
-        (u.x if base_is_round else (predicted_body.centre_position.x + r.x) + half * e.x),
-        (u.y if base_is_round else (predicted_body.centre_position.y + r.y) + half * e.y),
-    )
+    x = u.x if base_is_round else (predicted_body.centre_position.x + r.x) + half * e.x
+    y = u.y if base_is_round else (predicted_body.centre_position.y + r.y) + half * e.y
     return (
-        ContactForceSum(
+        ContactForceAndMomentSum(
             force, moment, scale_vector(more, force), scale_vector(more, moment), power, let_go + more * power
         ),
         findings,
@@ -255,10 +247,8 @@ def base_acceleration_stays_below_limit(
             inertial_accelerations.upward_base_acceleration, end, ticks_per_sample
         ),
     )
-    first, second = (
-        max_horizontal_to_effective_gravity_ratio * (GRAVITY + inertial_xy_and_up_acceleration_at_step_end.z),
-        max_horizontal_to_effective_gravity_ratio * (GRAVITY + up),
-    )
+    first = max_horizontal_to_effective_gravity_ratio * (GRAVITY + inertial_xy_and_up_acceleration_at_step_end.z)
+    second = max_horizontal_to_effective_gravity_ratio * (GRAVITY + up)
     below = (
         inertial_xy_and_up_acceleration_at_step_end.x * inertial_xy_and_up_acceleration_at_step_end.x
         + inertial_xy_and_up_acceleration_at_step_end.y * inertial_xy_and_up_acceleration_at_step_end.y
@@ -303,7 +293,7 @@ def complete_body_step(
     body_at_step_start: BodyAfterAcceptedStep,
     predicted_body: BodyPredictedForStepEnd,
     velocity_correction: BodyVelocityCorrection,
-    contact_force_sum: ContactForceSum,
+    contact_force_sum: ContactForceAndMomentSum,
     largest_penetration_at_step_end: float,
     step_length_ticks: float,
 ) -> BodyAfterAcceptedStep:
@@ -326,10 +316,8 @@ def complete_body_step(
         ),
         contact_force_sum.extra_angular_impulse_per_mass_of_early_contacts,
     )
-    place, turn = (
-        extrapolate_vector(predicted_body.centre_position, half, velocity_correction.velocity),
-        rotate_quaternion(predicted_body.rotation, half, velocity_correction.angular_velocity),
-    )
+    place = extrapolate_vector(predicted_body.centre_position, half, velocity_correction.velocity)
+    turn = rotate_quaternion(predicted_body.rotation, half, velocity_correction.angular_velocity)
     f = rotation_matrix(turn)
     power = (push.x * v.x + push.y * v.y) - push.z * v.z
     torque = contact_force_sum.moment_per_mass.z + (place.x * a.y - place.y * a.x)
@@ -342,7 +330,7 @@ def complete_body_step(
         ),
         account.supplied_vertical_angular_momentum_per_mass
         + (
-            half * (account.vertical_moment_per_mass_at_step_end + torque)
+            half * (account.vertical_torque_per_mass_at_step_end + torque)
             + (
                 contact_force_sum.extra_angular_impulse_per_mass_of_early_contacts.z
                 + (

@@ -38,7 +38,7 @@ from overturning.dem.kernel.ending import (
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltNearCaseEnd,
-    SlideEndSample,
+    SlidingCaseEnd,
     body_is_still,
     update_slide_end_and_check_case_continues,
     updated_largest_tilt_ratio_near_case_end,
@@ -48,23 +48,23 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body, load_state, load_peaks = (
+load_body_constants, load_state, load_peaks = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeakValues)
 )
-load_account, load_course, load_limits = (
+load_energy_account, load_case_progress, load_termination_limits = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
     for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
-load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").load
+load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPointAtStepStartAndEnd, "at_step_start"
+).load
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
-LATE_TILT, SLIDE_END = (
-    STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle"),
-    STATE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample_or_zero_before_known"),
-)
+LARGEST_LATE_TILT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle")
+SLIDE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(SlidingCaseEnd, "sample_or_zero_before_known")
 
 
 @njit(**INLINE_OPTIONS)
@@ -103,7 +103,7 @@ def body_energy_per_mass(
 
 
 @njit(**INLINE_OPTIONS)
-def angular_momentum_per_mass_about_vertical_axis(state: BodyState) -> float:
+def vertical_angular_momentum_about_origin_per_mass(state: BodyState) -> float:
     """Return the vertical component of a body's angular momentum about the origin, per mass, m²/s."""
     return float(
         state.angular_momentum_per_mass.z
@@ -222,8 +222,10 @@ def update_late_tilt_and_return_case_status(
     The late tilt is the largest one near the end of the case.
     """
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
-    body, s, peaks = load_body(body_states, lane), load_state(body_states, lane), load_peaks(body_states, lane)
-    course, limits = load_course(body_states, lane), load_limits(body_states, lane)
+    body = load_body_constants(body_states, lane)
+    s = load_state(body_states, lane)
+    peaks = load_peaks(body_states, lane)
+    course, limits = load_case_progress(body_states, lane), load_termination_limits(body_states, lane)
     if not np.isfinite(state_sum_for_finite_check(s)) or peaks.peak_penetration > limits.max_penetration:
         return CaseStatus.UNSTABLE
     if body_has_fallen(rotation_matrix(s.rotation), limits, fall_limits_by_lean_sector):
@@ -254,14 +256,12 @@ def update_late_tilt_and_return_case_status(
     )
     if stands and past and not body_will_slide_noticeably(body, s, limits.min_base_edge_distance_from_centre):
         return CaseStatus.SIMULATED
-    tilt, rise = (
-        np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine),
-        s.centre_position.z - body.centre_height,
-    )
+    tilt = np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine)
+    rise = s.centre_position.z - body.centre_height
     late_tilt = updated_largest_tilt_ratio_near_case_end(
-        body_states[LATE_TILT + lane], course, sample, record_sample_count, tilt, rise
+        body_states[LARGEST_LATE_TILT_ROW + lane], course, sample, record_sample_count, tilt, rise
     )
-    body_states[LATE_TILT + lane] = late_tilt
+    body_states[LARGEST_LATE_TILT_ROW + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
@@ -274,7 +274,7 @@ def update_late_tilt_and_return_case_status(
         gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.inverse_of_inertia_per_mass.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if update_slide_end_and_check_case_continues(
-            body_states, SLIDE_END + lane, sample, time, body.tick_length_s * ticks_per_sample
+            body_states, SLIDE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
         ):
             return CASE_NOT_ENDED
     return CaseStatus.SIMULATED
@@ -290,11 +290,9 @@ def body_rests_upright_on_all_base_vertices(
     rest_acceleration_limit_g: float,
 ) -> bool:
     """True if a body is upright and still, and as many points as its base has vertices carry load without sliding."""
-    body, s, held = load_body(body_states, lane), load_state(body_states, lane), 0
-    w, turning = (
-        s.angular_velocity,
-        matrix_times_vector(expand_symmetric_matrix(body.inverse_of_inertia_per_mass), s.contact_moment_per_mass),
-    )
+    body, s, held = load_body_constants(body_states, lane), load_state(body_states, lane), 0
+    w = s.angular_velocity
+    turning = matrix_times_vector(expand_symmetric_matrix(body.inverse_of_inertia_per_mass), s.contact_moment_per_mass)
     speed = vector_length(s.velocity_relative_to_base) + body.centre_height * vector_length(w)
     step = body.tick_length_s * body_states[NEXT_STEP_TICKS_ROW_OFFSET + lane]
     if not body_is_still(
@@ -322,12 +320,12 @@ def write_case_results(
 ) -> None:
     """Write the results of the case in column `lane` of the state array into `result_row`."""
     count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
-    body, s, peaks = load_body(body_states, lane), load_state(body_states, lane), load_peaks(body_states, lane)
-    account, course, limits = (
-        load_account(body_states, lane),
-        load_course(body_states, lane),
-        load_limits(body_states, lane),
-    )
+    body = load_body_constants(body_states, lane)
+    s = load_state(body_states, lane)
+    peaks = load_peaks(body_states, lane)
+    account = load_energy_account(body_states, lane)
+    course = load_case_progress(body_states, lane)
+    limits = load_termination_limits(body_states, lane)
     f = rotation_matrix(s.rotation)
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_limits_by_lean_sector)
     result_row.fallen = 1.0 if fallen else 0.0
@@ -357,7 +355,7 @@ def write_case_results(
     )
     result_row.angular_momentum_error_ratio = (
         abs(
-            angular_momentum_per_mass_about_vertical_axis(s)
+            vertical_angular_momentum_about_origin_per_mass(s)
             - limits.initial_vertical_angular_momentum_per_mass
             - account.supplied_vertical_angular_momentum_per_mass
         )
@@ -371,13 +369,11 @@ def write_body_trajectory_row(
     body_states: Any, lane: int, sampling_interval_s: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
-    body, s, shaking = (
-        load_body(body_states, lane),
-        load_state(body_states, lane),
-        load_inertial_accelerations(body_states, lane),
-    )
+    body = load_body_constants(body_states, lane)
+    s = load_state(body_states, lane)
+    shaking = load_inertial_accelerations(body_states, lane)
     trajectory_row.time = (
-        load_course(body_states, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
+        load_case_progress(body_states, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval_s
     trajectory_row.x, trajectory_row.y, trajectory_row.z = s.centre_position
     trajectory_row.qw, trajectory_row.qx, trajectory_row.qy, trajectory_row.qz = s.rotation

@@ -128,8 +128,8 @@ class BodySimulationPlan(SimulationPlan3D):
             body_constants_by_size=self.body_constants_by_size,
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
-            fall_limits_by_size_and_lean_sector=np.stack(
-                [body.lean_sector_start_vector_and_fall_dot_limit for body in self.solids_by_size]
+            lean_sector_vectors_and_fall_limits_by_size=np.stack(
+                [body.fall_limit_table_by_lean_sector for body in self.solids_by_size]
             ),
         )
 
@@ -141,10 +141,8 @@ class BodySimulationPlan(SimulationPlan3D):
             self.solids_by_size[index].resting_face_normals_after_fall
             for index in self.case_table["body"][case_numbers]
         ]
-        orientation, cosines = (
-            np.asarray(self.cases.azimuth_deg)[case_numbers],
-            self.orientation_cosines_north_east[case_numbers],
-        )
+        orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
+        cosines = self.orientation_cosines_north_east[case_numbers]
         return outcome_variables_of_bodies(result_tables["results"], orientation, cosines, faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
@@ -197,10 +195,8 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     made = [_cached_solid_of_shape(shape, *size) for size in sizes.tolist()]
     laws = np.array([contact.normal_shear_stiffness_and_damping_per_mass(body) for body in made])
     modes = np.array([largest_squared_frequency_on_unit_springs(body) for body in made])
-    foot, reach = (
-        np.array([body.centre_height for body in made]),
-        np.array([body.min_base_edge_distance_from_centre for body in made]),
-    )
+    foot = np.array([body.centre_height for body in made])
+    reach = np.array([body.min_base_edge_distance_from_centre for body in made])
     base = made[0].base_vertex_count
     check_static_penetration_exceeds_rounding(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
@@ -231,7 +227,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
             samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period[which] / interval)
         ),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
-        "max_acceleration_for_sample_long_steps_g": (
+        "max_base_acceleration_for_sample_long_steps_g": (
             MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if has_vertices_at_rest else 0.0
         ),
         **pace,
@@ -346,10 +342,8 @@ def steps_per_sample_and_step_control(
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
-    tick, contact = (
-        sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step,
-        contact_time_reduced_by_damping(contact_omega_squared_by_case, contact_two_xi_omega_by_case),
-    )
+    tick = sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step
+    contact = contact_time_reduced_by_damping(contact_omega_squared_by_case, contact_two_xi_omega_by_case)
     share = np.minimum(sampling_interval_s / steps / whole, 1.0)
     most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
     finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)

@@ -40,7 +40,7 @@ from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
     CaseProgress,
-    CaseRestState,
+    CaseRestLimitAndFlag,
     case_cannot_have_ended,
     next_sample_tick_and_last_upright_time,
 )
@@ -98,7 +98,7 @@ class BodyKernelInput(NamedTuple):
     distance (m) of the edge of the base that starts there."""
     base_vertex_count: int
     """Number of vertices of the base."""
-    fall_limits_by_size_and_lean_sector: FloatArray
+    lean_sector_vectors_and_fall_limits_by_size: FloatArray
     """Sectors of each body, see `overturning.model.solid.RigidSolid`, shape (bodies, sectors, 5)."""
 
 
@@ -111,40 +111,34 @@ class BodyWorkspace(NamedTuple):
     """Rows of the vertices: a view of `state`."""
 
 
-load_body, store_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
+load_body_constants, store_body_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
 load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "rotation").store
 load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
-load_course, store_course, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-load_limits, store_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
-store_shaking, store_attempt, store_step_control = (
+load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
+load_termination_limits, store_termination_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
+store_shaking, store_next_step_to_attempt, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (InertialAccelerations3D, NextStepToAttempt, CaseStepControl)
 )
-store_vertex, store_memory = (
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store,
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store,
-)
+store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
+store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPointAtStepStartAndEnd, "at_step_start"
+).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
-TICK, LAST_UPRIGHT = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample"),
-)
-LENGTH, LOADED = (
+TICKS_SINCE_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start")
+LAST_UPRIGHT_TICK_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample")
+NEXT_STEP_LENGTH_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-REST_LIMIT, AT_REST = (
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "rest_acceleration_limit_g"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseRestState, "was_at_rest_at_sample_start"),
-)
-SAMPLE, UPRIGHT_UNTIL = (
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
-    STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle"),
-)
+REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "rest_acceleration_limit_g")
+AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "was_at_rest_at_sample_start")
+CURRENT_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
+LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
 
 time_stepping_loop_by_tag = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
@@ -163,11 +157,9 @@ def allocate_workspace(kernel_input: Any) -> Any:
 def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
     """Load the initial state of the 3-D body of case number `case_index` into column `lane` of the state arrays."""
     given = kernel_input.cases[case_index]
-    body, points, interval = (
-        kernel_input.body_constants_by_size[given.body],
-        kernel_input.vertices_and_base_edges_by_size[given.body],
-        kernel_input.settings.sampling_interval,
-    )
+    body = kernel_input.body_constants_by_size[given.body]
+    points = kernel_input.vertices_and_base_edges_by_size[given.body]
+    interval = kernel_input.settings.sampling_interval
     write_initial_body_state(
         workspace.state,
         workspace.vertex_rows,
@@ -202,27 +194,33 @@ def advance_sample_and_load_base_motion(
     queue_settings: SettingsOfParallelCases,
 ) -> None:
     """Go on to the next sample where one has ended, rescale each quaternion to length 1, and load the base motion."""
-    along, up, ticks, interval, scale = (
-        ground_motion.horizontal_acceleration,
-        ground_motion.upward_acceleration,
-        queue_settings.ticks_per_sample,
-        queue_settings.sampling_interval,
-        1.0 / queue_settings.ticks_per_sample,
-    )
+    along = ground_motion.horizontal_acceleration
+    up = ground_motion.upward_acceleration
+    ticks = queue_settings.ticks_per_sample
+    interval = queue_settings.sampling_interval
+    scale = 1.0 / queue_settings.ticks_per_sample
     for j in range(round_to_vector_multiple(lane_count)):
         s = load_state(body_states, j)
         store_rotation_quaternion(body_states, j, normalise_quaternion(s.rotation))
         begun = next_sample_tick_and_last_upright_time(
-            load_course(body_states, j), s.ticks_since_sample_start, body_states[LAST_UPRIGHT + j], ticks, interval
+            load_case_progress(body_states, j),
+            s.ticks_since_sample_start,
+            body_states[LAST_UPRIGHT_TICK_ROW + j],
+            ticks,
+            interval,
         )
-        body_states[SAMPLE + j], body_states[TICK + j], body_states[UPRIGHT_UNTIL + j] = begun
-        body_states[LAST_UPRIGHT + j] = -1.0
+        (
+            body_states[CURRENT_SAMPLE_ROW + j],
+            body_states[TICKS_SINCE_SAMPLE_START_ROW + j],
+            body_states[LAST_UPRIGHT_TIME_ROW + j],
+        ) = begun
+        body_states[LAST_UPRIGHT_TICK_ROW + j] = -1.0
     last = up.shape[0] - 3
     for j in range(round_to_vector_multiple(lane_count)):
-        course = load_course(body_states, j)
-        if body_states[LOADED + j] == course.current_sample + 1.0:
+        course = load_case_progress(body_states, j)
+        if body_states[LOADED_SAMPLE_NUMBER_ROW + j] == course.current_sample + 1.0:
             continue
-        body_states[LOADED + j] = course.current_sample + 1.0
+        body_states[LOADED_SAMPLE_NUMBER_ROW + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
         store_shaking(
@@ -235,12 +233,10 @@ def attempt_steps_until_next_check(
 ) -> tuple[Any, int]:
     """Attempt time steps of all bodies until the next end test; return the first one's trajectory and its row count."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
-    settings, marker, count, base = (
-        kernel_input.settings,
-        kernel_input.base_shape_loop_tag,
-        kernel_input.vertices_and_base_edges_by_size.shape[1],
-        kernel_input.base_vertex_count,
-    )
+    settings = kernel_input.settings
+    marker = kernel_input.base_shape_loop_tag
+    count = kernel_input.vertices_and_base_edges_by_size.shape[1]
+    base = kernel_input.base_vertex_count
     if trajectory_buffer.shape[0] > 0:
         trajectory_buffer = grow_trajectory_array(
             trajectory_buffer, recorded_row_count + 1, settings.max_trajectory_rows
@@ -297,14 +293,14 @@ def mark_possibly_ended_body_cases(
     """Mark and count cases that may have ended: fall, invalid state, or no sample left that can start a motion."""
     count = 0.0
     for j in range(active_lane_count):
-        s, limits = load_state(body_states, j), load_limits(body_states, j)
+        s, limits = load_state(body_states, j), load_termination_limits(body_states, j)
         sound = (rotation_matrix(s.rotation).zz > limits.fall_tilt_cosine) & (
             load_peaks(body_states, j).peak_penetration <= limits.max_penetration
         )
         possible_end_flag_by_lane_out[j] = (
             0.0
             if case_cannot_have_ended(
-                load_course(body_states, j),
+                load_case_progress(body_states, j),
                 s.ticks_since_sample_start,
                 ticks_per_sample,
                 record_sample_count,
@@ -320,19 +316,17 @@ def mark_possibly_ended_body_cases(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> int:
-    """Mark and count, by a quick test, the cases whose body may be at rest (see `CaseRestState`)."""
+    """Mark and count, by a quick test, the cases whose body may be at rest (see `CaseRestLimitAndFlag`)."""
     number = 0
     for j in range(active_lane_count):
-        s, length, least = (
-            load_state(body_states, j),
-            body_states[LENGTH + j],
-            MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_LIMIT + j] * GRAVITY,
-        )
+        s = load_state(body_states, j)
+        length = body_states[NEXT_STEP_LENGTH_ROW + j]
+        least = MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_ACCELERATION_LIMIT_ROW + j] * GRAVITY
         v, a, most = s.velocity_relative_to_base, s.acceleration_relative_to_base, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
-        slow = 2.0 * abs(v.z) < most * (load_body(body_states, j).tick_length_s * length)
+        slow = 2.0 * abs(v.z) < most * (load_body_constants(body_states, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & still & slow
-        body_states[AT_REST + j] = 1.0 if may else 0.0
+        body_states[AT_REST_AT_SAMPLE_START_ROW + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
@@ -341,22 +335,21 @@ def skip_quiet_samples_of_resting_cases(
     kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
 ) -> None:
     """Skip, for each case with a body at rest, the samples whose base motion is too weak to move the body."""
-    settings, state, ground, row, base = (
-        kernel_input.settings,
-        workspace.state,
-        kernel_input.ground_motion,
-        kernel_input.motion_row_by_case,
-        kernel_input.base_vertex_count,
-    )
+    settings = kernel_input.settings
+    state = workspace.state
+    ground = kernel_input.ground_motion
+    row = kernel_input.motion_row_by_case
+    base = kernel_input.base_vertex_count
     count = kernel_input.vertices_and_base_edges_by_size.shape[1]
     if mark_possibly_resting_bodies(state, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
-        course, over = load_course(state, j), state[TICK + j] * (1.0 / settings.ticks_per_sample)
-        rest_limit = state[REST_LIMIT + j]
+        course = load_case_progress(state, j)
+        over = state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / settings.ticks_per_sample)
+        rest_limit = state[REST_ACCELERATION_LIMIT_ROW + j]
         now = course.current_sample + over
         # Test the motion first: testing the body takes longer.
-        quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
+        quiet = state[AT_REST_AT_SAMPLE_START_ROW + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and upcoming_motion_is_below_rest_limit(
             ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
         )
@@ -364,16 +357,14 @@ def skip_quiet_samples_of_resting_cases(
             samples = count_skippable_samples(
                 ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
             )
-            state[SAMPLE + j] += samples
+            state[CURRENT_SAMPLE_ROW + j] += samples
             skipped_samples_by_lane_out[j] += samples
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
-    end, sectors = (
-        float(kernel_input.settings.sample_count),
-        kernel_input.fall_limits_by_size_and_lean_sector[kernel_input.cases[case_index].body],
-    )
+    end = float(kernel_input.settings.sample_count)
+    sectors = kernel_input.lean_sector_vectors_and_fall_limits_by_size[kernel_input.cases[case_index].body]
     return update_late_tilt_and_return_case_status(
         workspace.state,
         workspace.vertex_rows,
@@ -387,7 +378,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case_index: int, status: int) -> None:
     """Write the results of case number `case_index`, stored in column `lane`, into `kernel_input.results`."""
-    sectors = kernel_input.fall_limits_by_size_and_lean_sector[kernel_input.cases[case_index].body]
+    sectors = kernel_input.lean_sector_vectors_and_fall_limits_by_size[kernel_input.cases[case_index].body]
     write_case_results(workspace.state, workspace.vertex_rows, lane, status, kernel_input.results[case_index], sectors)
 
 

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.ending import angular_momentum_per_mass_about_vertical_axis, body_energy_per_mass
+from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin_per_mass
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
     STATE_ROW_LAYOUT,
@@ -33,12 +33,15 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState
+from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-store_body, store_state, store_peaks, store_course, store_limits, store_attempt, store_step_control = (
+(
+    store_body_constants, store_state, store_peaks, store_case_progress, store_termination_limits,
+    store_next_step_to_attempt, store_step_control,
+) = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (
         BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, NextStepToAttempt,
@@ -46,13 +49,15 @@ store_body, store_state, store_peaks, store_course, store_limits, store_attempt,
     )
 )  # fmt: skip
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
-store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "old").store
+store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPointAtStepStartAndEnd, "at_step_start"
+).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    CaseRestState, "rest_acceleration_limit_g"
+    CaseRestLimitAndFlag, "rest_acceleration_limit_g"
 )
 """Array index at which the base accelerations over g up to which bodies stay at rest start."""
 
@@ -69,7 +74,7 @@ def write_initial_body_state(
     begin = write_vertex_states_and_return_body_state(
         vertex_rows, lane, body, case_table_row.start, vertices_and_base_edges
     )
-    store_body(body_states, lane, body)
+    store_body_constants(body_states, lane, body)
     case_step_control = CaseStepControl(
         case_table_row.shortest_step_ticks,
         case_table_row.longest_step_at_rest_ticks,
@@ -78,7 +83,7 @@ def write_initial_body_state(
     )
     store_step_control(body_states, lane, case_step_control)
     store_state(body_states, lane, begin)
-    store_attempt(
+    store_next_step_to_attempt(
         body_states,
         lane,
         NextStepToAttempt(
@@ -95,17 +100,17 @@ def write_initial_body_state(
         )
         - body_table_row.centre_height
     )
-    store_course(body_states, lane, CaseProgress(
+    store_case_progress(body_states, lane, CaseProgress(
         case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval_s,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
     ))  # fmt: skip
     body_states[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_table_row.rest_acceleration_limit_g
-    store_limits(body_states, lane, BodyTerminationLimits(
-        angular_momentum_per_mass_about_vertical_axis(begin), body_table_row.min_base_edge_distance_from_centre,
+    store_termination_limits(body_states, lane, BodyTerminationLimits(
+        vertical_angular_momentum_about_origin_per_mass(begin), body_table_row.min_base_edge_distance_from_centre,
         body_table_row.fall_tilt_cosine,
-        body_table_row.max_penetration, case_table_row.max_acceleration_for_sample_long_steps_g,
+        body_table_row.max_penetration, case_table_row.max_base_acceleration_for_sample_long_steps_g,
     ))  # fmt: skip
 
 
@@ -155,15 +160,11 @@ def write_vertex_states_and_return_body_state(
     `initial_state_row` (type `INITIAL_STATE_DTYPE`) has the pose and velocities; the initial acceleration and moment
     are those of gravity and springs.
     """
-    place, turn = (
-        Vector3(initial_state_row.x, initial_state_row.y, initial_state_row.z),
-        Quaternion(initial_state_row.qw, initial_state_row.qx, initial_state_row.qy, initial_state_row.qz),
-    )
-    v, w, f = (
-        Vector3(initial_state_row.vx, initial_state_row.vy, initial_state_row.vz),
-        Vector3(initial_state_row.wx, initial_state_row.wy, initial_state_row.wz),
-        rotation_matrix(turn),
-    )
+    place = Vector3(initial_state_row.x, initial_state_row.y, initial_state_row.z)
+    turn = Quaternion(initial_state_row.qw, initial_state_row.qx, initial_state_row.qy, initial_state_row.qz)
+    v = Vector3(initial_state_row.vx, initial_state_row.vy, initial_state_row.vz)
+    w = Vector3(initial_state_row.wx, initial_state_row.wy, initial_state_row.wz)
+    f = rotation_matrix(turn)
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(vertices_and_base_edges.shape[0]):
         one = vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX]

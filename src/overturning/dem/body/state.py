@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestState, LargestTiltNearCaseEnd, SlideEndSample
+from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltNearCaseEnd, SlidingCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
 
@@ -97,7 +97,7 @@ class BodyVertex(NamedTuple):
     next_base_edge_outward_normal_x: float
     """Outward normal, in the body's own axes, of the base edge that starts at the vertex; 0 if not a base vertex."""
     next_base_edge_outward_normal_y: float
-    next_base_edge_distance_from_centre: float
+    next_base_edge_distance_from_point_below_centre: float
     """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
@@ -123,10 +123,10 @@ class BodyContactPointState(NamedTuple):
 
 
 class ContactPointAtStepStartAndEnd(NamedTuple):
-    """State of a contact point before a step (`old`), and after it (`new`, valid if the step is accepted)."""
+    """State of a contact point before a step and after it (valid if the step is accepted)."""
 
-    old: BodyContactPointState
-    new: BodyContactPointState
+    at_step_start: BodyContactPointState
+    at_step_end: BodyContactPointState
 
 
 LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S: Final = -1e300
@@ -177,7 +177,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
     supplied_vertical_angular_momentum_per_mass: float
     base_motion_power_per_mass_at_step_end: float
     dissipated_power_per_mass_at_step_end: float
-    vertical_moment_per_mass_at_step_end: float
+    vertical_torque_per_mass_at_step_end: float
 
 
 class InertialAccelerations3D(NamedTuple):
@@ -208,7 +208,7 @@ class BodyTerminationLimits(NamedTuple):
     """Cosine of the smallest tilt at which the body has fallen."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
-    max_acceleration_for_sample_long_steps_g: float
+    max_base_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 
@@ -296,7 +296,7 @@ class BodyVelocityCorrection(NamedTuple):
     angular_velocity: Vector3
 
 
-class ContactForceSum(NamedTuple):
+class ContactForceAndMomentSum(NamedTuple):
     """Sum of the contact forces and moments of a body over its contact points at the end of a step, per mass."""
 
     force_per_mass: Vector3
@@ -334,8 +334,8 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
     BodyTerminationLimits, NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd,
-    ContactForcesAndNegatedDerivatives, BodyVelocityCorrection, ContactForceSum, BodyContactChangesInStep,
-    CaseRestState, LargestTiltNearCaseEnd, SlideEndSample,
+    ContactForcesAndNegatedDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum, BodyContactChangesInStep,
+    CaseRestLimitAndFlag, LargestTiltNearCaseEnd, SlidingCaseEnd,
 )  # fmt: skip
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint

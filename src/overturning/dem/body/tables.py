@@ -55,7 +55,7 @@ class BodyCaseTableColumns(NamedTuple):
     """Factor on the motion."""
     rest_acceleration_limit_g: float
     """Horizontal acceleration over g up to which the body stays at rest."""
-    max_acceleration_for_sample_long_steps_g: float
+    max_base_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing body takes sample-long steps."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -179,10 +179,8 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
     An odd number of vertices is padded with a vertex at the centre of the body.
     """
     count = len(solids_by_size[0].contact_points_from_centre_of_mass)
-    points, table = (
-        np.zeros((len(solids_by_size), count + count % 2, 6)),
-        np.zeros(len(solids_by_size), BODY_TABLE_DTYPE),
-    )
+    points = np.zeros((len(solids_by_size), count + count % 2, 6))
+    table = np.zeros(len(solids_by_size), BODY_TABLE_DTYPE)
     points[:, :, 5] = EDGE_DISTANCE_PLACEHOLDER_M
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for index, body in enumerate(solids_by_size):
@@ -200,7 +198,7 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
         # may have a slightly smaller tilt.
         fallen = body.least_tilt_to_rest_on_another_face_rad
         lies_on_springs = (
-            len(body.lean_sector_start_vector_and_fall_dot_limit) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
+            len(body.fall_limit_table_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
         )
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {

@@ -51,10 +51,8 @@ class Matrix3(NamedTuple):
 
 
 plus, minus = create_elementwise_tuple_functions(Vector3).plus, create_elementwise_tuple_functions(Vector3).minus
-matrix_plus, matrix_minus = (
-    create_elementwise_tuple_functions(Matrix3).plus,
-    create_elementwise_tuple_functions(Matrix3).minus,
-)
+matrix_plus = create_elementwise_tuple_functions(Matrix3).plus
+matrix_minus = create_elementwise_tuple_functions(Matrix3).minus
 
 
 @njit(**INLINE_OPTIONS)
@@ -104,11 +102,9 @@ def matrix_times_vector(m: Matrix3, v: Vector3) -> Vector3:
 @njit(**INLINE_OPTIONS)
 def matrix_product(a: Matrix3, b: Matrix3) -> Matrix3:
     """Return the product of two matrices."""
-    p, q, r = (
-        matrix_times_vector(a, Vector3(b.xx, b.yx, b.zx)),
-        matrix_times_vector(a, Vector3(b.xy, b.yy, b.zy)),
-        matrix_times_vector(a, Vector3(b.xz, b.yz, b.zz)),
-    )
+    p = matrix_times_vector(a, Vector3(b.xx, b.yx, b.zx))
+    q = matrix_times_vector(a, Vector3(b.xy, b.yy, b.zy))
+    r = matrix_times_vector(a, Vector3(b.xz, b.yz, b.zz))
     return Matrix3(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
 
 

@@ -56,13 +56,13 @@ class LargestTiltNearCaseEnd(NamedTuple):
     tilt_over_critical_angle: float
 
 
-class SlideEndSample(NamedTuple):
+class SlidingCaseEnd(NamedTuple):
     """Sample up to which a case is continued at its end because a stone still slides; 0 before that is known."""
 
     sample_or_zero_before_known: float
 
 
-class CaseRestState(NamedTuple):
+class CaseRestLimitAndFlag(NamedTuple):
     """Base acceleration up to which a case's body stays at rest, and 1 if the body was at rest as the sample began."""
 
     rest_acceleration_limit_g: float

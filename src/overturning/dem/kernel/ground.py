@@ -35,7 +35,7 @@ class GroundMotion(NamedTuple):
     3-D body, shape (orientations, 2, samples + 3)."""
     upward_acceleration: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
-    largest_upcoming_horizontal_acceleration: FloatArray
+    max_horizontal_acceleration_ahead_by_rest_check: FloatArray
     """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
     largest_upcoming_vertical_acceleration: FloatArray
     """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
@@ -166,7 +166,7 @@ def upcoming_motion_is_below_rest_limit(
         int(current_sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
-        ground_motion.largest_upcoming_horizontal_acceleration[motion_row, block, look],
+        ground_motion.max_horizontal_acceleration_ahead_by_rest_check[motion_row, block, look],
         ground_motion.largest_upcoming_vertical_acceleration[block, look],
     )
     return bool(

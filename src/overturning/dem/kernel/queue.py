@@ -60,7 +60,7 @@ class KernelInput(Protocol):
     """Motion of the base."""
 
 
-class KernelWorkspace(Protocol):
+class ParallelCaseStateArrays(Protocol):
     """Arrays with the states of the cases that a kernel computes in parallel."""
 
     state: Any
@@ -70,18 +70,18 @@ class KernelWorkspace(Protocol):
 # Signatures of the functions that each model implements; `register_model_functions` registers the implementations.
 
 
-def allocate_workspace(kernel_input: KernelInput) -> KernelWorkspace:
+def allocate_workspace(kernel_input: KernelInput) -> ParallelCaseStateArrays:
     """Allocate the state arrays, with one column (lane) for each case computed in parallel."""
     raise NotImplementedError
 
 
-def start_case(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> None:
+def start_case(kernel_input: KernelInput, workspace: ParallelCaseStateArrays, lane: int, case: int) -> None:
     """Load the initial state of case number `case` into column `lane` of the workspace's state arrays."""
     raise NotImplementedError
 
 
 def update_sample_and_load_motion(
-    kernel_input: KernelInput, workspace: KernelWorkspace, case_index_by_lane: Any, computed_lane_count: int
+    kernel_input: KernelInput, workspace: ParallelCaseStateArrays, case_index_by_lane: Any, computed_lane_count: int
 ) -> None:
     """Load the base motion of the next sample for each of the first `computed_lane_count` cases.
 
@@ -92,7 +92,7 @@ def update_sample_and_load_motion(
 
 def attempt_steps_until_next_check(
     kernel_input: KernelInput,
-    workspace: KernelWorkspace,
+    workspace: ParallelCaseStateArrays,
     computed_lane_count: int,
     trajectory_of_first_lane: Any,
     recorded_row_count: int,
@@ -106,7 +106,10 @@ def attempt_steps_until_next_check(
 
 
 def mark_possibly_ended_cases(
-    kernel_input: KernelInput, workspace: KernelWorkspace, active_lane_count: int, possibly_ended_mark_by_lane_out: Any
+    kernel_input: KernelInput,
+    workspace: ParallelCaseStateArrays,
+    active_lane_count: int,
+    possibly_ended_mark_by_lane_out: Any,
 ) -> int:
     """Set the mark of each active case to 1 if it may have ended, else to 0; return the number of ones.
 
@@ -117,7 +120,7 @@ def mark_possibly_ended_cases(
 
 def skip_quiet_samples_of_resting_cases(
     kernel_input: KernelInput,
-    workspace: KernelWorkspace,
+    workspace: ParallelCaseStateArrays,
     case_index_by_lane: Any,
     active_lane_count: int,
     skipped_sample_count_by_lane_out: Any,
@@ -132,13 +135,13 @@ def skip_quiet_samples_of_resting_cases(
     raise NotImplementedError
 
 
-def current_case_status(kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int) -> int:
+def current_case_status(kernel_input: KernelInput, workspace: ParallelCaseStateArrays, lane: int, case: int) -> int:
     """Return the `CaseStatus` of the case in column `lane` of the state array, `CASE_NOT_ENDED` before its end."""
     raise NotImplementedError
 
 
 def write_results_of_ended_case(
-    kernel_input: KernelInput, workspace: KernelWorkspace, lane: int, case: int, status: int
+    kernel_input: KernelInput, workspace: ParallelCaseStateArrays, lane: int, case: int, status: int
 ) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results.
 

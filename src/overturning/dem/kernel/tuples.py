@@ -181,12 +181,12 @@ def create_tuple_loader(
     ) -> Any:
         """Return the Numba signature of the loading and the function that generates its LLVM code."""
 
-        def generate_load_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
+        def generate_load_call(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the loading function."""
             data = _first_number_address(context, builder, signature.args[0], llvm_arguments[0])
             return generated(context, builder, signature.return_type, data, llvm_arguments[1])
 
-        return numba_tuple_type(tuple_type)(array_type, types.uintp), generate_load_code
+        return numba_tuple_type(tuple_type)(array_type, types.uintp), generate_load_call
 
     return intrinsic(signature_and_generator_for_load)
 

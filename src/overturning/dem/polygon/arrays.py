@@ -42,7 +42,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
-class ElementFallLimitColumns(NamedTuple):
+class ElementFallAndSupportColumns(NamedTuple):
     """Fall limits, support and overturning energy of each element: columns of the scene kernel's table of elements."""
 
     is_free: float
@@ -107,7 +107,7 @@ class ElementResultRow(NamedTuple):
 
 
 CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
-ELEMENT_FALL_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(ElementFallLimitColumns)
+ELEMENT_FALL_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(ElementFallAndSupportColumns)
 TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
 ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow)
@@ -125,7 +125,7 @@ MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE: Final = 0.999
 class SceneArrays(NamedTuple):
     """Constants and initial states of a 2-D scene for the kernel, for each variant (one size and damping)."""
 
-    initial_state_column_by_scene_variant: FloatArray
+    initial_state_by_scene_variant: FloatArray
     """Rows of a lane at rest, shape (variants, rows)."""
     pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
@@ -151,7 +151,7 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
         (
             pair.first_element_index,
             pair.second_element_index,
-            first[pair.first_element_index] + pair.first_piece_index,
+            first[pair.first_element_index] + pair.piece_index_in_first_element,
             first[pair.second_element_index] + pair.second_piece_index,
         )
         for pair in one.pairs
@@ -162,7 +162,7 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
         for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_geometry_and_contact_flag_table
     return SceneArrays(
-        initial_state_column_by_scene_variant=np.stack([case_state_column_at_rest(item) for item in scene_variants]),
+        initial_state_by_scene_variant=np.stack([case_state_column_at_rest(item) for item in scene_variants]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
         lowest_and_last_index_of_rocking_groups=one.lowest_and_last_index_of_rocking_groups,
         piece_vertex_counts=sizes,
@@ -215,17 +215,17 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
-            float(prepared_scene.critical_or_fall_angles[element_index]),
+            float(prepared_scene.smaller_critical_angles_or_fall_angles[element_index]),
             *prepared_scene.max_recoverable_rotations_by_side[element_index].tolist(),
         ),
-        step_motion_and_peaks=k.ElementStepMotionWorkAndPeaks(
+        step_motion_with_work_and_peaks_so_far=k.ElementStepMotionWorkAndPeaks(
             abs_dx_plus_abs_dz_in_step=0.0,
             abs_rotation_in_step=0.0,
             work_by_base_and_holding_forces_so_far=0.0,
             peak_rotation_to_minus_x=max(-turn, 0.0),
             peak_rotation_to_plus_x=max(turn, 0.0),
             last_recoverable_tick_in_sample=-1.0,
-            power_against_inertial_and_holding_forces=0.0,
+            power_against_inertial_or_holding_forces=0.0,
         ),
         motion_since_contact_tests_paused=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
         slip_and_fall=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
@@ -254,11 +254,12 @@ def _pair_state_at_rest(
             carrier = k.VERTEX_OF_A if of_a else k.VERTEX_OF_B
             ends[end.point_number] = k.PlanarContactPointHistory(end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0)
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
+    vertices = k.VertexPositionsAtOtherFace(seen, seen, seen, seen)
     settled = np.inf if is_upright_rectangle_on_wide_driven_ground(placed) else 0.0
     return k.PairState(
         nearest_face_of_a=face,
         nearest_face_of_b=face,
-        contact_vertex_ranges=k.ContactVertexRanges(0.0, 0.0, 0.0, 0.0),
+        contact_vertex_ranges=k.VertexContactLimitsAlongOppositeFace(0.0, 0.0, 0.0, 0.0),
         contact_law=k.ContactPointLaw(
             laws.normal_stiffness[pair_index],
             tangential,
@@ -278,9 +279,7 @@ def _pair_state_at_rest(
             motion_since_face_search=0.0,
             max_motion_since_search_at_step_end=0.0,
         ),
-        history=k.PairHistory(
-            k.FaceVertexPositions(seen, seen, seen, seen), ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0
-        ),
+        history=k.PairHistory(vertices, ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0),
         signed_friction_coefficient_1=0.0,
         signed_friction_coefficient_2=0.0,
         is_a_on_b_minus_is_b_on_a=float(

@@ -72,7 +72,7 @@ def case_status(
     The record ends at sample `sample_index_at_record_end`. `rocking_groups_immovable_from_sample` holds the sample from
     which each group of elements that can rock as one cannot be moved any more, shape (groups,).
     """
-    case = rows.load_case(case_states, lane)
+    case = rows.load_scene_state(case_states, lane)
     v = int(case.scene_variant_index)
     element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
     check, moving, standing, fallen, safe, slid = store_fall_sides_and_count_elements(
@@ -123,7 +123,7 @@ def case_status(
     ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, element_fall_limits, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
     if update_slide_end_and_check_case_continues(
-        case_states, rows.SLIDE_END + lane, case.current_sample, sliding_time, sampling_interval
+        case_states, rows.SLIDE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
@@ -146,7 +146,7 @@ def no_standing_group_can_move_nor_element_land(
     max_support_gap: float,
 ) -> bool:
     """True if the remaining record cannot lift or slide a standing group, and no element in the air can still land."""
-    sample = rows.load_case(case_states, lane).current_sample
+    sample = rows.load_scene_state(case_states, lane).current_sample
     weak = remaining_motion_cannot_move_standing_groups(
         case_states,
         lane,
@@ -174,7 +174,7 @@ def all_elements_stand_and_outcomes_are_final(
         case_states, lane, scene_arrays, fall_limits_by_element, max_support_gap
     ):
         return False
-    spare = scene_energy(case_states, lane, scene_arrays) - rows.load_case(case_states, lane).initial_energy
+    spare = scene_energy(case_states, lane, scene_arrays) - rows.load_scene_state(case_states, lane).initial_energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * min_overturning_energy and not any_peak_rotation_can_grow(
         case_states, lane, fall_limits_by_element, spare
@@ -190,7 +190,7 @@ def store_fall_sides_and_count_elements(
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(fall_limits_by_element.size):
         e = rows.slice_element_rows(case_states, i)
-        item = rows.load_element(e, lane)
+        item = rows.load_element_state(e, lane)
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.angular + item.pose.cos
         if fall_limits_by_element[i].is_free == 0.0:
             continue
@@ -199,8 +199,8 @@ def store_fall_sides_and_count_elements(
             item.rest_position.base_point_z_in_element_axes
         )
         if item.slip_and_fall.fall_side == 0.0:
-            e[rows.SIDE + lane] = fall_side_by_peak_rotation_or_zero(item, fall_limits_by_element[i])
-        stands = e[rows.SIDE + lane] == 0.0
+            e[rows.FALL_SIDE_ROW + lane] = fall_side_by_peak_rotation_or_zero(item, fall_limits_by_element[i])
+        stands = e[rows.FALL_SIDE_ROW + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and element_stands_safely(item, fall_limits_by_element[i].overturning_energy))
     return ElementCountsAndKineticEnergy(check, moving, standing, fallen, safe, slid)
@@ -210,7 +210,8 @@ def store_fall_sides_and_count_elements(
 def larger_peak_rotation_of_both_sides(element: ElementState) -> float:
     """Return the larger of the peak rotations of an element to both sides, rad."""
     return updated_maximum(
-        element.step_motion_and_peaks.peak_rotation_to_minus_x, element.step_motion_and_peaks.peak_rotation_to_plus_x
+        element.step_motion_with_work_and_peaks_so_far.peak_rotation_to_minus_x,
+        element.step_motion_with_work_and_peaks_so_far.peak_rotation_to_plus_x,
     )
 
 
@@ -221,8 +222,10 @@ def fall_side_by_peak_rotation_or_zero(element: ElementState, fall_limits_of_ele
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
     back, on = (
-        element.step_motion_and_peaks.peak_rotation_to_minus_x >= fall_limits_of_element.fall_rotation_to_minus_x,
-        element.step_motion_and_peaks.peak_rotation_to_plus_x >= fall_limits_of_element.fall_rotation_to_plus_x,
+        element.step_motion_with_work_and_peaks_so_far.peak_rotation_to_minus_x
+        >= fall_limits_of_element.fall_rotation_to_minus_x,
+        element.step_motion_with_work_and_peaks_so_far.peak_rotation_to_plus_x
+        >= fall_limits_of_element.fall_rotation_to_plus_x,
     )
     if back and on:
         return 1.0 if element.pose.angle > 0.0 else -1.0
@@ -239,7 +242,7 @@ def any_element_can_fall_without_base_motion(
     that it loses down to its fall limit.
     """
     for i in range(fall_limits_by_element.size):
-        item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
+        item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
             fall_limits_by_element[i].is_free == 0.0
             or item.slip_and_fall.fall_side != 0.0
@@ -272,16 +275,16 @@ def find_fallen_elements_and_store_side_and_time(
         found = False
         for i in range(fall_limits_by_element.size):
             e = rows.slice_element_rows(case_states, i)
-            if fall_limits_by_element[i].is_free == 0.0 or e[rows.SIDE + lane] != 0.0:
+            if fall_limits_by_element[i].is_free == 0.0 or e[rows.FALL_SIDE_ROW + lane] != 0.0:
                 continue
             item, until = (
-                rows.load_element(e, lane),
+                rows.load_element_state(e, lane),
                 last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap),
             )
             if element_has_tipped_or_dropped(item, fall_limits_by_element[i]):
-                until = item.slip_and_fall.last_recoverable_time
+                until = item.slip_and_fall.last_time_able_to_return_upright
             if until < np.inf:
-                e[rows.SIDE + lane], e[rows.UPRIGHT_UNTIL + lane], found = (
+                e[rows.FALL_SIDE_ROW + lane], e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane], found = (
                     fall_side_by_rotation_or_displacement(item, fall_limits_by_element[i]), until, True,
                 )  # fmt: skip
 
@@ -315,8 +318,8 @@ def remaining_motion_cannot_move_standing_groups(
             rows.slice_element_rows(case_states, lowest_and_last_index_of_rocking_groups[p, 1]),
         )
         if (
-            lowest[rows.SIDE + lane] == 0.0
-            and last[rows.SIDE + lane] == 0.0
+            lowest[rows.FALL_SIDE_ROW + lane] == 0.0
+            and last[rows.FALL_SIDE_ROW + lane] == 0.0
             and current_sample_index < rocking_groups_immovable_from_sample[p]
         ):
             return False
@@ -340,7 +343,7 @@ def any_peak_rotation_can_grow(
 ) -> bool:
     """True if the scene's energy above its initial energy (J) could rotate an element beyond its peak rotation."""
     for e in range(fall_limits_by_element.size):
-        item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
+        item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         reached = larger_peak_rotation_of_both_sides(item) / item.constants.critical_or_fall_angle
         if fall_limits_by_element[e].is_free == 0.0 or reached < 1e-3:
             continue
@@ -355,7 +358,7 @@ def mark_fallen_and_write_case_results(
     case_states: Any, lane: int, scene_arrays: Any, case_result_row: Any, element_result_rows_of_case: Any
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
-    v = int(case_states[rows.VARIANT + lane])
+    v = int(case_states[rows.SCENE_VARIANT_ROW + lane])
     element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
     find_fallen_elements_and_store_side_and_time(
         case_states,
@@ -367,14 +370,14 @@ def mark_fallen_and_write_case_results(
     work, absorbed = 0.0, contact_work_of_last_half_step(case_states, lane, scene_arrays)
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        absorbed += q[rows.ABSORBED + lane]
+        absorbed += q[rows.ABSORBED_ENERGY_ROW + lane]
     for e in range(element_fall_limits.size):
-        item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
-        totals, record = item.step_motion_and_peaks, item.slip_and_fall
+        item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
+        totals, record = item.step_motion_with_work_and_peaks_so_far, item.slip_and_fall
         work += totals.work_by_base_and_holding_forces_so_far
         element_result_rows_of_case[e].overturned = record.fall_side
         element_result_rows_of_case[e].overturning_time = (
-            record.last_recoverable_time if record.fall_side != 0.0 else np.nan
+            record.last_time_able_to_return_upright if record.fall_side != 0.0 else np.nan
         )
         element_result_rows_of_case[e].peak_rotation = min(larger_peak_rotation_of_both_sides(item), 0.5 * np.pi)
         element_result_rows_of_case[e].peak_slip, element_result_rows_of_case[e].residual_slip = (
@@ -384,7 +387,7 @@ def mark_fallen_and_write_case_results(
     balance = (
         (
             kinetic_and_gravitational_energy(case_states, lane, scene_arrays)
-            - rows.load_case(case_states, lane).initial_energy
+            - rows.load_scene_state(case_states, lane).initial_energy
         )
         - work
         + absorbed

@@ -243,17 +243,17 @@ def add_pair_contact_terms_to_equations(
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
-            rows.load_pair(pair_state_rows, j),
-            rows.load_element(element_a_state_rows, j),
-            rows.load_element(element_b_state_rows, j),
+            rows.load_pair_state(pair_state_rows, j),
+            rows.load_element_state(element_a_state_rows, j),
+            rows.load_element_state(element_b_state_rows, j),
         )
-        case, law, old = rows.load_case(scene_state_rows, j), pair.contact_law, pair.history
+        case, law, old = rows.load_scene_state(scene_state_rows, j), pair.contact_law, pair.history
         fine, half = (
             step_resolves_contact_vibration(case),
             0.5 * (case.tick_duration * case.current_attempt.length_in_ticks),
         )
         segment = find_contact_segment(pair, first.predicted.pose, second.predicted.pose)
-        rows.store_segment(pair_state_rows, j, segment)
+        rows.store_contact_segment(pair_state_rows, j, segment)
         both = PairMotionAndInertia(
             velocity_of_a_relative_to_b(first.predicted.velocity_at_step_end, second.predicted.velocity_at_step_end),
             first.constants, second.constants,
@@ -270,8 +270,12 @@ def add_pair_contact_terms_to_equations(
         g2 = predict_planar_contact_point(law, old.point_2, slid_2, two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
-        rows.store_predicted_one(pair_state_rows, j, AssumedPlanarContactSlip(g1.tangential_spring_stretch, slid_1))
-        rows.store_predicted_two(pair_state_rows, j, AssumedPlanarContactSlip(g2.tangential_spring_stretch, slid_2))
+        rows.store_assumed_slip_at_point_1(
+            pair_state_rows, j, AssumedPlanarContactSlip(g1.tangential_spring_stretch, slid_1)
+        )
+        rows.store_assumed_slip_at_point_2(
+            pair_state_rows, j, AssumedPlanarContactSlip(g2.tangential_spring_stretch, slid_2)
+        )
         add_pair_contact_matrix_to_equation_submatrices(
             pair_equation_submatrices,
             unset_flags_of_submatrices_aa_ab_bb,
@@ -284,5 +288,5 @@ def add_pair_contact_terms_to_equations(
         action = sum_contact_point_forces(point_1, point_2, f1, f2)
         on, by = first.predicted.step_end_velocity_correction, second.predicted.step_end_velocity_correction
         on, by = right_hand_sides_with_pair_force_added(on, by, action, half, first.constants, second.constants)
-        rows.store_change(element_a_state_rows, j, on)
-        rows.store_change(element_b_state_rows, j, by)
+        rows.store_velocity_change(element_a_state_rows, j, on)
+        rows.store_velocity_change(element_b_state_rows, j, by)

@@ -40,10 +40,10 @@ from overturning.dem.polygon.mechanics import (
 from overturning.dem.polygon.state import (
     OPEN,
     ContactPointLaw,
-    FaceVertexPositions,
     PlanarContactPointHistory,
     StepContactChangesAsFloats,
     VertexPositionAtFace,
+    VertexPositionsAtOtherFace,
 )
 
 
@@ -159,13 +159,13 @@ def add_solved_pair_forces_and_store_trial_history(
     """Add two elements' solved contact forces to both; store their history, kept if accepted, and contact changes."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
-            rows.load_pair(pair_state_rows, j),
-            rows.load_step(pair_state_rows, j),
-            rows.load_element(element_a_state_rows, j),
-            rows.load_element(element_b_state_rows, j),
+            rows.load_pair_state(pair_state_rows, j),
+            rows.load_step_results(pair_state_rows, j),
+            rows.load_element_state(element_a_state_rows, j),
+            rows.load_element_state(element_b_state_rows, j),
         )
         case, on, by, law, segment = (
-            rows.load_case(scene_state_rows, j),
+            rows.load_scene_state(scene_state_rows, j),
             first.predicted,
             second.predicted,
             pair.contact_law,
@@ -197,28 +197,28 @@ def add_solved_pair_forces_and_store_trial_history(
         )
         point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, solved, kind[1])
         history, one, two = pair.history, segment.point_1, segment.point_2
-        s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_1, moves, half, kind)
-        s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_2, moves, half, kind)
+        s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_at_point_1, moves, half, kind)
+        s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_at_point_2, moves, half, kind)
         end_1, end_2 = s1.result_at_step_end, s2.result_at_step_end
         on_a, on_b = element_force_sums_with_pair_force_added(
             first.contact_force_sum,
             second.contact_force_sum,
             sum_contact_point_forces(point_1, point_2, end_1.force, end_2.force),
         )
-        rows.store_force(element_a_state_rows, j, on_a)
-        rows.store_force(element_b_state_rows, j, on_b)
-        vertices = segment.vertex_positions
+        rows.store_contact_force_sum(element_a_state_rows, j, on_a)
+        rows.store_contact_force_sum(element_b_state_rows, j, on_b)
+        vertices = segment.face_vertex_positions
         a1, b2 = vertex_positions_from_contact_solution(
-            vertices.first_vertex_of_a, vertices.second_vertex_of_b, one, s1
+            vertices.first_vertex_of_face_a, vertices.second_vertex_of_face_b, one, s1
         )
         a2, b1 = vertex_positions_from_contact_solution(
-            vertices.second_vertex_of_a, vertices.first_vertex_of_b, two, s2
+            vertices.second_vertex_of_face_a, vertices.first_vertex_of_face_b, two, s2
         )
-        rows.store_corrected(pair_state_rows, j, pair_history_after_step(
-            history, segment, FaceVertexPositions(a1, a2, b1, b2),
+        rows.store_history_after_step(pair_state_rows, j, pair_history_after_step(
+            history, segment, VertexPositionsAtOtherFace(a1, a2, b1, b2),
             results_with_slip_corrected_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
         ))  # fmt: skip
-        pair_state_rows[rows.SLID_ONE + j], pair_state_rows[rows.SLID_TWO + j] = (
+        pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j], pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j] = (
             s1.signed_friction_coefficient,
             s2.signed_friction_coefficient,
         )
@@ -228,7 +228,7 @@ def add_solved_pair_forces_and_store_trial_history(
             & (end_1.force.normal_force + end_2.force.normal_force > 0.0)
         )
         changed = s1.contact_opened_closed_or_switched_vertex | s2.contact_opened_closed_or_switched_vertex
-        rows.store_findings(scene_state_rows, j, StepContactChangesAsFloats(
+        rows.store_contact_changes(scene_state_rows, j, StepContactChangesAsFloats(
             1.0 if changed else old.contact_or_nearest_faces_changed,
             1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
             1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal,
@@ -244,15 +244,20 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
     Where the next attempt is to assume the same sticking and sliding, the solved assumption is replaced by that one.
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
-        step, decision = rows.load_step(pair_state_rows, j), rows.load_case(scene_state_rows, j).step_acceptance
-        rows.keep_history(pair_state_rows, j, decision.is_rejected > 0.0, step.history_after_step)
-        pair_state_rows[rows.SLID_ONE + j] = select(
-            decision.next_attempt_keeps_slip_assumption > 0.0,
-            step.assumed_slip_1.signed_friction_coefficient,
-            pair_state_rows[rows.SLID_ONE + j],
+        step, decision = (
+            rows.load_step_results(pair_state_rows, j),
+            rows.load_scene_state(scene_state_rows, j).step_acceptance,
         )
-        pair_state_rows[rows.SLID_TWO + j] = select(
+        rows.store_contact_history_unless_rejected(
+            pair_state_rows, j, decision.is_rejected > 0.0, step.history_after_step
+        )
+        pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
-            step.assumed_slip_2.signed_friction_coefficient,
-            pair_state_rows[rows.SLID_TWO + j],
+            step.assumed_slip_at_point_1.signed_friction_coefficient,
+            pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j],
+        )
+        pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j] = select(
+            decision.next_attempt_keeps_slip_assumption > 0.0,
+            step.assumed_slip_at_point_2.signed_friction_coefficient,
+            pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j],
         )

@@ -21,8 +21,8 @@ from overturning.dem.polygon.state import (
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def reset_contact_history(pair_state_rows: Any, lane: int) -> None:
     """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
-    rows.store_memory(pair_state_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
-    rows.store_memory(
+    rows.store_point_1_history(pair_state_rows, lane, PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_point_1_history(
         pair_state_rows,
         lane + rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
         PlanarContactPointHistory(0.0, OPEN, 0.0, 0.0, 0.0),
@@ -45,7 +45,7 @@ def transfer_contact_history_to_new_faces(
     The force is resolved along normal and tangent of the new contact point; the next step sets the spring's stretch
     accordingly.
     """
-    pair = rows.load_pair(pair_state_rows, lane)
+    pair = rows.load_pair_state(pair_state_rows, lane)
     face_a, face_b, vertices = (
         int(pair.nearest_faces.face_index_of_a),
         int(pair.nearest_faces.face_index_of_b),
@@ -77,17 +77,17 @@ def transfer_contact_history_to_new_faces(
             old.normal_force * old_z - old.tangential_force * old_x,
         )
         inner = (
-            vertices.first_vertex_of_a.position_along_face <= pair.nearest_face_of_b.end_along_tangent
+            vertices.first_vertex_of_face_a.position_along_face <= pair.nearest_face_of_b.end_along_tangent
             if target == 0
-            else vertices.second_vertex_of_a.position_along_face >= pair.nearest_face_of_b.start_along_tangent
+            else vertices.second_vertex_of_face_a.position_along_face >= pair.nearest_face_of_b.start_along_tangent
         )
         new_x, new_z = normal_force_direction_on_element_a(
             pose_a, pose_b, pair.nearest_face_of_a, pair.nearest_face_of_b, inner
         )
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
-        there = rows.load_memory(pair_state_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
+        there = rows.load_point_1_history(pair_state_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
         if there.contact_vertex_owner_code == OPEN or there.normal_force < n:
-            rows.store_memory(
+            rows.store_point_1_history(
                 pair_state_rows,
                 lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
                 PlanarContactPointHistory(old.tangential_spring_stretch, TRANSFERRED, n, t, 0.0),
@@ -154,7 +154,7 @@ def contact_vertex_position_from_centre_of_a(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
     """Set the contact forces of two elements at rest from penetrations and stretches of tangential springs."""
-    pair = rows.load_pair(pair_state_rows, lane)
+    pair = rows.load_pair_state(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
         if old.contact_vertex_owner_code != OPEN:
@@ -164,7 +164,7 @@ def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
                 0.0,
             )
             t = -pair.contact_law.tangential_stiffness * old.tangential_spring_stretch
-            rows.store_memory(
+            rows.store_point_1_history(
                 pair_state_rows,
                 lane + end * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
                 PlanarContactPointHistory(old.tangential_spring_stretch, old.contact_vertex_owner_code, n, t, 0.0),

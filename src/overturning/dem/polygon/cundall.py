@@ -28,7 +28,7 @@ from overturning.dem.polygon.mechanics import (
     extrapolate_velocity,
     friction_force_and_its_limit_and_slip_flag,
     pair_history_after_step,
-    power_against_inertial_and_holding_forces,
+    power_against_inertial_or_holding_forces,
     sum_contact_point_forces,
     trial_tangential_spring_stretch,
     velocity_of_a_relative_to_b,
@@ -99,11 +99,11 @@ def add_pair_forces_and_store_contact_history(
     """Add the contact forces between two elements to both of them, and store the contact's new state."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (
-            rows.load_pair(pair_state_rows, j),
-            rows.load_element(element_a_state_rows, j),
-            rows.load_element(element_b_state_rows, j),
+            rows.load_pair_state(pair_state_rows, j),
+            rows.load_element_state(element_a_state_rows, j),
+            rows.load_element_state(element_b_state_rows, j),
         )
-        case, old = rows.load_case(scene_state_rows, j), pair.history
+        case, old = rows.load_scene_state(scene_state_rows, j), pair.history
         segment = find_contact_segment(pair, first.pose, second.pose)
         u, own_a, own_b = (
             velocity_of_a_relative_to_b(first.velocity, second.velocity),
@@ -137,14 +137,14 @@ def add_pair_forces_and_store_contact_history(
             second.contact_force_sum,
             sum_contact_point_forces(point_1, point_2, one.force, two.force),
         )
-        rows.store_force(element_a_state_rows, j, on_a)
-        rows.store_force(element_b_state_rows, j, on_b)
+        rows.store_contact_force_sum(element_a_state_rows, j, on_a)
+        rows.store_contact_force_sum(element_b_state_rows, j, on_b)
         results = results_with_slip_corrected_for_friction_work(segment, (point_1, point_2), (one, two))
-        rows.store_history(
+        rows.store_contact_history(
             pair_state_rows,
             j,
             pair_history_after_step(
-                old, segment, segment.vertex_positions, results, pair.contact_law, case.tick_duration
+                old, segment, segment.face_vertex_positions, results, pair.contact_law, case.tick_duration
             ),
         )
 
@@ -155,12 +155,12 @@ def advance_element_motion_one_step(
 ) -> None:
     """Advance the motion of an element by a step of Cundall's scheme, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
+        item, case = rows.load_element_state(element_state_rows, j), rows.load_scene_state(scene_state_rows, j)
         dt, shaking, half, old = (
             case.tick_duration,
             case.base_acceleration,
             0.5 * case.tick_duration,
-            item.step_motion_and_peaks,
+            item.step_motion_with_work_and_peaks_so_far,
         )
         ground = (
             base_acceleration_at_tick(shaking.horizontal, shaking.ticks_since_sample_start)
@@ -174,7 +174,7 @@ def advance_element_motion_one_step(
             )
         a = element_acceleration_relative_to_base(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
-        work = old.work_by_base_and_holding_forces_so_far - dt * power_against_inertial_and_holding_forces(
+        work = old.work_by_base_and_holding_forces_so_far - dt * power_against_inertial_or_holding_forces(
             item, ground, lift, extrapolate_velocity(item.velocity, a, half)
         )
         pose = extrapolate_pose(item.pose, v, dt)
@@ -188,8 +188,10 @@ def advance_element_motion_one_step(
         rows.store_pose(element_state_rows, j, pose)
         rows.store_velocity(element_state_rows, j, v)
         rows.store_acceleration(element_state_rows, j, a)
-        rows.store_force(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
-        rows.store_totals(element_state_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0))
+        rows.store_contact_force_sum(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
+        rows.store_motion_and_peaks(
+            element_state_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0)
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -237,4 +239,4 @@ def advance_scene_one_step(
                 scene_arrays.gravity,
             )
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case_states[rows.TICK + j] = case_states[rows.TICK + j] + 1.0
+        case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j] + 1.0

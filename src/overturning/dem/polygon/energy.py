@@ -19,7 +19,7 @@ def scene_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
     total = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        total += pair_spring_energy(rows.load_pair(q, lane))
+        total += pair_spring_energy(rows.load_pair_state(q, lane))
     return total + kinetic_and_gravitational_energy(case_states, lane, scene_arrays)
 
 
@@ -29,9 +29,9 @@ def kinetic_and_gravitational_energy(case_states: Any, lane: int, scene_arrays: 
 
     This time is half a step ago in Cundall's scheme, now in the centred scheme.
     """
-    total, half = 0.0, rows.load_case(case_states, lane).velocity_lag_behind_pose
+    total, half = 0.0, rows.load_scene_state(case_states, lane).velocity_lag_behind_pose
     for e in range(scene_arrays.element_fall_limits.shape[1]):
-        item = rows.load_element(rows.slice_element_rows(case_states, e), lane)
+        item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         if item.constants.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
             total += element_kinetic_energy(item) + item.constants.mass * scene_arrays.gravity * height
@@ -72,11 +72,11 @@ def contact_work_of_last_half_step(case_states: Any, lane: int, scene_arrays: An
     work = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        pair = rows.load_pair(q, lane)
+        pair = rows.load_pair_state(q, lane)
         history = pair.history
         if history.point_1.contact_vertex_owner_code == OPEN and history.point_2.contact_vertex_owner_code == OPEN:
             continue
-        later = earlier_vertex_positions(pair, rows.load_element(a, lane), rows.load_element(b, lane), 0.0)
+        later = earlier_vertex_positions(pair, rows.load_element_state(a, lane), rows.load_element_state(b, lane), 0.0)
         for end in range(2):
             memory = history.point_1 if end == 0 else history.point_2
             old, new = (

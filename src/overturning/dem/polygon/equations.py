@@ -41,14 +41,14 @@ class PairSubmatrices(NamedTuple):
     force_on_b_by_velocity_of_b: Any
 
 
-PLACEHOLDER_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
+SPARE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
 """Number of spare submatrices behind the matrix; they receive the terms of elements that move with the base."""
 
 
-class NonzeroPattern(NamedTuple):
+class NonzeroSubmatrixPattern(NamedTuple):
     """Pattern of nonzero submatrices in the equations: of touching elements, and those filled by the elimination."""
 
-    is_nonzero: Any
+    is_submatrix_nonzero: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
     later_coupled_element_indices: Any
     """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
@@ -59,7 +59,7 @@ class NonzeroPattern(NamedTuple):
 @njit(**ALLOCATING_INLINE_OPTIONS)
 def create_empty_nonzero_pattern(element_count: int) -> Any:
     """Return a pattern without nonzero submatrices for the equations of `element_count` elements."""
-    return NonzeroPattern(
+    return NonzeroSubmatrixPattern(
         np.zeros((element_count, element_count), np.bool_),
         np.zeros((element_count, element_count), np.int64),
         np.zeros(element_count, np.int64),
@@ -67,20 +67,22 @@ def create_empty_nonzero_pattern(element_count: int) -> Any:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def clear_nonzero_pattern(nonzero_pattern: NonzeroPattern) -> None:
+def clear_nonzero_pattern(nonzero_pattern: NonzeroSubmatrixPattern) -> None:
     """Mark all submatrices of the equations as zero, in a time proportional to the number of nonzero ones."""
     for k in range(nonzero_pattern.later_coupled_element_counts.size):
-        nonzero_pattern.is_nonzero[k, k] = False
+        nonzero_pattern.is_submatrix_nonzero[k, k] = False
         for n in range(nonzero_pattern.later_coupled_element_counts[k]):
             m = nonzero_pattern.later_coupled_element_indices[k, n]
-            nonzero_pattern.is_nonzero[k, m] = nonzero_pattern.is_nonzero[m, k] = False
+            nonzero_pattern.is_submatrix_nonzero[k, m] = nonzero_pattern.is_submatrix_nonzero[m, k] = False
         nonzero_pattern.later_coupled_element_counts[k] = 0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def mark_submatrix_nonzero(nonzero_pattern: NonzeroPattern, row_element_index: int, column_element_index: int) -> None:
+def mark_submatrix_nonzero(
+    nonzero_pattern: NonzeroSubmatrixPattern, row_element_index: int, column_element_index: int
+) -> None:
     """Mark equation submatrix (row, column) as nonzero; the caller must also mark submatrix (column, row)."""
-    nonzero_pattern.is_nonzero[row_element_index, column_element_index] = True
+    nonzero_pattern.is_submatrix_nonzero[row_element_index, column_element_index] = True
     if row_element_index >= column_element_index:
         return
     n = nonzero_pattern.later_coupled_element_counts[row_element_index]
@@ -182,7 +184,10 @@ def right_hand_sides_with_pair_force_added(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def solve_velocity_changes_in_place(
-    case_states: Any, equation_submatrices_of_all_cases: Any, nonzero_pattern: NonzeroPattern, element_count: int
+    case_states: Any,
+    equation_submatrices_of_all_cases: Any,
+    nonzero_pattern: NonzeroSubmatrixPattern,
+    element_count: int,
 ) -> None:
     """Solve the equations of a step by elimination; velocity changes of the elements replace the right-hand sides.
 
@@ -190,7 +195,7 @@ def solve_velocity_changes_in_place(
     the work is proportional to the number of elements.
     """
     used, later, count = (
-        nonzero_pattern.is_nonzero,
+        nonzero_pattern.is_submatrix_nonzero,
         nonzero_pattern.later_coupled_element_indices,
         nonzero_pattern.later_coupled_element_counts,
     )
@@ -257,13 +262,13 @@ def equation_submatrix_or_placeholder(
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def mark_nonzero_and_return_pair_submatrices(
     equation_submatrices_of_all_cases: Any,
-    nonzero_pattern: NonzeroPattern,
+    nonzero_pattern: NonzeroSubmatrixPattern,
     moves_relative_to_base_by_element: Any,
     element_index_a: int,
     element_index_b: int,
 ) -> tuple[PairSubmatrices, Any]:
     """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""
-    used = nonzero_pattern.is_nonzero
+    used = nonzero_pattern.is_submatrix_nonzero
     fresh = (
         not used[element_index_a, element_index_a],
         not used[element_index_a, element_index_b],

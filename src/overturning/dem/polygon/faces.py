@@ -10,11 +10,11 @@ from overturning.dem.polygon.state import (
     VERTEX_OF_B,
     ElementFace,
     ElementState,
-    FaceVertexPositions,
     PairState,
     PlanarContactPointHistory,
     Pose,
     VertexPositionAtFace,
+    VertexPositionsAtOtherFace,
 )
 
 
@@ -66,7 +66,7 @@ class ContactSegment(NamedTuple):
     sine_of_angle_between_faces: float
     point_1: PlanarContactPoint
     point_2: PlanarContactPoint
-    vertex_positions: FaceVertexPositions
+    face_vertex_positions: VertexPositionsAtOtherFace
 
 
 class RelativeFacePosition(NamedTuple):
@@ -90,7 +90,7 @@ class RelativeFacePosition(NamedTuple):
     """Distance from the centre of b to that of a along a's tangent, m."""
     b_to_a_centre_distance_along_normal_b: float
     """Distance from the centre of b to that of a along b's normal, m."""
-    b_to_a_centre_distance_along_tangent_b: float
+    b_to_a_centre_offset_along_tangent_of_face_b: float
     """Distance from the centre of b to that of a along b's tangent, m."""
 
 
@@ -120,10 +120,8 @@ def rotate_to_scene_axes(element_pose: Pose, x_in_element_axes: float, z_in_elem
 def polygon_face(polygon_face_table: Any, face_index: int) -> ElementFace:
     """Return the face with number `face_index` of a polygon from the array of all its faces."""
     nx, nz = polygon_face_table[face_index, 4], polygon_face_table[face_index, 5]
-    low, high = (
-        nx * polygon_face_table[face_index, 1] - nz * polygon_face_table[face_index, 0],
-        nx * polygon_face_table[face_index, 3] - nz * polygon_face_table[face_index, 2],
-    )
+    low = nx * polygon_face_table[face_index, 1] - nz * polygon_face_table[face_index, 0]
+    high = nx * polygon_face_table[face_index, 3] - nz * polygon_face_table[face_index, 2]
     return ElementFace(nx, nz, polygon_face_table[face_index, 6], low, high)
 
 
@@ -147,7 +145,7 @@ def relative_face_position(
         b_to_a_centre_distance_along_normal_a=an,
         b_to_a_centre_distance_along_tangent_a=at,
         b_to_a_centre_distance_along_normal_b=bnx * dx + bnz * dz,
-        b_to_a_centre_distance_along_tangent_b=bnx * dz - bnz * dx,
+        b_to_a_centre_offset_along_tangent_of_face_b=bnx * dz - bnz * dx,
     )
 
 
@@ -178,10 +176,8 @@ def locate_vertex_of_a_at_face_of_b(
         relative_position.cosine_of_angle_between_faces,
         relative_position.sine_of_angle_between_faces,
     )
-    height, place = (
-        own_n + relative_position.b_to_a_centre_distance_along_normal_b,
-        own_t + relative_position.b_to_a_centre_distance_along_tangent_b,
-    )
+    height = own_n + relative_position.b_to_a_centre_distance_along_normal_b
+    place = own_t + relative_position.b_to_a_centre_offset_along_tangent_of_face_b
     seen = VertexPositionAtFace(other_face_distance_from_centre - height, place)
     return VertexPositionAndLeverArms(
         seen,
@@ -210,10 +206,8 @@ def locate_vertex_of_b_at_face_of_a(
         -relative_position.cosine_of_angle_between_faces,
         relative_position.sine_of_angle_between_faces,
     )
-    height, place = (
-        own_n + relative_position.b_to_a_centre_distance_along_normal_a,
-        own_t + relative_position.b_to_a_centre_distance_along_tangent_a,
-    )
+    height = own_n + relative_position.b_to_a_centre_distance_along_normal_a
+    place = own_t + relative_position.b_to_a_centre_distance_along_tangent_a
     seen = VertexPositionAtFace(other_face_distance_from_centre + height, place)
     return VertexPositionAndLeverArms(
         seen,
@@ -229,7 +223,7 @@ def locate_vertices_of_both_faces(
     face_a: ElementFace,
     face_b: ElementFace,
     relative_position: RelativeFacePosition,
-    previous_step_positions: FaceVertexPositions,
+    previous_step_positions: VertexPositionsAtOtherFace,
 ) -> tuple[
     VertexPositionAndLeverArms, VertexPositionAndLeverArms, VertexPositionAndLeverArms, VertexPositionAndLeverArms
 ]:
@@ -240,28 +234,28 @@ def locate_vertices_of_both_faces(
             face_a.start_along_tangent,
             face_b.distance_from_centre,
             relative_position,
-            previous_step_positions.first_vertex_of_a,
+            previous_step_positions.first_vertex_of_face_a,
         ),
         locate_vertex_of_a_at_face_of_b(
             face_a.distance_from_centre,
             face_a.end_along_tangent,
             face_b.distance_from_centre,
             relative_position,
-            previous_step_positions.second_vertex_of_a,
+            previous_step_positions.second_vertex_of_face_a,
         ),
         locate_vertex_of_b_at_face_of_a(
             face_b.distance_from_centre,
             face_b.start_along_tangent,
             face_a.distance_from_centre,
             relative_position,
-            previous_step_positions.first_vertex_of_b,
+            previous_step_positions.first_vertex_of_face_b,
         ),
         locate_vertex_of_b_at_face_of_a(
             face_b.distance_from_centre,
             face_b.end_along_tangent,
             face_a.distance_from_centre,
             relative_position,
-            previous_step_positions.second_vertex_of_b,
+            previous_step_positions.second_vertex_of_face_b,
         ),
     )
 
@@ -325,40 +319,36 @@ def find_contact_segment_open_unless_may_touch(
     a1, a2, b1, b2 = locate_vertices_of_both_faces(
         pair.nearest_face_of_a, pair.nearest_face_of_b, f, pair.history.previous_vertex_positions
     )
-    low, high, to = (
-        pair.nearest_face_of_b.start_along_tangent,
-        pair.nearest_face_of_b.end_along_tangent,
-        pair.contact_vertex_ranges,
-    )
+    low = pair.nearest_face_of_b.start_along_tangent
+    high = pair.nearest_face_of_b.end_along_tangent
+    to = pair.contact_vertex_ranges
     mine_1, mine_2 = a1.position_at_face.position_along_face <= high, a2.position_at_face.position_along_face >= low
     top, bottom = -pair.nearest_face_of_a.start_along_tangent, -pair.nearest_face_of_a.end_along_tangent
-    in_1 = (mine_1 & (a1.position_at_face.position_along_face >= to.first_vertex_of_a_min_along_face_b)) | (
+    in_1 = (mine_1 & (a1.position_at_face.position_along_face >= to.min_contact_coordinate_of_first_vertex_of_a)) | (
         (not mine_1)
-        & (b2.position_at_face.position_along_face >= to.second_vertex_of_b_min_along_face_a)
+        & (b2.position_at_face.position_along_face >= to.min_contact_coordinate_of_second_vertex_of_b)
         & (b2.position_at_face.position_along_face <= top)
     )
-    in_2 = (mine_2 & (a2.position_at_face.position_along_face <= to.second_vertex_of_a_max_along_face_b)) | (
+    in_2 = (mine_2 & (a2.position_at_face.position_along_face <= to.max_contact_coordinate_of_second_vertex_of_a)) | (
         (not mine_2)
         & (b1.position_at_face.position_along_face >= bottom)
-        & (b1.position_at_face.position_along_face <= to.first_vertex_of_b_max_along_face_a)
+        & (b1.position_at_face.position_along_face <= to.max_contact_coordinate_of_first_vertex_of_b)
     )
-    one, two = (
-        build_planar_contact_point(mine_1, in_1 & elements_may_touch, f, a1, b2),
-        build_planar_contact_point(mine_2, in_2 & elements_may_touch, f, a2, b1),
-    )
+    one = build_planar_contact_point(mine_1, in_1 & elements_may_touch, f, a1, b2)
+    two = build_planar_contact_point(mine_2, in_2 & elements_may_touch, f, a2, b1)
     return ContactSegment(
         f.cosine_of_angle_between_faces,
         f.sine_of_angle_between_faces,
         one,
         two,
-        FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face),
+        VertexPositionsAtOtherFace(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face),
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, time_before_present: float
-) -> FaceVertexPositions:
+) -> VertexPositionsAtOtherFace:
     """Return earlier positions of two elements' four nearest-face vertices, extrapolated at the present velocities."""
     f = relative_face_position(
         pair.nearest_face_of_a,
@@ -369,7 +359,9 @@ def earlier_vertex_positions(
     a1, a2, b1, b2 = locate_vertices_of_both_faces(
         pair.nearest_face_of_a, pair.nearest_face_of_b, f, pair.history.previous_vertex_positions
     )
-    return FaceVertexPositions(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face)
+    return VertexPositionsAtOtherFace(
+        a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -387,9 +379,19 @@ def pose_extrapolated_back_in_time(element: ElementState, time_before_present: f
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_position(
-    point_history: PlanarContactPointHistory, point_index_0_or_1: int, vertex_positions: FaceVertexPositions
+    point_history: PlanarContactPointHistory,
+    point_index_0_or_1: int,
+    face_vertex_positions: VertexPositionsAtOtherFace,
 ) -> VertexPositionAtFace:
     """Return the position of the vertex at which contact point `point_index_0_or_1` lies."""
     if point_history.contact_vertex_owner_code != VERTEX_OF_B:
-        return vertex_positions.first_vertex_of_a if point_index_0_or_1 == 0 else vertex_positions.second_vertex_of_a
-    return vertex_positions.second_vertex_of_b if point_index_0_or_1 == 0 else vertex_positions.first_vertex_of_b
+        return (
+            face_vertex_positions.first_vertex_of_face_a
+            if point_index_0_or_1 == 0
+            else face_vertex_positions.second_vertex_of_face_a
+        )
+    return (
+        face_vertex_positions.second_vertex_of_face_b
+        if point_index_0_or_1 == 0
+        else face_vertex_positions.first_vertex_of_face_b
+    )

@@ -18,11 +18,11 @@ from overturning.dem.polygon.state import (
     VERTEX_OF_B,
     ContactPointLaw,
     ElementState,
-    FaceVertexPositions,
     PairHistory,
     PlanarContactPointHistory,
     PlanarMotionOrForce,
     Pose,
+    VertexPositionsAtOtherFace,
 )
 
 
@@ -145,7 +145,7 @@ def extrapolate_pose(pose: Pose, velocity: PlanarMotionOrForce, duration: float)
 
 
 @njit(**INLINE_OPTIONS)
-def power_against_inertial_and_holding_forces(
+def power_against_inertial_or_holding_forces(
     element: ElementState,
     horizontal_base_acceleration: float,
     upward_base_acceleration: float,
@@ -353,7 +353,7 @@ def twice_energy_absorbed_at_contact_point(
 def pair_history_after_step(
     pair_history: PairHistory,
     contact_segment: ContactSegment,
-    vertex_positions: FaceVertexPositions,
+    face_vertex_positions: VertexPositionsAtOtherFace,
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
     contact_law: ContactPointLaw,
     step_duration: float,
@@ -367,7 +367,7 @@ def pair_history_after_step(
         + twice_energy_absorbed_at_contact_point(pair_history.point_2, contact_segment.point_2, s2)
     )
     return PairHistory(
-        vertex_positions,
+        face_vertex_positions,
         contact_point_history_after_step(
             pair_history.point_1, pair_history.point_2, contact_segment.point_1, s1, contact_law, step_duration
         ),

@@ -34,7 +34,7 @@ def record_base_and_element_motion_of_first_case(
     case_states: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row_out: Any
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
-    case = rows.load_case(case_states, 0)
+    case = rows.load_scene_state(case_states, 0)
     trajectory_row_out[TIME] = (
         case.current_sample + case.base_acceleration.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
@@ -43,7 +43,7 @@ def record_base_and_element_motion_of_first_case(
     )
     half = case.velocity_lag_behind_pose
     for e in range(element_count):
-        item = rows.load_element(rows.slice_element_rows(case_states, e), 0)
+        item = rows.load_element_state(rows.slice_element_rows(case_states, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
         at = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * e
         trajectory_row_out[at], trajectory_row_out[at + 1], trajectory_row_out[at + 2] = pose.x, pose.z, pose.angle
@@ -68,7 +68,7 @@ def add_first_case_contact_forces_to_trajectory(
     """
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, first, second = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
+        pair, a, b = rows.load_pair_state(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.point_1 if end == 0 else pair.history.point_2
             if memory.contact_vertex_owner_code == OPEN:

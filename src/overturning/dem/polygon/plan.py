@@ -179,7 +179,7 @@ def plan_scene_simulation(
     square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
     time = np.array([item.shortest_rocking_time_constant for item in variants])
-    per_sample, finest, divided = steps_per_sample_shortest_step_and_auto_step_ratio(
+    per_sample, finest, divided = steps_per_sample_shortest_step_auto_to_requested_ratio(
         scheme, numerics.time_step, square, rate, motion.sampling_interval, time
     )
     # 1/p with p = √(3g/4R).
@@ -293,7 +293,7 @@ def _rest_acceleration_limits_g_of_cases(
     )
 
 
-def steps_per_sample_shortest_step_and_auto_step_ratio(
+def steps_per_sample_shortest_step_auto_to_requested_ratio(
     scheme: IntegrationScheme,
     requested_time_step: float | str,
     max_omega_squared_by_variant: FloatArray,
@@ -347,7 +347,7 @@ def _check_variant_stiffness_and_pairs(scene: Scene, scene_variants: list[Prepar
     for item in scene_variants:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
         loaded = item.pair_contact_laws.carried_weight_at_rest > 0.0
-        penetrations = item.pair_contact_laws.stiffness_design_weight[loaded] / (
+        penetrations = item.pair_contact_laws.weight_for_contact_stiffness[loaded] / (
             2.0 * item.pair_contact_laws.normal_stiffness[loaded]
         )
         check_static_penetration_exceeds_rounding(

@@ -11,12 +11,12 @@ from overturning.arrays import FloatArray
 from overturning.dem.limits import static_penetration_exceeds_limit
 from overturning.dem.polygon.rocking_onset import (
     Elements,
-    SupportPointsByElementAndCarrier,
+    LoadedContactPointsByElementAndCarrier,
     rocking_onset_acceleration_g_of_scene_and_groups,
 )
 from overturning.dem.polygon.statics import (
+    ContactConstantsByPair,
     LoadedContactPoint,
-    PairContactLaws,
     compute_pair_contact_laws,
     contact_points_at_rest_with_derivatives,
     largest_spring_and_dashpot_eigenvalues,
@@ -42,7 +42,7 @@ class PreparedScene:
     scene: Scene
     elements: list[PlacedElement]
     pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
-    pair_contact_laws: PairContactLaws
+    pair_contact_laws: ContactConstantsByPair
     static_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `elements`
     contact_points_loaded_at_rest: list[LoadedContactPoint]  # contact points that carry load at rest
     has_static_equilibrium: bool  # True if the scene has a static equilibrium
@@ -53,7 +53,9 @@ class PreparedScene:
     lowest_and_last_index_of_rocking_groups: NDArray[np.int64]  # (groups, 2): elements that rock as one
     rocking_onset_acceleration_g_by_group: FloatArray  # (groups,): |a|/g below which a group cannot start to rock
     tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
-    critical_or_fall_angles: FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
+    smaller_critical_angles_or_fall_angles: (
+        FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
+    )
     overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
     support_element_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
     base_centres: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
@@ -73,7 +75,9 @@ class PreparedScene:
     @property
     def tipping_angles(self) -> FloatArray:
         """Tipping angle α of each element, rad, shape (elements,): the smaller of both sides; NaN if it cannot tip."""
-        return np.where(np.isfinite(self.tipping_angles_by_side).all(axis=1), self.critical_or_fall_angles, np.nan)
+        return np.where(
+            np.isfinite(self.tipping_angles_by_side).all(axis=1), self.smaller_critical_angles_or_fall_angles, np.nan
+        )
 
     @property
     def max_recoverable_rotations_by_side(self) -> FloatArray:
@@ -82,12 +86,12 @@ class PreparedScene:
         These are the tipping angles or, without one, the angle at which the element has fallen.
         """
         angles = self.tipping_angles_by_side
-        return np.where(np.isfinite(angles), angles, self.critical_or_fall_angles[:, None])
+        return np.where(np.isfinite(angles), angles, self.smaller_critical_angles_or_fall_angles[:, None])
 
     @property
     def tipping_angles_or_one_degree_in_rad(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
-        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.critical_or_fall_angles)
+        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.smaller_critical_angles_or_fall_angles)
 
     @property
     def mean_static_penetration_of_loaded_pairs(self) -> FloatArray:
@@ -177,7 +181,7 @@ def prepare_scene(
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal_stiffness, laws.tangential_stiffness)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
-    stands = _support_points_by_element_and_carrier(placed, pairs, bearing)
+    stands = _loaded_contact_points_by_element_and_carrier(placed, pairs, bearing)
     threshold, parts, safe = rocking_onset_acceleration_g_of_scene_and_groups(placed, stands)
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
         threshold, safe = 0.0, 0.0 * safe  # a held element moves relative to the others
@@ -248,11 +252,11 @@ MIN_TIPPING_ANGLE_RAD: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _support_points_by_element_and_carrier(
+def _loaded_contact_points_by_element_and_carrier(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
-) -> SupportPointsByElementAndCarrier:
+) -> LoadedContactPointsByElementAndCarrier:
     """Return the loaded contact points of each free element, by the element that carries it there at rest."""
-    result: SupportPointsByElementAndCarrier = {}
+    result: LoadedContactPointsByElementAndCarrier = {}
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal_from_second_to_first[1] > 0 else (j, i)
@@ -288,7 +292,7 @@ def _mask_of_freely_standing_elements(
 def _tipping_limits_and_supports(
     scene: Scene,
     elements: Elements,
-    supports: SupportPointsByElementAndCarrier,
+    supports: LoadedContactPointsByElementAndCarrier,
     freely_standing_element_mask: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Return tipping angles, critical angles, overturning energies, supports and base centres (see `PreparedScene`)."""

@@ -58,7 +58,7 @@ def last_time_on_standing_support_or_inf(
     An element is on its support if their distance is at most `max_support_gap` (m): a stone that hops a little has
     not left it.
     """
-    until, had = rows.slice_element_rows(case_states, element_index)[rows.CARRIED_UNTIL + lane], False
+    until, had = rows.slice_element_rows(case_states, element_index)[rows.LAST_TIME_ON_SUPPORT_ROW + lane], False
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         if (
             scene_arrays.pair_element_and_piece_indices[p, 0] != element_index
@@ -66,7 +66,7 @@ def last_time_on_standing_support_or_inf(
         ):
             continue
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        pair = rows.load_pair(q, lane)
+        pair = rows.load_pair_state(q, lane)
         if (
             pair.is_a_on_b_minus_is_b_on_a == 0.0
             or element_index
@@ -81,9 +81,9 @@ def last_time_on_standing_support_or_inf(
             segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_support_gap
         ):
             on = b if pair.is_a_on_b_minus_is_b_on_a > 0.0 else a
-            if on[rows.SIDE + lane] == 0.0:
+            if on[rows.FALL_SIDE_ROW + lane] == 0.0:
                 return np.inf
-            until = min(until, on[rows.UPRIGHT_UNTIL + lane])
+            until = min(until, on[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane])
     return float(until) if had else np.inf
 
 
@@ -95,7 +95,7 @@ def no_element_tipped_dropped_or_unsupported(
     for i in range(fall_limits_by_element.size):
         if fall_limits_by_element[i].is_free > 0.0 and (
             element_has_tipped_or_dropped(
-                rows.load_element(rows.slice_element_rows(case_states, i), lane), fall_limits_by_element[i]
+                rows.load_element_state(rows.slice_element_rows(case_states, i), lane), fall_limits_by_element[i]
             )
             or last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
         ):
@@ -112,8 +112,8 @@ def any_element_can_still_land(
         e = rows.slice_element_rows(case_states, i)
         if (
             fall_limits_by_element[i].is_free == 0.0
-            or e[rows.SIDE + lane] != 0.0
-            or element_has_tipped_or_dropped(rows.load_element(e, lane), fall_limits_by_element[i])
+            or e[rows.FALL_SIDE_ROW + lane] != 0.0
+            or element_has_tipped_or_dropped(rows.load_element_state(e, lane), fall_limits_by_element[i])
         ):
             continue
         touching = 0
@@ -123,7 +123,7 @@ def any_element_can_still_land(
                 or scene_arrays.pair_element_and_piece_indices[p, 1] == i
             ):
                 q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
-                touching += count_closed_contact_points(rows.load_pair(q, lane))
+                touching += count_closed_contact_points(rows.load_pair_state(q, lane))
         if (
             touching == 0
             and last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
@@ -158,13 +158,13 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
     longest = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        pair = rows.load_pair(q, lane)
+        pair = rows.load_pair_state(q, lane)
         if pair.is_a_on_b_minus_is_b_on_a == 0.0 or not (
             contact_point_is_sliding(pair, pair.history.point_1) or contact_point_is_sliding(pair, pair.history.point_2)
         ):
             continue
         upper, lower = (a, b) if pair.is_a_on_b_minus_is_b_on_a > 0.0 else (b, a)
-        one, on = rows.load_element(upper, lane), rows.load_element(lower, lane)
+        one, on = rows.load_element_state(upper, lane), rows.load_element_state(lower, lane)
         speed = horizontal_velocity_above_centre(
             one, one.rest_position.base_point_z_in_element_axes
         ) - horizontal_velocity_above_centre(on, one.rest_position.base_point_z_in_support_axes)
@@ -178,7 +178,7 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
 def all_free_elements_tilt_less_than_rest_limit(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
     """True if every free element is tilted by less than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
     for i in range(fall_limits_by_element.size):
-        item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
+        item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
             fall_limits_by_element[i].is_free > 0.0
             and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
@@ -193,7 +193,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
 
     Elements that are not on each other at rest must not touch.
     """
-    case, height = rows.load_case(case_states, lane), 0.0
+    case, height = rows.load_scene_state(case_states, lane), 0.0
     elements, step = (
         scene_arrays.element_fall_limits[int(case.scene_variant_index)],
         case.tick_duration * case.current_attempt.length_in_ticks,
@@ -201,7 +201,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
     if case.step_acceptance.is_rejected > 0.0:
         return False
     for i in range(elements.size):
-        item = rows.load_element(rows.slice_element_rows(case_states, i), lane)
+        item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if elements[i].is_free == 0.0:
             continue
         height = abs(item.rest_position.base_point_z_in_element_axes)
@@ -216,7 +216,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
             return False
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        pair = rows.load_pair(q, lane)
+        pair = rows.load_pair_state(q, lane)
         slides = (
             pair.signed_friction_coefficient_1 != 0.0 or pair.signed_friction_coefficient_2 != 0.0
         )  # an open end may be marked as sliding
@@ -233,7 +233,7 @@ def largest_penetration_so_far(case_states: Any, lane: int, scene_arrays: Any) -
     deepest = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
-        deepest = updated_maximum(deepest, rows.load_pair(q, lane).history.peak_penetration)
+        deepest = updated_maximum(deepest, rows.load_pair_state(q, lane).history.peak_penetration)
     return deepest
 
 
@@ -249,6 +249,6 @@ def count_closed_points_of_standing_elements(
             (a, scene_arrays.pair_element_and_piece_indices[p, 0]),
             (b, scene_arrays.pair_element_and_piece_indices[p, 1]),
         ):
-            if fall_limits_by_element[i].is_free > 0.0 and e[rows.SIDE + lane] == 0.0:
-                total += count_closed_contact_points(rows.load_pair(q, lane))
+            if fall_limits_by_element[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW + lane] == 0.0:
+                total += count_closed_contact_points(rows.load_pair_state(q, lane))
     return total

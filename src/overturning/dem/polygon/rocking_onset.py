@@ -9,12 +9,12 @@ from overturning.model.geometry import PlacedElement, PossibleContactPoint
 Elements = list[PlacedElement]
 
 
-SupportPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
+LoadedContactPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 
 def rocking_onset_acceleration_g_of_scene_and_groups(
-    elements: Elements, supports: SupportPointsByElementAndCarrier
+    elements: Elements, supports: LoadedContactPointsByElementAndCarrier
 ) -> tuple[float, NDArray[np.int64], FloatArray]:
     """Return the base acceleration |a|/g at which a scene starts to rock, its groups rocking as one, and theirs.
 
@@ -79,7 +79,7 @@ def _uplift_acceleration_g_of_group(
 
 def _indices_of_elements_overturning_together(
     elements: Elements,
-    supports: SupportPointsByElementAndCarrier,
+    supports: LoadedContactPointsByElementAndCarrier,
     lowest_element_index: int,
     last_counted_element_index: int,
     pivot_x_and_z: tuple[float, float],

@@ -1,10 +1,10 @@
 """Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
 The array has the rows of the case (`SceneState`), then those of each element (`ElementState`) and pair (`PairState`).
-Functions for one case take and return these tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)`` and so on
-read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them. They
-use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor on the
-vector width of the processor.
+Functions for one case take and return these tuples; ``load_element_state(rows, j)``, ``store_pose(rows, j, pose)`` and
+so on read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them.
+They use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor
+on the vector width of the processor.
 """
 
 from collections.abc import Iterable
@@ -30,8 +30,8 @@ class PairIntermediateStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
     contact_segment: ContactSegment
-    assumed_slip_1: AssumedPlanarContactSlip
-    assumed_slip_2: AssumedPlanarContactSlip
+    assumed_slip_at_point_1: AssumedPlanarContactSlip
+    assumed_slip_at_point_2: AssumedPlanarContactSlip
     history_after_step: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
@@ -39,51 +39,73 @@ class PairIntermediateStepResults(NamedTuple):
 CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneState)
 ELEMENT_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ElementState)
 PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairIntermediateStepResults)
-CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = (
+CASE_ARRAY_LENGTH, ELEMENT_ARRAY_LENGTH, PAIR_ARRAY_LENGTH = (
     CASE_ROW_LAYOUT.array_length,
     ELEMENT_ROW_LAYOUT.array_length,
     PAIR_ROW_LAYOUT.array_length,
 )
 
-load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
-_, store_base, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.horizontal")
-_, store_up, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "base_acceleration.vertical")
-_, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "current_attempt")
-_, store_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "step_acceptance")
-_, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "contact_changes")
+load_scene_state, store_scene_state, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
+_, store_horizontal_base_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    SceneState, "base_acceleration.horizontal"
+)
+_, store_vertical_base_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    SceneState, "base_acceleration.vertical"
+)
+_, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "current_attempt")
+_, store_step_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "step_acceptance")
+_, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "contact_changes")
 zero_contact_changes = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
-load_element, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
-load_pose, store_pose, keep_pose = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
-_, store_velocity, keep_velocity = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
-_, store_trial, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted")
-load_change, store_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+load_element_state, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
+load_pose, store_pose, store_pose_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
+_, store_velocity, store_velocity_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
+_, store_predicted_motion, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted")
+load_velocity_change, store_velocity_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
     ElementState, "predicted.step_end_velocity_correction"
 )
-_, store_acceleration, keep_acceleration = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "acceleration")
-load_force, store_force, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "contact_force_sum")
-load_inertia, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "constants")
-_, store_totals, keep_totals = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "step_motion_and_peaks")
-_, store_travel, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "motion_since_contact_tests_paused")
-_, store_record, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "slip_and_fall")
-load_home, store_home, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "rest_position")
-load_pair, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
+_, store_acceleration, store_acceleration_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "acceleration"
+)
+load_contact_force_sum, store_contact_force_sum, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "contact_force_sum"
+)
+load_element_constants, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "constants")
+_, store_motion_and_peaks, store_motion_and_peaks_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "step_motion_with_work_and_peaks_so_far"
+)
+_, store_motion_since_contact_tests, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "motion_since_contact_tests_paused"
+)
+_, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "slip_and_fall")
+load_rest_position, store_rest_position, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "rest_position")
+load_pair_state, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
 _, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
 _, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
-_, store_bounds, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_vertex_ranges")
-_, store_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_law")
-load_nearest, store_nearest, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
-_, store_history, keep_history = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history")
-_, store_vertices, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.previous_vertex_positions")
-load_memory, store_memory, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.point_1")
-load_step, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
-_, store_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_contact_vertex_ranges, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_vertex_ranges")
+_, store_contact_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_law")
+load_nearest_faces, store_nearest_faces, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
+_, store_contact_history, store_contact_history_unless_rejected = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+    PairState, "history"
+)
+_, store_previous_vertex_positions, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+    PairState, "history.previous_vertex_positions"
+)
+load_point_1_history, store_point_1_history, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.point_1")
+load_step_results, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
+_, store_contact_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults,
     "contact_segment",
     ("cosine_of_angle_between_faces", "sine_of_angle_between_faces", "is_in_contact"),
 )
-_, store_predicted_one, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "assumed_slip_1")
-_, store_predicted_two, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "assumed_slip_2")
-_, store_corrected, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults, "history_after_step")
+_, store_assumed_slip_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+    PairIntermediateStepResults, "assumed_slip_at_point_1"
+)
+_, store_assumed_slip_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+    PairIntermediateStepResults, "assumed_slip_at_point_2"
+)
+_, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+    PairIntermediateStepResults, "history_after_step"
+)
 
 # Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
 _CASE_FIELD_PATHS = (
@@ -91,28 +113,47 @@ _CASE_FIELD_PATHS = (
     "interval_index_of_last_case_end_test slide_end.sample_or_zero_before_known current_attempt.length_in_ticks "
     "contact_changes.contact_or_nearest_faces_changed step_acceptance.is_rejected"
 )
-TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, SLIDE_END, LENGTH, CHANGED, AGAIN = (
-    CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split()
-)
+(
+    TICKS_SINCE_SAMPLE_START_ROW,
+    CURRENT_SAMPLE_ROW,
+    INITIAL_ENERGY_ROW,
+    SCENE_VARIANT_ROW,
+    LAST_END_TEST_ROW,
+    SLIDE_END_SAMPLE_ROW,
+    STEP_LENGTH_ROW,
+    CONTACT_CHANGED_ROW,
+    IS_REJECTED_ROW,
+) = (CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split())
 _ELEMENT_FIELD_PATHS = (
-    "constants.has_inertial_forces step_motion_and_peaks.abs_dx_plus_abs_dz_in_step "
-    "step_motion_and_peaks.abs_rotation_in_step "
-    "slip_and_fall.last_recoverable_time slip_and_fall.last_time_on_support slip_and_fall.fall_side"
+    "constants.has_inertial_forces step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step "
+    "step_motion_with_work_and_peaks_so_far.abs_rotation_in_step "
+    "slip_and_fall.last_time_able_to_return_upright slip_and_fall.last_time_on_support slip_and_fall.fall_side"
 )
-FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (
-    ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split()
-)
+(
+    HAS_INERTIAL_FORCES_ROW,
+    STEP_TRAVEL_ROW,
+    STEP_ROTATION_ROW,
+    LAST_TIME_ABLE_TO_RETURN_ROW,
+    LAST_TIME_ON_SUPPORT_ROW,
+    FALL_SIDE_ROW,
+) = (ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split())
 LAST_RECOVERABLE_TICK_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
-    ElementState, "step_motion_and_peaks.last_recoverable_tick_in_sample"
+    ElementState, "step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample"
 )
 _PAIR_FIELD_PATHS = (
     "nearest_faces.max_motion_keeping_nearest_faces nearest_faces.max_motion_without_contact "
     "nearest_faces.motion_since_face_search nearest_faces.max_motion_since_search_at_step_end "
     "signed_friction_coefficient_1 signed_friction_coefficient_2 history.absorbed_energy"
 )
-LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (
-    PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split()
-)
+(
+    MAX_MOTION_KEEPING_FACES_ROW,
+    MAX_MOTION_WITHOUT_CONTACT_ROW,
+    MOTION_SINCE_FACE_SEARCH_ROW,
+    MAX_MOTION_AT_STEP_END_ROW,
+    SIGNED_FRICTION_1_ROW,
+    SIGNED_FRICTION_2_ROW,
+    ABSORBED_ENERGY_ROW,
+) = (PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split())
 ROTATION_TO_MOTION_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
     PairState, "nearest_faces.rotation_to_motion_lever_arm"
 )
@@ -130,16 +171,18 @@ def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
     ]
 
 
-slice_element_rows: Final = create_window_slicer(ELEMENT_SIZE, CASE_SIZE)
+slice_element_rows: Final = create_window_slicer(ELEMENT_ARRAY_LENGTH, CASE_ARRAY_LENGTH)
 """``slice_element_rows(state, i)``: return the rows of element i."""
 
-_slice_pair_rows = create_window_slicer(PAIR_SIZE, CASE_SIZE, 1)
+_slice_pair_rows = create_window_slicer(PAIR_ARRAY_LENGTH, CASE_ARRAY_LENGTH, 1)
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
 def pair_and_element_rows(case_states: Any, scene_arrays: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
-    q = _slice_pair_rows(case_states, scene_arrays.element_fall_limits.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
+    q = _slice_pair_rows(
+        case_states, scene_arrays.element_fall_limits.shape[1] * ELEMENT_ARRAY_LENGTH + pair_index * PAIR_ARRAY_LENGTH
+    )
     return (
         q,
         slice_element_rows(case_states, scene_arrays.pair_element_and_piece_indices[pair_index, 0]),

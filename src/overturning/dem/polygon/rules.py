@@ -116,13 +116,20 @@ def allocate_workspace(kernel_input: Any) -> Any:
     elements, pairs, initial = (
         kernel_input.scene_arrays.element_fall_limits.shape[1],
         kernel_input.scene_arrays.pair_element_and_piece_indices.shape[0],
-        kernel_input.scene_arrays.initial_state_column_by_scene_variant,
+        kernel_input.scene_arrays.initial_state_by_scene_variant,
     )
     owner = cache_line_aligned_zeros(initial.shape[1] * rows.PARALLEL_CASE_COUNT)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
-        moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.PARALLEL_CASE_COUNT] != 0.0
-    submatrix_count = elements * elements + equations.PLACEHOLDER_SUBMATRIX_COUNT
+        moves[i] = (
+            initial[
+                0,
+                (rows.CASE_ARRAY_LENGTH + i * rows.ELEMENT_ARRAY_LENGTH + rows.HAS_INERTIAL_FORCES_ROW)
+                // rows.PARALLEL_CASE_COUNT,
+            ]
+            != 0.0
+        )
+    submatrix_count = elements * elements + equations.SPARE_SUBMATRIX_COUNT
     matrix = cache_line_aligned_zeros(submatrix_count * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
     return SceneWorkspace(
         view_without_reference_counts(owner),
@@ -147,9 +154,9 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
         view_without_reference_counts(scene_arrays.element_fall_limits),
         view_without_reference_counts(scene_arrays.termination_limits),
     )
-    initial = view_without_reference_counts(scene_arrays.initial_state_column_by_scene_variant)
+    initial = view_without_reference_counts(scene_arrays.initial_state_by_scene_variant)
     return SceneArrays(
-        initial_state_column_by_scene_variant=initial,
+        initial_state_by_scene_variant=initial,
         pair_element_and_piece_indices=layout, lowest_and_last_index_of_rocking_groups=parts, piece_vertex_counts=sizes,
         piece_face_tables=shapes, element_fall_limits=elements, termination_limits=limits, gravity=scene_arrays.gravity,
     )  # fmt: skip
@@ -165,23 +172,25 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
     )
     ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.sampling_interval
     resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
-    for row in range(scene.initial_state_column_by_scene_variant.shape[1]):
-        state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_column_by_scene_variant[v, row]
+    for row in range(scene.initial_state_by_scene_variant.shape[1]):
+        state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_by_scene_variant[v, row]
     write_initial_case_state(
         state, lane, given, float(v), interval, ticks, kernel_input.scheme_constants.velocity_lag_behind_pose_steps
     )
     for i in range(scene.element_fall_limits.shape[1]):
         e = rows.slice_element_rows(state, i)
-        e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first_simulated_sample * interval
+        e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane] = e[rows.LAST_TIME_ON_SUPPORT_ROW + lane] = (
+            given.first_simulated_sample * interval
+        )
     write_initial_pair_states(state, lane, given, scene, scene.piece_face_tables[v])
-    state[rows.ENERGY + lane] = scene_energy(state, lane, scene)
+    state[rows.INITIAL_ENERGY_ROW + lane] = scene_energy(state, lane, scene)
 
 
 def update_sample_and_load_motion(
     kernel_input: Any,
     workspace: Any,
     case_index_by_lane: Any,
-    active_lane_count: int,  # noqa: ARG001, all lanes are computed
+    computed_lane_count: int,  # noqa: ARG001, all lanes are computed
 ) -> None:
     """Load each case's base motion in its current sample, and rescale (cos θ, sin θ) of each element to length 1."""
     for i in range(workspace.moves_relative_to_base.size):
@@ -215,9 +224,9 @@ def load_base_motion_of_current_sample(
     """Load each case's base motion at its current sample; the vertical component may be None (no vertical motion)."""
     last = horizontal_base_acceleration_by_motion_row.shape[1] - 3
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_case(case_states, j)
+        case = rows.load_scene_state(case_states, j)
         i, factor = min(int(case.current_sample), last), case.amplitude_factor
-        rows.store_base(
+        rows.store_horizontal_base_acceleration(
             case_states,
             j,
             linear_base_acceleration_of_sample(
@@ -228,7 +237,7 @@ def load_base_motion_of_current_sample(
             ),
         )
         if upward_base_acceleration_or_none is not None:
-            rows.store_up(
+            rows.store_vertical_base_acceleration(
                 case_states,
                 j,
                 linear_base_acceleration_of_sample(upward_base_acceleration_or_none, i, factor, samples_per_tick),
@@ -238,7 +247,7 @@ def load_base_motion_of_current_sample(
 def attempt_steps_until_next_check(
     kernel_input: Any,
     workspace: Any,
-    active_lane_count: int,  # noqa: ARG001, all lanes are computed
+    computed_lane_count: int,  # noqa: ARG001, all lanes are computed
     first_case_trajectory_rows: Any,
     recorded_trajectory_row_count: int,
 ) -> tuple[Any, int]:
@@ -279,9 +288,9 @@ def attempt_steps_until_next_check(
         if first_case_trajectory_rows.shape[0] == 0:
             advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
-        tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
+        tick, share = state[rows.TICKS_SINCE_SAMPLE_START_ROW], state[rows.STEP_LENGTH_ROW] / ticks
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0:
+        if (tick == 0.0 or tick == ticks) and not state[rows.IS_REJECTED_ROW] > 0.0:
             record_base_and_element_motion_of_first_case(
                 state, elements, interval, ticks, first_case_trajectory_rows[recorded_trajectory_row_count]
             )
@@ -293,7 +302,7 @@ def attempt_steps_until_next_check(
                 early[0, column] = 0.0
             add_first_case_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
-        if with_forces and not state[rows.AGAIN] > 0.0:
+        if with_forces and not state[rows.IS_REJECTED_ROW] > 0.0:
             for column in range(early.shape[1]):
                 first_case_trajectory_rows[recorded_trajectory_row_count - 1, column] += early[0, column]
             add_first_case_contact_forces_to_trajectory(
@@ -304,14 +313,14 @@ def attempt_steps_until_next_check(
 
 
 def mark_possibly_ended_cases(
-    kernel_input: Any, workspace: Any, active_lane_count: int, end_test_is_due_by_lane_out: Any
+    kernel_input: Any, workspace: Any, computed_lane_count: int, end_test_is_due_by_lane_out: Any
 ) -> int:
     """Set `end_test_is_due_by_lane_out` to 1 for each case to be tested now for its end, else 0; count them."""
     stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.sampling_interval), 1), 0
-    for j in range(active_lane_count):
-        part = workspace.state[rows.SAMPLE + j] // stride
-        end_test_is_due_by_lane_out[j] = 1.0 if part != workspace.state[rows.LAST_CHECK + j] else 0.0
-        workspace.state[rows.LAST_CHECK + j] = part
+    for j in range(computed_lane_count):
+        part = workspace.state[rows.CURRENT_SAMPLE_ROW + j] // stride
+        end_test_is_due_by_lane_out[j] = 1.0 if part != workspace.state[rows.LAST_END_TEST_ROW + j] else 0.0
+        workspace.state[rows.LAST_END_TEST_ROW + j] = part
         count += int(end_test_is_due_by_lane_out[j])
     return count
 
@@ -320,7 +329,7 @@ def skip_quiet_samples_of_resting_cases(
     kernel_input: Any,
     workspace: Any,
     case_index_by_lane: Any,
-    active_lane_count: int,
+    computed_lane_count: int,
     skipped_sample_count_by_lane_out: Any,
 ) -> None:
     """Skip, for each case at rest, the samples whose base motion is too weak to move any element."""
@@ -331,8 +340,8 @@ def skip_quiet_samples_of_resting_cases(
         kernel_input.scene_arrays,
         kernel_input.scheme_constants.ticks_per_whole_step,
     )
-    for j in range(active_lane_count):
-        case = rows.load_case(state, j)
+    for j in range(computed_lane_count):
+        case = rows.load_scene_state(state, j)
         now = case.current_sample + case.base_acceleration.ticks_since_sample_start * (
             1.0 / kernel_input.settings.ticks_per_sample
         )
@@ -345,7 +354,7 @@ def skip_quiet_samples_of_resting_cases(
             samples = count_skippable_samples(
                 ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
             )
-            state[rows.SAMPLE + j] += samples
+            state[rows.CURRENT_SAMPLE_ROW + j] += samples
             skipped_sample_count_by_lane_out[j] += samples
 
 
@@ -361,7 +370,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     )
     kept = (
         status == CaseStatus.SIMULATED
-        and workspace.state[rows.SAMPLE + lane] < kernel_input.cases[case_index].earliest_end_sample
+        and workspace.state[rows.CURRENT_SAMPLE_ROW + lane] < kernel_input.cases[case_index].earliest_end_sample
     )
     return CASE_NOT_ENDED if kept else status
 

@@ -14,10 +14,10 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMP
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history_to_new_faces
 from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import ContactVertexRanges, NearestFaces, Pose
+from overturning.dem.polygon.state import NearestFaces, Pose, VertexContactLimitsAlongOppositeFace
 
 
-class OppositeFacePair(NamedTuple):
+class MostNearlyOppositeFaces(NamedTuple):
     """Most nearly opposite faces of elements a and b: face indices, gap, and scalar product of their normals."""
 
     gap: float
@@ -72,7 +72,7 @@ def most_opposite_face_of_b(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def opposite_face_pair(
     pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, face_number_counting_a_then_b: int
-) -> OppositeFacePair:
+) -> MostNearlyOppositeFaces:
     """Return a face of element a or b, chosen by number, and the most nearly opposite face of the other element.
 
     The number counts the faces of a, then those of b.
@@ -82,7 +82,7 @@ def opposite_face_pair(
         other, product, clear = most_opposite_face_of_b(
             pose_a, pose_b, face_table_of_a, face_table_of_b, face_number_counting_a_then_b
         )
-        return OppositeFacePair(
+        return MostNearlyOppositeFaces(
             separation_of_b_from_face_of_a(
                 pose_a, pose_b, face_table_of_a, face_table_of_b, face_number_counting_a_then_b
             ),
@@ -92,7 +92,7 @@ def opposite_face_pair(
             clear,
         )
     other, product, clear = most_opposite_face_of_b(pose_b, pose_a, face_table_of_b, face_table_of_a, of_b)
-    return OppositeFacePair(
+    return MostNearlyOppositeFaces(
         separation_of_b_from_face_of_a(pose_b, pose_a, face_table_of_b, face_table_of_a, of_b),
         other,
         of_b,
@@ -104,9 +104,9 @@ def opposite_face_pair(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, previous_faces: NearestFaces
-) -> OppositeFacePair:
+) -> MostNearlyOppositeFaces:
     """Return the faces of a and b that face each other: those with the largest separation, then most opposite ones."""
-    best = OppositeFacePair(
+    best = MostNearlyOppositeFaces(
         -np.inf, int(previous_faces.face_index_of_a), int(previous_faces.face_index_of_b), np.inf, 0.0
     )
     for k in range(face_table_of_a.shape[0] + face_table_of_b.shape[0]):
@@ -136,7 +136,7 @@ def largest_motion_keeping_nearest_faces(
     pose_b: Pose,
     face_table_of_a: Any,
     face_table_of_b: Any,
-    nearest_face_pair: OppositeFacePair,
+    nearest_face_pair: MostNearlyOppositeFaces,
     rotation_to_motion_lever_arm: float,
 ) -> float:
     """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
@@ -174,9 +174,9 @@ def update_nearest_faces_and_contact_history(
     of the other element. A pair whose faces have not been searched yet (a case at rest) keeps its contact history.
     """
     old, first, second = (
-        rows.load_nearest(pair_state_rows, lane),
-        rows.load_element(element_a_state_rows, lane),
-        rows.load_element(element_b_state_rows, lane),
+        rows.load_nearest_faces(pair_state_rows, lane),
+        rows.load_element_state(element_a_state_rows, lane),
+        rows.load_element_state(element_b_state_rows, lane),
     )
     on, by = first.pose, second.pose
     best = find_nearest_faces(on, by, face_table_of_a, face_table_of_b, old)
@@ -187,9 +187,10 @@ def update_nearest_faces_and_contact_history(
     limit = largest_motion_keeping_nearest_faces(on, by, face_table_of_a, face_table_of_b, best, lever)
     # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
     moved, turned = (
-        first.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step
-        + second.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step,
-        first.step_motion_and_peaks.abs_rotation_in_step + second.step_motion_and_peaks.abs_rotation_in_step,
+        first.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step
+        + second.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
+        first.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step
+        + second.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
     )
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
@@ -197,7 +198,7 @@ def update_nearest_faces_and_contact_history(
         (first.predicted.abs_dx_plus_abs_dz_in_step + second.predicted.abs_dx_plus_abs_dz_in_step)
         + lever * (first.predicted.abs_rotation_in_step + second.predicted.abs_rotation_in_step)
     )
-    rows.store_nearest(
+    rows.store_nearest_faces(
         pair_state_rows,
         lane,
         NearestFaces(best.face_index_of_a, best.face_index_of_b, lever, max(limit, reach), reach, 0.0, ahead),
@@ -208,17 +209,17 @@ def update_nearest_faces_and_contact_history(
     if changed:
         rows.store_face_a(pair_state_rows, lane, polygon_face(face_table_of_a, best.face_index_of_a))
         rows.store_face_b(pair_state_rows, lane, polygon_face(face_table_of_b, best.face_index_of_b))
-        rows.store_bounds(
+        rows.store_contact_vertex_ranges(
             pair_state_rows,
             lane,
             contact_vertex_ranges(face_table_of_a, best.face_index_of_a, face_table_of_b, best.face_index_of_b),
         )
     if changed or old.max_motion_without_contact > 0.0 or clear > 0.0:
-        rows.store_vertices(
+        rows.store_previous_vertex_positions(
             pair_state_rows,
             lane,
             earlier_vertex_positions(
-                rows.load_pair(pair_state_rows, lane), first, second, time_since_previous_positions
+                rows.load_pair_state(pair_state_rows, lane), first, second, time_since_previous_positions
             ),
         )
     if changed and old.face_index_of_a >= 0.0:
@@ -245,9 +246,9 @@ def nearest_faces_will_change(
 ) -> bool:
     """True if the predicted motion in a step changes which faces of two elements are nearest to each other."""
     pair, on, by = (
-        rows.load_pair(pair_state_rows, lane),
-        rows.load_element(element_a_state_rows, lane).predicted.pose,
-        rows.load_element(element_b_state_rows, lane).predicted.pose,
+        rows.load_pair_state(pair_state_rows, lane),
+        rows.load_element_state(element_a_state_rows, lane).predicted.pose,
+        rows.load_element_state(element_b_state_rows, lane).predicted.pose,
     )
     old = pair.nearest_faces
     if (
@@ -262,11 +263,11 @@ def nearest_faces_will_change(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_ranges(
     face_table_of_a: Any, face_index_of_a: int, face_table_of_b: Any, face_index_of_b: int
-) -> ContactVertexRanges:
+) -> VertexContactLimitsAlongOppositeFace:
     """Return the ranges (m) along two opposite faces in which a vertex of one face can touch the other face."""
     on_a, on_b = polygon_face(face_table_of_a, face_index_of_a), polygon_face(face_table_of_b, face_index_of_b)
     a_to_b, b_to_a = face_table_of_b[face_index_of_b, 11] > 0.0, face_table_of_a[face_index_of_a, 11] > 0.0
-    return ContactVertexRanges(
+    return VertexContactLimitsAlongOppositeFace(
         on_b.start_along_tangent if a_to_b and face_table_of_a[face_index_of_a, 9] > 0.0 else np.inf,
         -on_a.end_along_tangent if b_to_a and face_table_of_b[face_index_of_b, 10] > 0.0 else np.inf,
         on_b.end_along_tangent if a_to_b and face_table_of_a[face_index_of_a, 10] > 0.0 else -np.inf,
@@ -287,11 +288,16 @@ def add_step_motion_and_count_near_and_due_cases(
     near, due = 0, 0
     for j in range(rows.PARALLEL_CASE_COUNT):
         old, on, by = (
-            rows.load_nearest(pair_state_rows, j),
-            rows.load_element(element_a_state_rows, j),
-            rows.load_element(element_b_state_rows, j),
+            rows.load_nearest_faces(pair_state_rows, j),
+            rows.load_element_state(element_a_state_rows, j),
+            rows.load_element_state(element_b_state_rows, j),
         )
-        first, second, one, two = on.step_motion_and_peaks, by.step_motion_and_peaks, on.predicted, by.predicted
+        first, second, one, two = (
+            on.step_motion_with_work_and_peaks_so_far,
+            by.step_motion_with_work_and_peaks_so_far,
+            on.predicted,
+            by.predicted,
+        )
         used = (
             old.motion_since_face_search + (first.abs_dx_plus_abs_dz_in_step + second.abs_dx_plus_abs_dz_in_step)
         ) + old.rotation_to_motion_lever_arm * (first.abs_rotation_in_step + second.abs_rotation_in_step)
@@ -299,8 +305,8 @@ def add_step_motion_and_count_near_and_due_cases(
             (one.abs_dx_plus_abs_dz_in_step + two.abs_dx_plus_abs_dz_in_step)
             + old.rotation_to_motion_lever_arm * (one.abs_rotation_in_step + two.abs_rotation_in_step)
         )
-        pair_state_rows[rows.USED + j] = used
-        pair_state_rows[rows.AHEAD + j] = ahead
+        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = used
+        pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j] = ahead
         near += 1 if ahead >= old.max_motion_without_contact else 0
         due += 1 if ahead >= old.max_motion_keeping_nearest_faces else 0
     return near, due
@@ -312,14 +318,14 @@ def update_nearest_faces_and_check_possible_contact(
     pair_state_rows: Any,
     element_a_state_rows: Any,
     element_b_state_rows: Any,
-    piece_index_of_a: int,
-    piece_index_of_b: int,
+    scene_piece_index_of_a: int,
+    scene_piece_index_of_b: int,
     vertex_count_by_piece: Any,
     face_table_by_variant_and_piece: Any,
 ) -> bool:
     """Update two elements' nearest faces where they may have changed; True if the elements could touch in any case.
 
-    The convex pieces of both elements have the indices `piece_index_of_a` and `piece_index_of_b` among all pieces.
+    `scene_piece_index_of_a` and `scene_piece_index_of_b` are the indices of their convex pieces among all pieces.
     """
     near, due = add_step_motion_and_count_near_and_due_cases(
         pair_state_rows, element_a_state_rows, element_b_state_rows
@@ -327,14 +333,21 @@ def update_nearest_faces_and_check_possible_contact(
     if due > 0:
         near = 0
         for j in range(rows.PARALLEL_CASE_COUNT):
-            if pair_state_rows[rows.AHEAD + j] >= pair_state_rows[rows.LIMIT + j]:
+            if (
+                pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j]
+                >= pair_state_rows[rows.MAX_MOTION_KEEPING_FACES_ROW + j]
+            ):
                 v, dt = (
-                    int(case_states[rows.VARIANT + j]),
-                    2.0 * rows.load_case(case_states, j).velocity_lag_behind_pose,
+                    int(case_states[rows.SCENE_VARIANT_ROW + j]),
+                    2.0 * rows.load_scene_state(case_states, j).velocity_lag_behind_pose,
                 )
                 shape_a, shape_b = (
-                    face_table_by_variant_and_piece[v, piece_index_of_a, : vertex_count_by_piece[piece_index_of_a]],
-                    face_table_by_variant_and_piece[v, piece_index_of_b, : vertex_count_by_piece[piece_index_of_b]],
+                    face_table_by_variant_and_piece[
+                        v, scene_piece_index_of_a, : vertex_count_by_piece[scene_piece_index_of_a]
+                    ],
+                    face_table_by_variant_and_piece[
+                        v, scene_piece_index_of_b, : vertex_count_by_piece[scene_piece_index_of_b]
+                    ],
                 )
                 update_nearest_faces_and_contact_history(
                     pair_state_rows, element_a_state_rows, element_b_state_rows, j, dt, shape_a, shape_b
@@ -342,6 +355,11 @@ def update_nearest_faces_and_check_possible_contact(
                 if dt == 0.0 and nearest_faces_will_change(
                     pair_state_rows, element_a_state_rows, element_b_state_rows, j, shape_a, shape_b
                 ):
-                    case_states[rows.CHANGED + j] = 1.0
-            near += 1 if pair_state_rows[rows.AHEAD + j] >= pair_state_rows[rows.REACH + j] else 0
+                    case_states[rows.CONTACT_CHANGED_ROW + j] = 1.0
+            near += (
+                1
+                if pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j]
+                >= pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + j]
+                else 0
+            )
     return near > 0

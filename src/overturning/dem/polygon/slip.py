@@ -27,11 +27,11 @@ def shift_rest_pose_with_held_support(element_state_rows: Any, support_state_row
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
             rows.load_pose(support_state_rows, j),
-            rows.load_home(support_state_rows, j),
-            rows.load_home(element_state_rows, j),
+            rows.load_rest_position(support_state_rows, j),
+            rows.load_rest_position(element_state_rows, j),
         )
         x, z = pose.x - at.centre_x, pose.z - at.centre_z
-        rows.store_home(element_state_rows, j, ElementRestPose(
+        rows.store_rest_position(element_state_rows, j, ElementRestPose(
             home.base_point_x_in_element_axes, home.base_point_z_in_element_axes,
             home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
             home.centre_x + x, home.centre_z + z, home.fallen_below_centre_z + z,
@@ -49,13 +49,13 @@ def store_slip_and_last_recoverable_time(
     """Store an element's slip on its support, and the last time at which it could come back from its rotation."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, support, sample = (
-            rows.load_element(element_state_rows, j), rows.load_pose(support_state_rows, j),
-            rows.load_case(scene_state_rows, j).current_sample,
+            rows.load_element_state(element_state_rows, j), rows.load_pose(support_state_rows, j),
+            rows.load_scene_state(scene_state_rows, j).current_sample,
         )  # fmt: skip
         old, home, passed = (
             item.slip_and_fall,
             item.rest_position,
-            item.step_motion_and_peaks.last_recoverable_tick_in_sample,
+            item.step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample,
         )
         x, z = element_point_in_scene_axes(
             item.pose, home.base_point_x_in_element_axes, home.base_point_z_in_element_axes
@@ -65,8 +65,10 @@ def store_slip_and_last_recoverable_time(
         )
         slip = support.cos * (x - ox) - support.sin * (z - oz)
         stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fallen_below_centre_z)
-        upright = select(stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_recoverable_time)
-        rows.store_record(
+        upright = select(
+            stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_time_able_to_return_upright
+        )
+        rows.store_slip_and_fall_state(
             element_state_rows,
             j,
             ElementSlipAndFallState(
@@ -91,16 +93,20 @@ def store_last_time_on_support_of_upper_element(
 ) -> None:
     """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        pair, case = rows.load_pair(pair_state_rows, j), rows.load_case(scene_state_rows, j)
+        pair, case = rows.load_pair_state(pair_state_rows, j), rows.load_scene_state(scene_state_rows, j)
         touches = count_closed_contact_points(pair) > 0
         now = (
             case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
         ) * sampling_interval
-        element_a_state_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.is_a_on_b_minus_is_b_on_a > 0.0), now, element_a_state_rows[rows.CARRIED_UNTIL + j]
+        element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j] = select(
+            touches & (pair.is_a_on_b_minus_is_b_on_a > 0.0),
+            now,
+            element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j],
         )
-        element_b_state_rows[rows.CARRIED_UNTIL + j] = select(
-            touches & (pair.is_a_on_b_minus_is_b_on_a < 0.0), now, element_b_state_rows[rows.CARRIED_UNTIL + j]
+        element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j] = select(
+            touches & (pair.is_a_on_b_minus_is_b_on_a < 0.0),
+            now,
+            element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j],
         )
 
 
@@ -131,6 +137,8 @@ def update_element_records_and_sample_clock(
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         store_last_time_on_support_of_upper_element(q, a, b, case_states, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.PARALLEL_CASE_COUNT):
-        sample, tick = case_states[rows.SAMPLE + j], case_states[rows.TICK + j]
-        case_states[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample
-        case_states[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
+        sample, tick = case_states[rows.CURRENT_SAMPLE_ROW + j], case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j]
+        case_states[rows.CURRENT_SAMPLE_ROW + j] = sample + 1.0 if tick >= ticks_per_sample else sample
+        case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = (
+            tick - ticks_per_sample if tick >= ticks_per_sample else tick
+        )

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import SlideEndSample
+from overturning.dem.kernel.ending import SlidingCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
@@ -44,7 +44,7 @@ def write_initial_case_state(
         case_parameter_row.steps_before_doubling_after_contact_change,
         case_parameter_row.long_steps_before_doubling,
     )
-    rows.store_case(
+    rows.store_scene_state(
         case_states,
         lane,
         SceneState(
@@ -64,7 +64,7 @@ def write_initial_case_state(
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,
             interval_index_of_last_case_end_test=last_check,
-            slide_end=SlideEndSample(0.0),
+            slide_end=SlidingCaseEnd(0.0),
         ),
     )
 
@@ -74,13 +74,13 @@ def write_initial_pair_states(
     case_states: Any, lane: int, case_parameter_row: Any, scene_arrays: Any, face_table_by_piece: Any
 ) -> None:
     """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
-    lag = rows.load_case(case_states, lane).velocity_lag_behind_pose
+    lag = rows.load_scene_state(case_states, lane).velocity_lag_behind_pose
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         m, n, pair = (
             scene_arrays.pair_element_and_piece_indices[p, 2],
             scene_arrays.pair_element_and_piece_indices[p, 3],
-            rows.load_pair(q, lane),
+            rows.load_pair_state(q, lane),
         )
         law, settled = pair.contact_law, pair.nearest_faces.max_motion_keeping_nearest_faces == np.inf
         friction = (
@@ -89,7 +89,7 @@ def write_initial_pair_states(
             else case_parameter_row.friction_coefficient_if_law_has_none
         )
         dashpot = law.dashpot_coefficient * case_parameter_row.dashpot_factor
-        rows.store_law(q, lane, ContactPointLaw(
+        rows.store_contact_law(q, lane, ContactPointLaw(
             law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
             law.flat_landing_duration * dashpot / law.normal_stiffness
         ))  # fmt: skip
@@ -103,6 +103,6 @@ def write_initial_pair_states(
             face_table_by_piece[n, : scene_arrays.piece_vertex_counts[n]],
         )
         if settled:
-            q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0
+            q[rows.MAX_MOTION_KEEPING_FACES_ROW + lane], q[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + lane] = np.inf, -1.0
         set_pair_forces_at_rest(q, lane)
-        q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
+        q[rows.ABSORBED_ENERGY_ROW + lane] = pair_spring_energy(rows.load_pair_state(q, lane))

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import SlideEndSample
+from overturning.dem.kernel.ending import SlidingCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
@@ -74,7 +74,7 @@ class SceneState(NamedTuple):
     """Index of the variant of the scene (one size and damping)."""
     interval_index_of_last_case_end_test: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
-    slide_end: SlideEndSample
+    slide_end: SlidingCaseEnd
 
 
 class Pose(NamedTuple):
@@ -134,7 +134,7 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Largest rotation to +x, rad."""
     last_recoverable_tick_in_sample: float
     """Last tick of this sample at which the element could come back, −1 if none."""
-    power_against_inertial_and_holding_forces: float
+    power_against_inertial_or_holding_forces: float
     """Power of the element against inertial and holding forces at the end of the last step, W (centred scheme)."""
 
 
@@ -150,7 +150,7 @@ class ElementMotionSinceContactTestsPaused(NamedTuple):
 class ElementSlipAndFallState(NamedTuple):
     """Slip of an element, last times upright and on its support, and fall side; updated at least once per sample."""
 
-    last_recoverable_time: float
+    last_time_able_to_return_upright: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
     last_time_on_support: float
     """Last time at which the element touched the element that carried it at rest, s."""
@@ -206,7 +206,7 @@ class ElementState(NamedTuple):
     acceleration: PlanarMotionOrForce
     contact_force_sum: PlanarMotionOrForce
     constants: ElementConstants
-    step_motion_and_peaks: ElementStepMotionWorkAndPeaks
+    step_motion_with_work_and_peaks_so_far: ElementStepMotionWorkAndPeaks
     motion_since_contact_tests_paused: ElementMotionSinceContactTestsPaused
     slip_and_fall: ElementSlipAndFallState
     rest_position: ElementRestPose
@@ -244,19 +244,19 @@ class ContactPointLaw(NamedTuple):
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
-class ContactVertexRanges(NamedTuple):
+class VertexContactLimitsAlongOppositeFace(NamedTuple):
     """Limits (m) along the other face within which a face's vertex can be in contact; ±infinity if it never can.
 
     Vertices on the cut between two convex pieces of an element are no contact points.
     """
 
-    first_vertex_of_a_min_along_face_b: float
+    min_contact_coordinate_of_first_vertex_of_a: float
     """Smallest place of a's first vertex, for contact point 1."""
-    second_vertex_of_b_min_along_face_a: float
+    min_contact_coordinate_of_second_vertex_of_b: float
     """Smallest place of b's second vertex, for contact point 1."""
-    second_vertex_of_a_max_along_face_b: float
+    max_contact_coordinate_of_second_vertex_of_a: float
     """Largest place of a's second vertex, for contact point 2."""
-    first_vertex_of_b_max_along_face_a: float
+    max_contact_coordinate_of_first_vertex_of_b: float
     """Largest place of b's first vertex, for contact point 2."""
 
 
@@ -288,13 +288,13 @@ class VertexPositionAtFace(NamedTuple):
     """Place along the other face, m; b's vertices are measured in the opposite direction."""
 
 
-class FaceVertexPositions(NamedTuple):
+class VertexPositionsAtOtherFace(NamedTuple):
     """Positions of the four end vertices of two elements' nearest faces, each relative to the other face."""
 
-    first_vertex_of_a: VertexPositionAtFace
-    second_vertex_of_a: VertexPositionAtFace
-    first_vertex_of_b: VertexPositionAtFace
-    second_vertex_of_b: VertexPositionAtFace
+    first_vertex_of_face_a: VertexPositionAtFace
+    second_vertex_of_face_a: VertexPositionAtFace
+    first_vertex_of_face_b: VertexPositionAtFace
+    second_vertex_of_face_b: VertexPositionAtFace
 
 
 class PlanarContactPointHistory(NamedTuple):
@@ -319,7 +319,7 @@ OPEN, VERTEX_OF_A, VERTEX_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
 class PairHistory(NamedTuple):
     """Contact state of two elements after the last step: vertex positions, both contact points, absorbed energy."""
 
-    previous_vertex_positions: FaceVertexPositions
+    previous_vertex_positions: VertexPositionsAtOtherFace
     """Positions of the vertices at the last step."""
     point_1: PlanarContactPointHistory
     """History of contact point 1."""
@@ -336,7 +336,7 @@ class PairState(NamedTuple):
 
     nearest_face_of_a: ElementFace
     nearest_face_of_b: ElementFace
-    contact_vertex_ranges: ContactVertexRanges
+    contact_vertex_ranges: VertexContactLimitsAlongOppositeFace
     contact_law: ContactPointLaw
     nearest_faces: NearestFaces
     history: PairHistory

@@ -46,7 +46,7 @@ class ContactPointDisplacementDerivatives(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PairContactLaws:
+class ContactConstantsByPair:
     """Contact constants for each pair of elements that can touch, arrays of shape (pairs,)."""
 
     normal_stiffness: FloatArray  # K_n, N/m
@@ -54,7 +54,7 @@ class PairContactLaws:
     dashpot_coefficient: FloatArray  # h, N·s/m, in both directions
     friction_coefficient: FloatArray  # µ; −1 if the pair takes the friction of the case
     carried_weight_at_rest: FloatArray  # weight at rest, N
-    stiffness_design_weight: (
+    weight_for_contact_stiffness: (
         FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
     )
 
@@ -222,7 +222,7 @@ def compute_pair_contact_laws(
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
     point_derivatives: list[ContactPointDisplacementDerivatives],
-) -> PairContactLaws:
+) -> ContactConstantsByPair:
     """Return springs, dashpots and friction of all contacts; stiffness "auto" follows from the load at rest.
 
     A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n), which must be the
@@ -272,14 +272,14 @@ def compute_pair_contact_laws(
             ratio = DEFAULT_CONTACT_DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
-    return PairContactLaws(normal, tangential, dashpot, friction, carried, weights)
+    return ContactConstantsByPair(normal, tangential, dashpot, friction, carried, weights)
 
 
 def largest_spring_and_dashpot_eigenvalues(
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],
     point_derivatives: list[ContactPointDisplacementDerivatives],
-    pair_laws: PairContactLaws,
+    pair_laws: ContactConstantsByPair,
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
@@ -306,7 +306,7 @@ def largest_spring_and_dashpot_eigenvalues(
 def lowest_omega_squared_on_springs(
     elements: list[PlacedElement],
     point_derivatives: list[ContactPointDisplacementDerivatives],
-    pair_laws: PairContactLaws,
+    pair_laws: ContactConstantsByPair,
 ) -> float:
     """Return the lowest eigenvalue ω² of a scene on its contact springs, 1/s²; 0 if an element moves freely."""
     root = _inverse_root_masses_and_inertias(elements)

@@ -27,7 +27,7 @@ from overturning.dem.polygon.mechanics import (
     element_acceleration_relative_to_base,
     extrapolate_pose,
     extrapolate_velocity,
-    power_against_inertial_and_holding_forces,
+    power_against_inertial_or_holding_forces,
 )
 from overturning.dem.polygon.search import update_nearest_faces_and_check_possible_contact
 from overturning.dem.polygon.state import (
@@ -90,7 +90,7 @@ def predict_element_motion(
 ) -> None:
     """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
+        item, case = rows.load_element_state(element_state_rows, j), rows.load_scene_state(scene_state_rows, j)
         dt, a = case.tick_duration * case.current_attempt.length_in_ticks, item.acceleration
         half = 0.5 * dt
         ground, lift = base_acceleration_acting_on_element_at_step_end(
@@ -101,14 +101,14 @@ def predict_element_motion(
         fall = gravity * item.constants.is_subject_to_gravity + lift
         change = PlanarMotionOrForce(half * (-ground - a.x), half * (-fall - a.z), half * -a.angular)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.angular)
-        rows.store_trial(
+        rows.store_predicted_motion(
             element_state_rows,
             j,
             PredictedElement(
                 extrapolate_pose(item.pose, v, dt), v, extrapolate_velocity(v, a, half), far, turn, change
             ),
         )
-        rows.store_force(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
+        rows.store_contact_force_sum(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -121,11 +121,11 @@ def store_element_motion_of_accepted_step(
 ) -> None:
     """Store the corrected state of an element at the end of the step, in cases whose step is accepted."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item, case = rows.load_element(element_state_rows, j), rows.load_case(scene_state_rows, j)
+        item, case = rows.load_element_state(element_state_rows, j), rows.load_scene_state(scene_state_rows, j)
         dt, trial, old, again = (
             case.tick_duration * case.current_attempt.length_in_ticks,
             item.predicted,
-            item.step_motion_and_peaks,
+            item.step_motion_with_work_and_peaks_so_far,
             case.step_acceptance.is_rejected > 0.0,
         )
         half, tick, d, p = (
@@ -141,32 +141,30 @@ def store_element_motion_of_accepted_step(
         v = extrapolate_velocity(trial.velocity_at_half_step, a, half)
         turn = half * d.angular
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
-        rate, on = power_against_inertial_and_holding_forces(item, ground, lift, v), pose.angle
+        rate, on = power_against_inertial_or_holding_forces(item, ground, lift, v), pose.angle
         last = (
             tick
             if (on < item.constants.max_recoverable_rotation_to_plus_x)
             & (-on < item.constants.max_recoverable_rotation_to_minus_x)
             else old.last_recoverable_tick_in_sample
         )
-        work = old.work_by_base_and_holding_forces_so_far - half * (
-            old.power_against_inertial_and_holding_forces + rate
-        )
+        work = old.work_by_base_and_holding_forces_so_far - half * (old.power_against_inertial_or_holding_forces + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         totals = ElementStepMotionWorkAndPeaks(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
-        rows.keep_pose(element_state_rows, j, again, pose)
-        rows.keep_velocity(element_state_rows, j, again, v)
-        rows.keep_acceleration(element_state_rows, j, again, a)
-        rows.keep_totals(element_state_rows, j, again, totals)
-        element_state_rows[rows.MOVED + j] = select(again, 0.0, far)
-        element_state_rows[rows.TURNED + j] = select(again, 0.0, totals.abs_rotation_in_step)
+        rows.store_pose_unless_rejected(element_state_rows, j, again, pose)
+        rows.store_velocity_unless_rejected(element_state_rows, j, again, v)
+        rows.store_acceleration_unless_rejected(element_state_rows, j, again, a)
+        rows.store_motion_and_peaks_unless_rejected(element_state_rows, j, again, totals)
+        element_state_rows[rows.STEP_TRAVEL_ROW + j] = select(again, 0.0, far)
+        element_state_rows[rows.STEP_ROTATION_ROW + j] = select(again, 0.0, totals.abs_rotation_in_step)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_step_contact_changes(scene_state_rows: Any) -> None:
     """Reset the contact changes of the attempted step to "no change", for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        rows.store_findings(scene_state_rows, j, rows.zero_contact_changes())
+        rows.store_contact_changes(scene_state_rows, j, rows.zero_contact_changes())
 
 
 @njit(**INLINE_OPTIONS)
@@ -194,7 +192,7 @@ def contact_changes_in_scene_step(scene_state: SceneState) -> StepContactChanges
 def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_case(scene_state_rows, j)
+        case = rows.load_scene_state(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
         again, sooner, then = decide_rejection_and_next_step(
             SCENE_STEP_CONTROL,
@@ -204,19 +202,21 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
             tick,
             ticks_per_sample,
         )
-        rows.store_decision(scene_state_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
+        rows.store_step_decision(
+            scene_state_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then)
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def advance_accepted_steps_and_set_next_attempts(scene_state_rows: Any) -> None:
     """Advance the time of each case whose step is accepted; set the next attempted step of all cases."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_case(scene_state_rows, j)
+        case = rows.load_scene_state(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start
-        scene_state_rows[rows.TICK + j] = (
+        scene_state_rows[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = (
             tick if case.step_acceptance.is_rejected > 0.0 else tick + case.current_attempt.length_in_ticks
         )
-        rows.store_attempt(scene_state_rows, j, case.step_acceptance.next_attempt)
+        rows.store_next_step_to_attempt(scene_state_rows, j, case.step_acceptance.next_attempt)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

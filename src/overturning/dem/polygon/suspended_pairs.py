@@ -36,7 +36,7 @@ class ActivePairs(NamedTuple):
     """Sum of motions (m) at which each pair is tested again, or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""
     active_pair_count: Any
     """Number of active pairs, shape (1,)."""
-    summed_motion_next_resume_and_lever_arm: Any
+    summed_motion_next_test_motion_and_lever_arm: Any
     """Largest sum of motions of two elements so far (m), sum at which the next pair is tested again (m), and longest
     lever arm of a pair not tested now (m), shape (3,)."""
     largest_last_and_predicted_step_motions: Any
@@ -44,14 +44,14 @@ class ActivePairs(NamedTuple):
     four rows with a column per case, shape (4 columns,)."""
 
 
-TRAVEL, NEXT, LEVER = 0, 1, 2
+LARGEST_MOTION_SUM_INDEX, NEXT_RESUME_SUM_INDEX, LONGEST_LEVER_ARM_INDEX = 0, 1, 2
 
 
 @njit(**ALLOCATING_INLINE_OPTIONS)
 def create_active_pairs(pair_count: int) -> Any:
     """Return the `ActivePairs` of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
-    travel[NEXT] = np.inf
+    travel[NEXT_RESUME_SUM_INDEX] = np.inf
     number = np.zeros(1, np.int64)
     number[0] = pair_count
     return ActivePairs(
@@ -68,13 +68,14 @@ def create_active_pairs(pair_count: int) -> Any:
 def update_largest_motions_with_element(element_state_rows: Any, largest_last_and_predicted_step_motions: Any) -> None:
     """Raise `largest_last_and_predicted_step_motions`, for each case, to the motion of an element if that is larger."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item = rows.load_element(element_state_rows, j)
+        item = rows.load_element_state(element_state_rows, j)
         largest_last_and_predicted_step_motions[j] = updated_maximum(
-            largest_last_and_predicted_step_motions[j], item.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step
+            largest_last_and_predicted_step_motions[j],
+            item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
         )
         largest_last_and_predicted_step_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
             largest_last_and_predicted_step_motions[rows.PARALLEL_CASE_COUNT + j],
-            item.step_motion_and_peaks.abs_rotation_in_step,
+            item.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
         )
         largest_last_and_predicted_step_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
             largest_last_and_predicted_step_motions[2 * rows.PARALLEL_CASE_COUNT + j],
@@ -90,15 +91,15 @@ def update_largest_motions_with_element(element_state_rows: Any, largest_last_an
 def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
     """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        item = rows.load_element(element_state_rows, j)
-        rows.store_travel(
+        item = rows.load_element_state(element_state_rows, j)
+        rows.store_motion_since_contact_tests(
             element_state_rows,
             j,
             ElementMotionSinceContactTestsPaused(
                 item.motion_since_contact_tests_paused.abs_dx_plus_abs_dz_sum
-                + item.step_motion_and_peaks.abs_dx_plus_abs_dz_in_step,
+                + item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
                 item.motion_since_contact_tests_paused.abs_rotation_sum
-                + item.step_motion_and_peaks.abs_rotation_in_step,
+                + item.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
             ),
         )
 
@@ -108,10 +109,10 @@ def summed_motion_of_pair(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
-    lever = rows.load_nearest(pair_state_rows, lane).rotation_to_motion_lever_arm
+    lever = rows.load_nearest_faces(pair_state_rows, lane).rotation_to_motion_lever_arm
     a, b = (
-        rows.load_element(element_a_state_rows, lane).motion_since_contact_tests_paused,
-        rows.load_element(element_b_state_rows, lane).motion_since_contact_tests_paused,
+        rows.load_element_state(element_a_state_rows, lane).motion_since_contact_tests_paused,
+        rows.load_element_state(element_b_state_rows, lane).motion_since_contact_tests_paused,
     )
     return (a.abs_dx_plus_abs_dz_sum + b.abs_dx_plus_abs_dz_sum) + lever * (a.abs_rotation_sum + b.abs_rotation_sum)
 
@@ -123,7 +124,9 @@ def subtract_element_motions_from_pair_motion(
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = summed_motion_of_pair(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
-        pair_state_rows[rows.USED + j] = pair_state_rows[rows.USED + j] - motion
+        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = (
+            pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] - motion
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -133,7 +136,9 @@ def add_element_motions_to_pair_motion(
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = summed_motion_of_pair(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
-        pair_state_rows[rows.USED + j] = pair_state_rows[rows.USED + j] + motion
+        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = (
+            pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] + motion
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -144,7 +149,10 @@ def motion_to_contact_and_lever_arm(pair_state_rows: Any) -> tuple[float, float]
     """
     slack, lever = np.inf, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):
-        reach, ahead = pair_state_rows[rows.REACH + j], pair_state_rows[rows.AHEAD + j]
+        reach, ahead = (
+            pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + j],
+            pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j],
+        )
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
             return 0.0, 0.0
@@ -178,12 +186,12 @@ def resume_contact_tests_after_motion(
             following = min(following, at)
     (
         active_pairs_and_resume_motions.active_pair_count[0],
-        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT],
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX],
     ) = count, following
     if count == active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size:
-        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[
-            TRAVEL
-        ] = active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER] = 0.0
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[
+            LARGEST_MOTION_SUM_INDEX
+        ] = active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -198,7 +206,7 @@ def sum_motions_and_resume_contact_tests(
         return
     largest, lever = (
         active_pairs_and_resume_motions.largest_last_and_predicted_step_motions,
-        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER],
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX],
     )
     for k in range(largest.size):
         largest[k] = 0.0
@@ -211,9 +219,12 @@ def sum_motions_and_resume_contact_tests(
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
     # `search.add_step_motion_and_count_near_and_due_cases`.
-    active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] += 2.0 * last
-    travel = active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] + 4.0 * ahead
-    if not travel < active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT]:
+    active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX] += 2.0 * last
+    travel = (
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
+        + 4.0 * ahead
+    )
+    if not travel < active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX]:
         resume_contact_tests_after_motion(case_states, scene_arrays, active_pairs_and_resume_motions, travel)
     for i in range(element_count):
         add_last_step_to_summed_motion(rows.slice_element_rows(case_states, i))
@@ -233,13 +244,14 @@ def keep_contact_tests_unless_distant(
         return True
     subtract_element_motions_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
     active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[pair_index] = (
-        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[TRAVEL] + (1.0 - 1e-9) * slack
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
+        + (1.0 - 1e-9) * slack
     )
-    active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT] = min(
-        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[NEXT],
+    active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX] = min(
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX],
         active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[pair_index],
     )
-    active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER] = max(
-        active_pairs_and_resume_motions.summed_motion_next_resume_and_lever_arm[LEVER], lever
+    active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = max(
+        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX], lever
     )
     return False

@@ -1,8 +1,8 @@
 """Compiled functions that load the tuples of a stack, its stones, joints and points from a lane, and store them.
 
-A name says what is loaded or stored: ``load_stone(rows, lane)``, ``store_stone(rows, lane, value)``, and
-``store_stone_unless(rows, lane, keep, value)``, which leaves the lane as it is if `keep` is true. Histories and points
-are those before the step; ``next_`` stands for those after it.
+A name says what is loaded or stored: ``load_stone_state(rows, lane)``, ``store_stone_state(rows, lane, value)``, and
+``store_stone_state_unless_rejected(rows, lane, keep, value)``, which leaves the lane as it is if `keep` is true. States
+of joints and points are those before the step, unless the name ends with ``at_step_end``.
 """
 
 from typing import Final
@@ -30,7 +30,7 @@ from overturning.dem.stack.joint_state import (
     JointRelativeMotion,
     SidePartInContactPatch,
     SolvedContactForceSums,
-    SumOfForceTimesDistance,
+    SumOfNormalForceTimesCentreDistance,
 )
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
@@ -55,76 +55,94 @@ from overturning.dem.stack.state import (
 slice_stone_rows = create_window_slicer(STONE_ROW_LAYOUT.array_length, CASE_ROW_LAYOUT.array_length)
 """Return the rows of a stone."""
 
-load_account, store_account, store_account_unless = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccount)
-load_attempt, store_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_case, store_case, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthAndLimits)
-load_clock, store_clock, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl)
-load_course, store_course, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-load_findings, store_findings, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
-load_inertial, store_inertial, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
-load_losses, store_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(ContactEnergyLosses)
+load_energy_account, store_energy_account, store_energy_account_unless_rejected = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccount)
+)
+load_next_step_to_attempt, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
+load_stack_limits, store_stack_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthAndLimits)
+load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl)
+load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
+load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
+load_inertial_acceleration, store_inertial_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
+load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(ContactEnergyLosses)
 load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
-load_rest, store_rest, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackRestFlagAndLimits)
-load_shaking, store_shaking, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D)
-load_time, store_time, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackClockWithinSample)
+load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    StackRestFlagAndLimits
+)
+load_sample_accelerations, store_sample_accelerations, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    InertialAccelerations3D
+)
+load_clock_within_sample, store_clock_within_sample, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackClockWithinSample)
 
-load_axes, store_axes, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
-load_change, store_change, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneVelocityCorrection)
-load_constants, store_constants, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneConstants)
-load_diagonal, store_diagonal, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(DiagonalBlockAndRightSide)
-load_elimination, store_elimination, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(EliminatedStoneSolution)
-load_outcome, store_outcome, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
+load_stone_axes, store_stone_axes, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
+load_velocity_correction, store_velocity_correction, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(
+    StoneVelocityCorrection
+)
+load_stone_constants, store_stone_constants, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneConstants)
+load_diagonal_block, store_diagonal_block, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(DiagonalBlockAndRightSide)
+load_eliminated_solution, store_eliminated_solution, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(
+    EliminatedStoneSolution
+)
+load_fall_state, store_fall_state, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
 load_peaks, store_peaks, store_peaks_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StonePeakTilt)
-load_predicted, store_predicted, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
-load_stone, store_stone, store_stone_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState)
-load_sum, store_sum, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
+load_predicted_stone, store_predicted_stone, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
+load_stone_state, store_stone_state, store_stone_state_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
+    StoneState
+)
+load_force_sums, store_force_sums, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
 store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "rotation").store
 
-load_arm, store_arm, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(SumOfForceTimesDistance)
-load_equations, store_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
-load_frame, store_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
-load_friction, store_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrictionInStepEquations)
-load_history, store_history, store_history_unless = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    JointAtStepStartAndEnd, "old"
+load_friction_arm_sum, store_friction_arm_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    SumOfNormalForceTimesCentreDistance
 )
-load_joint, store_joint, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
-load_joint_change, store_joint_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
+load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
+load_joint_friction, store_joint_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrictionInStepEquations)
+load_joint_state, store_joint_state, store_joint_state_unless_rejected = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointAtStepStartAndEnd, "at_step_start"
+)
+load_joint_constants, store_joint_constants, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
+load_joint_force_or_velocity_change, store_joint_force_or_velocity_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     JointEquations, "force_and_moment_or_velocity_change"
 )
-load_joint_pose, store_joint_pose, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
-load_landing, store_landing, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(FlatLandingTimesAndPointHeights)
-load_next_history, store_next_history, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "new")
-load_normal, store_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
-load_rim, store_rim, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
-load_point_sum, store_point_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+load_joint_frame, store_joint_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
+load_flat_landing_state, store_flat_landing_state, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    FlatLandingTimesAndPointHeights
+)
+load_joint_state_at_step_end, store_joint_state_at_step_end, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointAtStepStartAndEnd, "at_step_end"
+)
+load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
+load_contact_normal_sums, store_contact_normal_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
+load_point_force_sums, store_point_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     SolvedContactForceSums, "sums_of_points_at_step_end"
 )
 
-load_clip, store_clip, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(SidePartInContactPatch)
-load_next_point, store_next_point, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "new")
-load_outline, store_outline, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(FaceCorner)
-load_place, store_place, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(ContactPointPosition)
-load_rim_side, store_rim_side, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(BaseOverhangAtSide)
-load_point, _, store_point_unless = POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "old")
-
-add_losses, no_losses = (
-    create_elementwise_tuple_functions(ContactEnergyLosses).plus,
-    create_elementwise_tuple_functions(ContactEnergyLosses).zero,
+load_clipped_side, store_clipped_side, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(SidePartInContactPatch)
+load_point_state_at_step_end, store_point_state_at_step_end, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointPointAtStepStartAndEnd, "at_step_end"
 )
-larger_of, no_findings = (
-    create_elementwise_tuple_functions(StackContactChangesInStep).largest,
-    create_elementwise_tuple_functions(StackContactChangesInStep).zero,
+load_face_corner, store_face_corner, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(FaceCorner)
+load_point_position, store_point_position, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(ContactPointPosition)
+load_base_overhang, store_base_overhang, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(BaseOverhangAtSide)
+load_point_state, _, store_point_state_unless_rejected = POINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointPointAtStepStartAndEnd, "at_step_start"
 )
 
-IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_simulated")
-"""Array index, in the rows of a stone, at which the flags `StoneFallState.is_simulated` start."""
+add_losses = create_elementwise_tuple_functions(ContactEnergyLosses).plus
+no_losses = create_elementwise_tuple_functions(ContactEnergyLosses).zero
+larger_of = create_elementwise_tuple_functions(StackContactChangesInStep).largest
+no_findings = create_elementwise_tuple_functions(StackContactChangesInStep).zero
+
+IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")
+"""Array index, in the rows of a stone, at which the flags `StoneFallState.is_still_simulated` start."""
 STIFFNESS_SHARE_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "joint_stiffness_share")
 """Array index, in the rows of a contact point, at which its stiffness shares in the attempted step start."""
 STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(
-    JointPointAtStepStartAndEnd, "old.joint_stiffness_share"
+    JointPointAtStepStartAndEnd, "at_step_start.joint_stiffness_share"
 )
 """Array index, in the rows of a contact point, at which its stiffness shares after the last step start."""
 USES_NON_CORNER_AT_STEP_START_ROW_OFFSET, USES_NON_CORNER_AT_STEP_END_ROW_OFFSET = (
     JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, f"{end}.uses_non_corner_point")
-    for end in ("old", "new")
+    for end in ("at_step_start", "at_step_end")
 )

@@ -12,7 +12,14 @@ from overturning.dem.kernel.lanes import (
     create_window_slicer,
     round_to_vector_multiple,
 )
-from overturning.dem.stack.access import load_clip, load_outline, load_place, load_rim_side, store_clip, store_rim_side
+from overturning.dem.stack.access import (
+    load_base_overhang,
+    load_clipped_side,
+    load_face_corner,
+    load_point_position,
+    store_base_overhang,
+    store_clipped_side,
+)
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     POINT_ROW_LAYOUT,
@@ -66,7 +73,7 @@ def clipped_side_with_length(side_part: SidePartInContactPatch, whole_side_lengt
 def reset_clipped_side(side_rows: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_clip(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
+        store_clipped_side(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -75,16 +82,14 @@ def clip_base_side_by_lower_side(
 ) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        a, b, limit = (
-            load_place(base_side_rows, j),
-            load_place(next_base_corner_rows, j),
-            load_outline(lower_side_rows, j),
-        )
-        store_clip(
+        a = load_point_position(base_side_rows, j)
+        b = load_point_position(next_base_corner_rows, j)
+        limit = load_face_corner(lower_side_rows, j)
+        store_clipped_side(
             base_side_rows,
             j,
             clip_side_by_half_plane(
-                load_clip(base_side_rows, j),
+                load_clipped_side(base_side_rows, j),
                 limit.next_side_distance_from_face_centre
                 - (
                     limit.next_side_outward_normal_x * a.x_in_joint_frame
@@ -105,12 +110,12 @@ def add_clipped_base_side_to_patch_perimeter(
 ) -> None:
     """Store the length of a clipped side of a stone's base, and add it to the contact patch's perimeter."""
     for j in range(round_to_vector_multiple(lane_count)):
-        a, b = load_place(base_side_rows, j), load_place(next_base_corner_rows, j)
+        a, b = load_point_position(base_side_rows, j), load_point_position(next_base_corner_rows, j)
         clip = clipped_side_with_length(
-            load_clip(base_side_rows, j),
+            load_clipped_side(base_side_rows, j),
             math.sqrt((b.x_in_joint_frame - a.x_in_joint_frame) ** 2 + (b.y_in_joint_frame - a.y_in_joint_frame) ** 2),
         )
-        store_clip(base_side_rows, j, clip)
+        store_clipped_side(base_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
 
 
@@ -157,7 +162,7 @@ def normal_slope_at_crossing_of_sides(
 def clear_overhang_and_normal_slopes(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_rim_side(lower_side_rows, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
+        store_base_overhang(lower_side_rows, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -170,9 +175,9 @@ def clip_lower_side_and_update_overhang(
 ) -> None:
     """Clip a side of the lower face by a side of the upper base; update overhang and normal slopes, in all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        a, b = load_place(base_side_start_corner_rows, j), load_place(base_side_end_corner_rows, j)
-        c, d = load_outline(lower_side_rows, j), load_outline(next_lower_corner_rows, j)
-        old, rim = load_clip(lower_side_rows, j), load_rim_side(lower_side_rows, j)
+        a, b = load_point_position(base_side_start_corner_rows, j), load_point_position(base_side_end_corner_rows, j)
+        c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
+        old, rim = load_clipped_side(lower_side_rows, j), load_base_overhang(lower_side_rows, j)
         new = clip_side_by_half_plane(
             old,
             double_signed_triangle_area(a, b, c.x_from_face_centre, c.y_from_face_centre),
@@ -182,8 +187,8 @@ def clip_lower_side_and_update_overhang(
         beyond = (
             c.next_side_outward_normal_x * a.x_in_joint_frame + c.next_side_outward_normal_y * a.y_in_joint_frame
         ) - c.next_side_distance_from_face_centre
-        store_clip(lower_side_rows, j, new)
-        store_rim_side(
+        store_clipped_side(lower_side_rows, j, new)
+        store_base_overhang(
             lower_side_rows,
             j,
             BaseOverhangAtSide(
@@ -206,14 +211,14 @@ def add_clipped_lower_side_to_patch_perimeter(
 ) -> None:
     """Store the length of a clipped side of the lower face, and add it to the contact patch's perimeter."""
     for j in range(round_to_vector_multiple(lane_count)):
-        c, d = load_outline(lower_side_rows, j), load_outline(next_lower_corner_rows, j)
+        c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
         clip = clipped_side_with_length(
-            load_clip(lower_side_rows, j),
+            load_clipped_side(lower_side_rows, j),
             math.sqrt(
                 (d.x_from_face_centre - c.x_from_face_centre) ** 2 + (d.y_from_face_centre - c.y_from_face_centre) ** 2
             ),
         )
-        store_clip(lower_side_rows, j, clip)
+        store_clipped_side(lower_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
 
 

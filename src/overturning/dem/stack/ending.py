@@ -20,27 +20,27 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     CaseProgress,
-    SlideEndSample,
+    SlidingCaseEnd,
     update_slide_end_and_check_case_continues,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
-    load_account,
-    load_case,
-    load_constants,
-    load_course,
-    load_history,
-    load_joint,
-    load_outcome,
-    load_outline,
+    load_case_progress,
+    load_clock_within_sample,
+    load_energy_account,
+    load_face_corner,
+    load_fall_state,
+    load_joint_constants,
+    load_joint_state,
     load_peaks,
-    load_point,
-    load_stone,
-    load_time,
+    load_point_state,
+    load_stack_limits,
+    load_stone_constants,
+    load_stone_state,
     slice_stone_rows,
-    store_account,
-    store_outcome,
+    store_energy_account,
+    store_fall_state,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT, squared_length
 from overturning.dem.stack.rest import (
@@ -60,21 +60,19 @@ from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+CASE_ARRAY_LENGTH, STONE_ARRAY_LENGTH, JOINT_ARRAY_LENGTH, POINT_ARRAY_LENGTH = (
     CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
     JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
 )  # fmt: skip
-ENERGY, SAMPLE, SLIDE_END = (
-    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
-    CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
-    CASE_ROW_LAYOUT.row_offset_of_field(SlideEndSample, "sample_or_zero_before_known"),
-)
+INITIAL_ENERGY_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy")
+CURRENT_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
+SLIDE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(SlidingCaseEnd, "sample_or_zero_before_known")
 
 
-MIN_ONSET_TO_LONG_STEP_ACCELERATION_AT_END: Final = (
+MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END: Final = (
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
 )
-"""Least acceleration that may move a stack when its case ends, over `max_acceleration_for_sample_long_steps_g`.
+"""Least acceleration that may move a stack when its case ends, over `max_base_acceleration_for_sample_long_steps_g`.
 
 The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
@@ -116,22 +114,24 @@ def stack_energy(
 
     `zero_energy_height_by_stone` holds the height of each centre from which its potential energy is counted, m.
     """
-    total, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
+    total = 0.0
+    first = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
+    size = state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_outcome(rows, lane).is_simulated > 0.0:
+        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (
             stone.centre_position.z - zero_energy_height_by_stone[s]
         )
         at = first + s * size
-        joint_rows = stack_states[at : at + JOINT_SIZE]
-        joint, old = load_joint(joint_rows, lane), load_history(joint_rows, lane)
+        joint_rows = stack_states[at : at + JOINT_ARRAY_LENGTH]
+        joint, old = load_joint_constants(joint_rows, lane), load_joint_state(joint_rows, lane)
         total += 0.5 * joint.tangential_stiffness * squared_length(old.tangential_spring_stretch)
-        for i in range((size - JOINT_SIZE) // P):
-            begin = at + JOINT_SIZE + i * P
-            point = load_point(stack_states[begin : begin + P], lane)
+        for i in range((size - JOINT_ARRAY_LENGTH) // POINT_ARRAY_LENGTH):
+            begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
+            point = load_point_state(stack_states[begin : begin + POINT_ARRAY_LENGTH], lane)
             depth = max(point.penetration, 0.0)
             total += 0.5 * joint.normal_stiffness * point.joint_stiffness_share * depth * depth
     return total
@@ -155,18 +155,21 @@ def base_corner_hangs_below_supporting_face(
     """True if a corner of a stone's base lies below its supporting face by over 0.001 × the height of its centre."""
     below, lower, rows = (
         slice_stone_rows(stack_states, stone_index - 1),
-        load_constants(slice_stone_rows(stack_states, stone_index - 1), lane),
+        load_stone_constants(slice_stone_rows(stack_states, stone_index - 1), lane),
         slice_stone_rows(stack_states, stone_index),
     )  # fmt: skip
-    upper, stone, base = load_constants(rows, lane), load_stone(rows, lane), load_stone(below, lane)
+    upper, stone, base = load_stone_constants(rows, lane), load_stone_state(rows, lane), load_stone_state(below, lane)
     axes = rotation_matrix(base.rotation)
     apart, turn = pose_relative_to_stone_below(stone, base.centre_position, axes)
     at = (
-        CASE_SIZE + stone_count * STONE_SIZE + stone_index * state_array_length_per_joint(max_corner_count) + JOINT_SIZE
+        CASE_ARRAY_LENGTH
+        + stone_count * STONE_ARRAY_LENGTH
+        + stone_index * state_array_length_per_joint(max_corner_count)
+        + JOINT_ARRAY_LENGTH
     )
     lowest = 0.0
-    for i in range(int(load_joint(stack_states[at - JOINT_SIZE : at], lane).upper_base_corner_count)):
-        corner = load_outline(stack_states[at + i * P : at + (i + 1) * P], lane)
+    for i in range(int(load_joint_constants(stack_states[at - JOINT_ARRAY_LENGTH : at], lane).upper_base_corner_count)):
+        corner = load_face_corner(stack_states[at + i * POINT_ARRAY_LENGTH : at + (i + 1) * POINT_ARRAY_LENGTH], lane)
         height = (
             turn.zx * corner.x_from_face_centre + turn.zy * corner.y_from_face_centre
         ) - upper.centre_height * turn.zz
@@ -178,13 +181,13 @@ def base_corner_hangs_below_supporting_face(
 def centre_drop_from_rest_position_on_support(stack_states: Any, lane: int, stone_index: int) -> float:
     """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
     rows = slice_stone_rows(stack_states, stone_index)
-    upper, stone = load_constants(rows, lane), load_stone(rows, lane)
+    upper, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
     if stone_index == 0:
         return upper.centre_height - stone.centre_position.z
     below = slice_stone_rows(stack_states, stone_index - 1)
-    base = load_stone(below, lane)
+    base = load_stone_state(below, lane)
     apart, _ = pose_relative_to_stone_below(stone, base.centre_position, rotation_matrix(base.rotation))
-    return load_constants(below, lane).upper_face_height_above_centre + upper.centre_height - apart.z
+    return load_stone_constants(below, lane).upper_face_height_above_centre + upper.centre_height - apart.z
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -192,9 +195,9 @@ def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: i
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_outcome(rows, lane).is_simulated > 0.0:
+        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         axes = rotation_matrix(stone.rotation)
         if (
             axes.zz <= constants.fall_tilt_cosine
@@ -224,29 +227,28 @@ def stop_simulating_fallen_and_upper_stones(
     if fallen == stone_count:
         return False
     before = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
-    start_of_sample, tick = (
-        load_course(stack_states, lane).current_sample * ticks_per_sample, load_case(stack_states, lane).tick_length_s,
-    )  # fmt: skip
+    start_of_sample = load_case_progress(stack_states, lane).current_sample * ticks_per_sample
+    tick = load_stack_limits(stack_states, lane).tick_length_s
     for s in range(fallen, stone_count):
         rows = slice_stone_rows(stack_states, s)
-        outcome, constants = load_outcome(rows, lane), load_constants(rows, lane)
-        if not outcome.is_simulated > 0.0:
+        outcome, constants = load_fall_state(rows, lane), load_stone_constants(rows, lane)
+        if not outcome.is_still_simulated > 0.0:
             continue
         last = load_peaks(rows, lane).last_upright_tick_in_sample
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time_s
         slid_off = (
-            lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation))
-            < constants.critical_lean_squared_sine_on_contact_patch
+            lean_as_squared_sine(rotation_matrix(load_stone_state(rows, lane).rotation))
+            < constants.critical_lean_squared_sine_on_contact_at_rest
         )
         slid_off = slid_off or (
             s > 0 and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count)
         )
-        store_outcome(rows, lane, StoneFallState(
+        store_fall_state(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
-    account = load_account(stack_states, lane)
+    account = load_energy_account(stack_states, lane)
     gone = before - stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
-    store_account(
+    store_energy_account(
         stack_states,
         lane,
         StackEnergyAccount(
@@ -274,20 +276,22 @@ def stop_fallen_stones_and_return_status(
 
     `stone_table_rows` has the rows of the stack in the kernel's table of stones.
     """
-    case, course, time = load_case(stack_states, lane), load_course(stack_states, lane), load_time(stack_states, lane)
+    case = load_stack_limits(stack_states, lane)
+    course = load_case_progress(stack_states, lane)
+    time = load_clock_within_sample(stack_states, lane)
     kinetic, loaded = 0.0, True
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
+    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_outcome(rows, lane).is_simulated > 0.0:
+        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        stone = load_stone(rows, lane)
+        stone = load_stone_state(rows, lane)
         if not np.isfinite(stone_state_sum_for_finite_check(stone)):
             return CaseStatus.UNSTABLE
-        kinetic += stone_kinetic_energy(load_constants(rows, lane), stone)
+        kinetic += stone_kinetic_energy(load_stone_constants(rows, lane), stone)
         at = first + s * size
-        loaded = loaded and load_history(stack_states[at : at + JOINT_SIZE], lane).normal_force > 0.0
-    if load_account(stack_states, lane).peak_penetration > case.max_penetration:
+        loaded = loaded and load_joint_state(stack_states[at : at + JOINT_ARRAY_LENGTH], lane).normal_force > 0.0
+    if load_energy_account(stack_states, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_simulating_fallen_and_upper_stones(
         stack_states, lane, stone_count, max_corner_count, ticks_per_sample, stone_table_rows.centre_height_at_rest
@@ -301,7 +305,7 @@ def stop_fallen_stones_and_return_status(
         and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
-        least = MIN_ONSET_TO_LONG_STEP_ACCELERATION_AT_END * case.max_acceleration_for_sample_long_steps_g
+        least = MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END * case.max_base_acceleration_for_sample_long_steps_g
         if (
             sample >= record_sample_count
             or onset_acceleration_g_of_current_stack_state(stack_states, lane, stone_count, max_corner_count) >= least
@@ -312,7 +316,7 @@ def stop_fallen_stones_and_return_status(
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count)
     if update_slide_end_and_check_case_continues(
-        stack_states, SLIDE_END + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
+        stack_states, SLIDE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
     stands = stack_cannot_fall(stack_states, lane, max_corner_count, stone_table_rows)
@@ -327,28 +331,26 @@ def stack_cannot_fall(stack_states: Any, lane: int, max_corner_count: int, stone
     if a share s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has
     no rim, changes nothing. A joint is the contact of a stone with its support.
     """
-    case, course = load_case(stack_states, lane), load_course(stack_states, lane)
+    case, course = load_stack_limits(stack_states, lane), load_case_progress(stack_states, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
     slip, x, y, start_x, start_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(stone_table_rows.size):
         rows, start = slice_stone_rows(stack_states, s), stone_table_rows[s].start
-        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         own = rotation_matrix(stone.rotation)
         if (
-            not load_outcome(rows, lane).is_simulated > 0.0
-            or lean_as_squared_sine(own) >= constants.critical_lean_squared_sine_on_contact_patch
+            not load_fall_state(rows, lane).is_still_simulated > 0.0
+            or lean_as_squared_sine(own) >= constants.critical_lean_squared_sine_on_contact_at_rest
         ):
             return False
         ahead = (stone.centre_position.x - constants.centre_height * own.xz - x) - (start.x - start_x)
         aside = (stone.centre_position.y - constants.centre_height * own.yz - y) - (start.y - start_y)
         # Not math.hypot: its last digit differs between processors.
         slip += np.sqrt(ahead * ahead + aside * aside) if s > 0 else 0.0
-        x, y = (
-            stone.centre_position.x + constants.upper_face_height_above_centre * own.xz,
-            stone.centre_position.y + constants.upper_face_height_above_centre * own.yz,
-        )
+        x = stone.centre_position.x + constants.upper_face_height_above_centre * own.xz
+        y = stone.centre_position.y + constants.upper_face_height_above_centre * own.yz
         start_x, start_y = start.x, start.y
-    left = max(1.0 - slip / case.min_side_distance_of_mass_centre_above_joint, 0.0)
+    left = max(1.0 - slip / case.min_distance_of_mass_centre_above_to_joint_side, 0.0)
     heights = stone_table_rows.centre_height_at_rest
     energy = stack_energy(stack_states, lane, stone_table_rows.size, max_corner_count, heights) - course.initial_energy
     return bool(energy < course.overturning_energy * left * left)
@@ -366,7 +368,7 @@ def write_stack_results(
     stone_result_rows: Any,
 ) -> None:
     """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
-    account, course = load_account(stack_states, lane), load_course(stack_states, lane)
+    account, course = load_energy_account(stack_states, lane), load_case_progress(stack_states, lane)
     energy = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
     balance = (energy - course.initial_energy) - account.base_motion_work + account.lost_energy
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
@@ -374,9 +376,11 @@ def write_stack_results(
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        constants, stone, outcome = load_constants(rows, lane), load_stone(rows, lane), load_outcome(rows, lane)
+        constants = load_stone_constants(rows, lane)
+        stone = load_stone_state(rows, lane)
+        outcome = load_fall_state(rows, lane)
         own = rotation_matrix(stone.rotation)
-        fallen = not outcome.is_simulated > 0.0 and status == CaseStatus.SIMULATED
+        fallen = not outcome.is_still_simulated > 0.0 and status == CaseStatus.SIMULATED
         stone_result_rows[s].fallen = 1.0 if fallen else 0.0
         stone_result_rows[s].slid_off_support = outcome.slid_off_support
         stone_result_rows[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan

@@ -19,8 +19,8 @@ from overturning.dem.stack.joint_state import (
     JointEquations,
     JointFrictionInStepEquations,
     JointNormalForceSums,
-    JointPointForceAndImpulse,
     JointRelativeMotion,
+    NormalForceAndEarlyContactImpulseSums,
     TangentTwistVector,
     scale_tangent_twist_vector,
     squared_length,
@@ -75,14 +75,14 @@ def flat_landing_slip_direction_and_slide_flag(
 def slip_velocity_at_contact(
     relative_velocity_at_origin: Vector3,
     relative_angular_velocity: Vector3,
-    friction_point_x: float,
-    friction_point_y: float,
+    friction_application_point_x: float,
+    friction_application_point_y: float,
     mean_force_distance_from_pressure_centre: float,
 ) -> TangentTwistVector:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
     return TangentTwistVector(
-        relative_velocity_at_origin.x - relative_angular_velocity.z * friction_point_y,
-        relative_velocity_at_origin.y + relative_angular_velocity.z * friction_point_x,
+        relative_velocity_at_origin.x - relative_angular_velocity.z * friction_application_point_y,
+        relative_velocity_at_origin.y + relative_angular_velocity.z * friction_application_point_x,
         mean_force_distance_from_pressure_centre * relative_angular_velocity.z,
     )
 
@@ -181,12 +181,12 @@ def joint_equation_terms(
     across = across if in_contact else 0.0
     along = across if slides else 0.0
     a, b, c = across - along * (d.x * d.x), -(along * (d.x * d.y)), across - along * (d.y * d.y)
-    ta, tb, tt = (
-        -(along * (d.x * d.twist_times_radius)),
-        -(along * (d.y * d.twist_times_radius)),
-        across - along * (d.twist_times_radius * d.twist_times_radius),
-    )
-    cx, cy, cz = friction.friction_point_x, friction.friction_point_y, friction.friction_point_height_above_lower_face
+    ta = -(along * (d.x * d.twist_times_radius))
+    tb = -(along * (d.y * d.twist_times_radius))
+    tt = across - along * (d.twist_times_radius * d.twist_times_radius)
+    cx = friction.friction_application_point_x
+    cy = friction.friction_application_point_y
+    cz = friction.friction_application_point_height_above_lower_face
     arm, g = friction.mean_force_distance_from_pressure_centre, sums.half_step_impulse_per_velocity
     gx, gy = sums.half_step_impulse_per_velocity_times_x, sums.half_step_impulse_per_velocity_times_y
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
@@ -196,14 +196,14 @@ def joint_equation_terms(
     zv, zw = Vector3(0.0, 0.0, g), Vector3(gy, -gx, 0.0)
     pv = Vector3(-(cz * yv.x), -(cz * yv.y), gy - cz * yv.z)
     pw = Vector3(
-        sums.half_step_impulse_per_velocity_times_yy - cz * yw.x,
+        sums.half_step_impulse_per_velocity_times_y_squared - cz * yw.x,
         -sums.half_step_impulse_per_velocity_times_xy - cz * yw.y,
         -(cz * yw.z),
     )
     qv = Vector3(cz * xv.x, cz * xv.y, -gx + cz * xv.z)
     qw = Vector3(
         -sums.half_step_impulse_per_velocity_times_xy + cz * xw.x,
-        sums.half_step_impulse_per_velocity_times_xx + cz * xw.y,
+        sums.half_step_impulse_per_velocity_times_x_squared + cz * xw.y,
         cz * xw.z,
     )
     rv = Vector3(
@@ -245,12 +245,10 @@ def compare_friction_with_assumption(
     carries a force, and whether the contact state of the last step was assumed; `assumed_and_actual_sliding` whether
     the contact was assumed to slide and whether it slides.
     """
-    direction, force, velocity, stretch = (
-        assumed_direction,
-        end_friction_force,
-        end_slip_velocity,
-        stretch_at_step_start,
-    )
+    direction = assumed_direction
+    force = end_friction_force
+    velocity = end_slip_velocity
+    stretch = stretch_at_step_start
     (carries, loaded, coarse), (assumed, slips) = (
         has_friction_is_loaded_and_keeps_last_state,
         assumed_and_actual_sliding,
@@ -291,7 +289,7 @@ def compare_friction_with_assumption(
 def solve_joint_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion,
     assumed_friction: JointFrictionInStepEquations,
-    point_sums_and_force_times_distance: tuple[JointPointForceAndImpulse, float],
+    point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
     half_step_decided_flat_and_centre_height: tuple[float, bool, bool, float],
 ) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactEnergyLosses, JointContactState]:  # fmt: skip
@@ -305,7 +303,7 @@ def solve_joint_contact(
     joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_correction
     half_step, forces_decide_contact, lands_flat, centre_height = half_step_decided_flat_and_centre_height
     ends, arm_sum = point_sums_and_force_times_distance
-    cx, cy = friction.friction_point_x, friction.friction_point_y
+    cx, cy = friction.friction_application_point_x, friction.friction_application_point_y
     arm = friction.mean_force_distance_from_pressure_centre
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.slip_velocity_at_friction_point
@@ -353,14 +351,18 @@ def solve_joint_contact(
         (most > 0.0, loaded, not forces_decide_contact), (friction.is_assumed_to_slide > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.normal_force if loaded else 1.0)
-    early = ends.extra_impulse_of_early_contacts * one if loaded else 0.0
+    early = ends.extra_impulse_of_points_closed_early_in_step * one if loaded else 0.0
     mx, my, mz = -(cz * fy), cz * fx, (cx * fy - cy * fx) + arm * ft
     at_end = Wrench(
         Vector3(fx, fy, ends.normal_force), Vector3(ends.normal_force_times_y + mx, -ends.normal_force_times_x + my, mz)
     )
     sooner = Wrench(
-        Vector3(early * fx, early * fy, ends.extra_impulse_of_early_contacts),
-        Vector3(ends.extra_impulse_times_y + early * mx, -ends.extra_impulse_times_x + early * my, early * mz),
+        Vector3(early * fx, early * fy, ends.extra_impulse_of_points_closed_early_in_step),
+        Vector3(
+            ends.early_contact_impulse_times_y + early * mx,
+            -ends.early_contact_impulse_times_x + early * my,
+            early * mz,
+        ),
     )
     in_contact = 1.0 if loaded else 0.0
     new = JointContactState(

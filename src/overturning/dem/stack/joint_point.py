@@ -12,8 +12,8 @@ from overturning.dem.stack.joint_state import (
     ContactPointState,
     JointConstants,
     JointNormalForceSums,
-    JointPointForceAndImpulse,
     JointRelativeMotion,
+    NormalForceAndEarlyContactImpulseSums,
 )
 from overturning.dem.stack.state import ContactEnergyLosses, StackContactChangesInStep
 
@@ -84,7 +84,9 @@ def solve_point_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
     half_step_flat_time_deferred_and_has_points: tuple[float, bool, float, bool, bool],
-) -> tuple[JointPointForceAndImpulse, StackContactChangesInStep, ContactEnergyLosses, ContactPointState]:  # fmt: skip
+) -> tuple[
+    NormalForceAndEarlyContactImpulseSums, StackContactChangesInStep, ContactEnergyLosses, ContactPointState
+]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `relative_velocity_and_spin_correction` is the change of the relative velocity at the origin and of the relative
@@ -142,7 +144,7 @@ def solve_point_contact(
         has_loaded_joint=0.0,
     )
     return (
-        JointPointForceAndImpulse(
+        NormalForceAndEarlyContactImpulseSums(
             n,
             n * position.x_in_joint_frame,
             n * position.y_in_joint_frame,

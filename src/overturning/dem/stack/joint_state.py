@@ -33,7 +33,7 @@ class JointConstants(NamedTuple):
     """Duration of a flat landing after the first touch, s."""
     tilting_friction_share_in_flat_landing: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
-    min_rim_distance_for_deferred_contact: float
+    min_base_distance_inside_rim_to_defer_contact: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
     in a flat landing, m; `overturning.dem.stack.landing.MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M` for bases of four
     corners."""
@@ -93,10 +93,10 @@ class JointContactState(NamedTuple):
 
 
 class JointAtStepStartAndEnd(NamedTuple):
-    """Contact state of two stones before a step (`old`), and after it (`new`, valid if the step is accepted)."""
+    """Contact state of two stones before a step and after it (valid if the step is accepted)."""
 
-    old: JointContactState
-    new: JointContactState
+    at_step_start: JointContactState
+    at_step_end: JointContactState
 
 
 class FlatLandingTimesAndPointHeights(NamedTuple):
@@ -152,14 +152,14 @@ class ContactNormalSums(NamedTuple):
     Each point counts with its load: its share of the joint's stiffness × its penetration, m.
     """
 
-    share_times_penetration: float
+    stiffness_share_times_penetration: float
     """Sum of the loads, m."""
-    share_times_penetration_times_x: float
+    stiffness_share_times_penetration_times_x: float
     """Sums of load × position in the lower face, m²."""
-    share_times_penetration_times_y: float
-    share_times_penetration_times_slope_x: float
+    stiffness_share_times_penetration_times_y: float
+    stiffness_share_times_penetration_times_slope_x: float
     """Sums of load × horizontal component of the normal over its vertical component, m."""
-    share_times_penetration_times_slope_y: float
+    stiffness_share_times_penetration_times_slope_y: float
 
 
 class JointNormalForceSums(NamedTuple):
@@ -174,12 +174,12 @@ class JointNormalForceSums(NamedTuple):
     """Half of the step × decrease of the normal force by the opening velocity, kg, and its moments."""
     half_step_impulse_per_velocity_times_x: float
     half_step_impulse_per_velocity_times_y: float
-    half_step_impulse_per_velocity_times_xx: float
+    half_step_impulse_per_velocity_times_x_squared: float
     half_step_impulse_per_velocity_times_xy: float
-    half_step_impulse_per_velocity_times_yy: float
+    half_step_impulse_per_velocity_times_y_squared: float
 
 
-class SumOfForceTimesDistance(NamedTuple):
+class SumOfNormalForceTimesCentreDistance(NamedTuple):
     """Sum, over the contact points of two stones, of normal force × distance from the centre of pressure, N·m."""
 
     force_times_pressure_centre_distance: float
@@ -188,10 +188,10 @@ class SumOfForceTimesDistance(NamedTuple):
 class JointFrictionInStepEquations(NamedTuple):
     """Friction between two stones assumed in a step's equations: point of action, spring stretch, direction."""
 
-    friction_point_x: float
+    friction_application_point_x: float
     """Point at which friction acts, m."""
-    friction_point_y: float
-    friction_point_height_above_lower_face: float
+    friction_application_point_y: float
+    friction_application_point_height_above_lower_face: float
     mean_force_distance_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
     tangential_spring_stretch: TangentTwistVector
@@ -281,13 +281,13 @@ class ContactPointState(NamedTuple):
 
 
 class JointPointAtStepStartAndEnd(NamedTuple):
-    """State of a contact point of two stones before a step (`old`), and after it (`new`, valid if accepted)."""
+    """State of a contact point of two stones before a step and after it (valid if the step is accepted)."""
 
-    old: ContactPointState
-    new: ContactPointState
+    at_step_start: ContactPointState
+    at_step_end: ContactPointState
 
 
-class JointPointForceAndImpulse(NamedTuple):
+class NormalForceAndEarlyContactImpulseSums(NamedTuple):
     """Normal force, and impulse of contacts that closed early in a step, with their moments, of one or several points.
 
     The impulse comes in addition to that of the normal force during half of the step.
@@ -297,22 +297,22 @@ class JointPointForceAndImpulse(NamedTuple):
     """Normal force, N, and its first moments, N·m."""
     normal_force_times_x: float
     normal_force_times_y: float
-    extra_impulse_of_early_contacts: float
+    extra_impulse_of_points_closed_early_in_step: float
     """Additional impulse of points that closed early in the step, N·s, and its first moments."""
-    extra_impulse_times_x: float
-    extra_impulse_times_y: float
+    early_contact_impulse_times_x: float
+    early_contact_impulse_times_y: float
 
 
 class SolvedContactForceSums(NamedTuple):
     """Sums over all contact points of two stones of normal forces and impulses from a step's solved equations."""
 
-    sums_of_points_at_step_end: JointPointForceAndImpulse
+    sums_of_points_at_step_end: NormalForceAndEarlyContactImpulseSums
 
 
 JOINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, FlatLandingTimesAndPointHeights,
-    JointFrameAxesAndOrigin, ContactNormalSums, JointRelativeMotion, JointNormalForceSums, SumOfForceTimesDistance,
-    JointFrictionInStepEquations, JointEquations, SolvedContactForceSums
+    JointFrameAxesAndOrigin, ContactNormalSums, JointRelativeMotion, JointNormalForceSums,
+    SumOfNormalForceTimesCentreDistance, JointFrictionInStepEquations, JointEquations, SolvedContactForceSums
 )  # fmt: skip
 POINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT,

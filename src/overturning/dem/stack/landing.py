@@ -74,7 +74,7 @@ def point_contact_is_deferred(
         spread
         < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing_times_and_heights.lowest_point_height_above_lower_face
     )
-    whole = min_base_corner_distance_inside_rim >= joint_constants.min_rim_distance_for_deferred_contact
+    whole = min_base_corner_distance_inside_rim >= joint_constants.min_base_distance_inside_rim_to_defer_contact
     # A point that has taken up its spring does not wait again.
     still_waits = (
         (point_state_at_step_start.penetration_offset_of_deferred_contact > 0.0)

@@ -32,16 +32,16 @@ from overturning.dem.stack.access import (
     STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET,
     STIFFNESS_SHARE_ROW_OFFSET,
     USES_NON_CORNER_AT_STEP_START_ROW_OFFSET,
-    load_axes,
-    load_clip,
-    load_constants,
-    load_frame,
-    load_outline,
-    load_place,
-    load_predicted,
-    store_frame,
-    store_joint_pose,
-    store_place,
+    load_clipped_side,
+    load_face_corner,
+    load_point_position,
+    load_predicted_stone,
+    load_relative_motion,
+    load_stone_axes,
+    load_stone_constants,
+    store_joint_frame,
+    store_point_position,
+    store_relative_motion,
 )
 from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
@@ -112,12 +112,12 @@ def relative_motion_in_contact_frame(
     upper_stone_rows: Any, lower_stone_rows: Any, lane: int, contact_frame_axes: Matrix3, contact_frame_origin: Vector3
 ) -> JointRelativeMotion:
     """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
-    below = load_predicted(lower_stone_rows, lane)
+    below = load_predicted_stone(lower_stone_rows, lane)
     lever_arm = minus(contact_frame_origin, below.centre_position)
     velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, lever_arm))
     return relative_motion_at_lower_face(
-        load_constants(upper_stone_rows, lane), load_predicted(upper_stone_rows, lane),
-        load_axes(upper_stone_rows, lane), contact_frame_axes, contact_frame_origin,
+        load_stone_constants(upper_stone_rows, lane), load_predicted_stone(upper_stone_rows, lane),
+        load_stone_axes(upper_stone_rows, lane), contact_frame_axes, contact_frame_origin,
         (velocity, below.end_angular_velocity),
     )  # fmt: skip
 
@@ -128,9 +128,9 @@ def predict_motion_relative_to_ground(upper_stone_rows: Any, joint_rows: Any, la
     for j in range(round_to_vector_multiple(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-        store_frame(joint_rows, j, relative_motion_at_lower_face(
-            load_constants(upper_stone_rows, j), load_predicted(upper_stone_rows, j), load_axes(upper_stone_rows, j),
-            level, still, (still, still),
+        store_relative_motion(joint_rows, j, relative_motion_at_lower_face(
+            load_stone_constants(upper_stone_rows, j), load_predicted_stone(upper_stone_rows, j),
+            load_stone_axes(upper_stone_rows, j), level, still, (still, still),
         ))  # fmt: skip
 
 
@@ -140,10 +140,12 @@ def predict_motion_relative_to_stone_below(
 ) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        axes = load_axes(lower_stone_rows, j)
-        origin = upper_face_centre(load_constants(lower_stone_rows, j), load_predicted(lower_stone_rows, j), axes)
-        store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
-        store_frame(
+        axes = load_stone_axes(lower_stone_rows, j)
+        origin = upper_face_centre(
+            load_stone_constants(lower_stone_rows, j), load_predicted_stone(lower_stone_rows, j), axes
+        )
+        store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
+        store_relative_motion(
             joint_rows, j, relative_motion_in_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
         )
 
@@ -179,9 +181,11 @@ def predict_base_corner_position(
 ) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        is_simulated = upper_stone_rows[IS_SIMULATED_ROW_OFFSET + j]
-        place = base_corner_contact_point(load_frame(joint_rows, j), load_outline(base_corner_rows, j), is_simulated)
-        store_place(base_corner_rows, j, place)
+        is_still_simulated = upper_stone_rows[IS_SIMULATED_ROW_OFFSET + j]
+        place = base_corner_contact_point(
+            load_relative_motion(joint_rows, j), load_face_corner(base_corner_rows, j), is_still_simulated
+        )
+        store_point_position(base_corner_rows, j, place)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -204,7 +208,7 @@ def include_corner_in_min_rim_distance(
     The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        place, limit = load_place(base_corner_rows, j), load_outline(lower_side_rows, j)
+        place, limit = load_point_position(base_corner_rows, j), load_face_corner(lower_side_rows, j)
         free = limit.next_side_distance_from_face_centre - (
             limit.next_side_outward_normal_x * place.x_in_joint_frame
             + limit.next_side_outward_normal_y * place.y_in_joint_frame
@@ -295,12 +299,10 @@ def place_contact_points_of_lower_side(
     They are the corner at which the side starts and both ends of the side after clipping to the upper face.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        frame, c, d = (
-            load_frame(joint_rows, j),
-            load_outline(lower_side_rows, j),
-            load_outline(next_lower_corner_rows, j),
-        )
-        own, previous = load_clip(lower_side_rows, j), load_clip(previous_lower_side_rows, j)
+        frame = load_relative_motion(joint_rows, j)
+        c = load_face_corner(lower_side_rows, j)
+        d = load_face_corner(next_lower_corner_rows, j)
+        own, previous = load_clipped_side(lower_side_rows, j), load_clipped_side(previous_lower_side_rows, j)
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
         part = unit * own.length if frame.min_base_corner_distance_inside_rim < 0.0 else 0.0
         other = unit * previous.length if frame.min_base_corner_distance_inside_rim < 0.0 else 0.0
@@ -312,9 +314,9 @@ def place_contact_points_of_lower_side(
         side_x, side_y = d.x_from_face_centre - x, d.y_from_face_centre - y
         begin = base_point_above_lower_face(frame, x + at * side_x, y + at * side_y, part if at > 0.0 else 0.0)
         end = base_point_above_lower_face(frame, x + to * side_x, y + to * side_y, part if to < 1.0 else 0.0)
-        store_place(lower_side_rows, j, base_point_above_lower_face(frame, x, y, corner))
-        store_place(part_begin_point_rows, j, begin)
-        store_place(part_end_point_rows, j, end)
+        store_point_position(lower_side_rows, j, base_point_above_lower_face(frame, x, y, corner))
+        store_point_position(part_begin_point_rows, j, begin)
+        store_point_position(part_end_point_rows, j, end)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -329,20 +331,22 @@ def place_contact_points_of_base_side(
 ) -> None:
     """Store the contact points at the ends of a clipped side of a stone's base, with shares of stiffness."""
     for j in range(round_to_vector_multiple(lane_count)):
-        frame, a, b = load_frame(joint_rows, j), load_place(base_side_rows, j), load_place(next_base_corner_rows, j)
-        own, previous = load_clip(base_side_rows, j), load_clip(previous_base_side_rows, j)
+        frame = load_relative_motion(joint_rows, j)
+        a = load_point_position(base_side_rows, j)
+        b = load_point_position(next_base_corner_rows, j)
+        own, previous = load_clipped_side(base_side_rows, j), load_clipped_side(previous_base_side_rows, j)
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
         within = frame.min_base_corner_distance_inside_rim >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
         corner = (part if own.begin_side_fraction == 0.0 else 0.0) + (
             other if previous.end_side_fraction == 1.0 else 0.0
         )
-        store_place(
+        store_point_position(
             part_begin_point_rows,
             j,
             contact_point_on_side(a, b, own.begin_side_fraction, part if own.begin_side_fraction > 0.0 else 0.0),
         )
-        store_place(
+        store_point_position(
             part_end_point_rows,
             j,
             contact_point_on_side(a, b, own.end_side_fraction, part if own.end_side_fraction < 1.0 else 0.0),
@@ -357,10 +361,8 @@ def place_contact_points_of_partial_patch(
     """Compute place and stiffness of all contact points where only a part of a stone's base rests on the face below."""
     corners, crossings = base_corner_count + lower_face_corner_count, 2 * (base_corner_count + lower_face_corner_count)
     for k in range(lower_face_corner_count):
-        following, before = (
-            (k + 1) % lower_face_corner_count,
-            (k + lower_face_corner_count - 1) % lower_face_corner_count,
-        )
+        following = (k + 1) % lower_face_corner_count
+        before = (k + lower_face_corner_count - 1) % lower_face_corner_count
         place_contact_points_of_lower_side(
             joint_rows,
             slice_contact_point_rows(joint_point_rows, base_corner_count + k),

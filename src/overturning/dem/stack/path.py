@@ -17,12 +17,12 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.path import dataset_variable_tuple
 from overturning.dem.plan import check_trajectory_size
 from overturning.dem.stack.access import (
-    load_constants,
-    load_course,
-    load_outcome,
-    load_shaking,
-    load_stone,
-    load_time,
+    load_case_progress,
+    load_clock_within_sample,
+    load_fall_state,
+    load_sample_accelerations,
+    load_stone_constants,
+    load_stone_state,
     slice_stone_rows,
 )
 from overturning.model.results import CaseResults
@@ -116,7 +116,7 @@ class StackTrajectory:
         return variables, coordinates, {"reference": self.name_of_element_shown_by_default, "weight": weight}
 
 
-def extend_trajectory_by_its_last_row(
+def repeat_last_row_if_any_stone_fell(
     trajectory_rows: FloatArray,
     has_fallen_by_stone: NDArray[np.bool_],
     sampling_interval_s: float,
@@ -188,9 +188,9 @@ def write_stack_trajectory_row(
     stack_states: Any, stone_count: int, sampling_interval_s: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and motion of all stones of the stack in column 0 into a trajectory row."""
-    time, shaking = load_time(stack_states, 0), load_shaking(stack_states, 0)
+    time, shaking = load_clock_within_sample(stack_states, 0), load_sample_accelerations(stack_states, 0)
     trajectory_row[0] = (
-        load_course(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
+        load_case_progress(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval_s
     trajectory_row[1], trajectory_row[2] = (
         -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_since_sample_start),
@@ -198,10 +198,8 @@ def write_stack_trajectory_row(
     )
     trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)
     for s in range(stone_count):
-        constants, stone = (
-            load_constants(slice_stone_rows(stack_states, s), 0),
-            load_stone(slice_stone_rows(stack_states, s), 0),
-        )
+        constants = load_stone_constants(slice_stone_rows(stack_states, s), 0)
+        stone = load_stone_state(slice_stone_rows(stack_states, s), 0)
         spin, at = (
             angular_velocity_from_momentum(
                 constants.inverse_of_inertia_per_mass, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
@@ -212,4 +210,4 @@ def write_stack_trajectory_row(
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
         trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity_relative_to_base
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_outcome(slice_stone_rows(stack_states, s), 0).is_simulated
+        trajectory_row[at + 13] = load_fall_state(slice_stone_rows(stack_states, s), 0).is_still_simulated

@@ -32,8 +32,8 @@ from overturning.dem.stack.path import (
     TRAJECTORY_COLUMN_COUNT_BEFORE_STONES,
     TRAJECTORY_COLUMN_COUNT_PER_STONE,
     StackTrajectory,
-    extend_trajectory_by_its_last_row,
     fill_in_free_flights,
+    repeat_last_row_if_any_stone_fell,
 )
 from overturning.dem.stack.results import outcome_variables_of_stacks
 from overturning.dem.stack.rules import StackKernelInput
@@ -162,7 +162,7 @@ class StackSimulationPlan(SimulationPlan3D):
         at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         # A flight needs a row for each sample, also while the stones below rest and samples are skipped.
         trajectory = self.insert_skipped_sample_rows(trajectory_rows, at_rest)
-        longer = extend_trajectory_by_its_last_row(
+        longer = repeat_last_row_if_any_stone_fell(
             trajectory, has_fallen_by_element, self.motion.sampling_interval, added_time_s
         )
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
@@ -174,7 +174,7 @@ class StackSimulationPlan(SimulationPlan3D):
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
         cosine, sine = self.orientation_cosines_north_east[0].tolist()
-        critical = np.arcsin(np.sqrt(self.stone_table_by_stack[0]["critical_lean_squared_sine_on_contact_patch"]))
+        critical = np.arcsin(np.sqrt(self.stone_table_by_stack[0]["critical_lean_squared_sine_on_contact_at_rest"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
 
@@ -209,7 +209,7 @@ def _rest_limit_to_onset_acceleration_ratio_by_case(
     stones_by_stack: list[list[StackStone]],
     joint_constants_by_stack: list[JointConstantsOfStack],
     stack_index_by_case: NDArray[np.int64],
-    damping_factor_by_case: FloatArray,
+    dashpot_factor_by_case: FloatArray,
     sampling_interval_s: float,
 ) -> FloatArray:
     """Return, per case, the fraction of the onset acceleration up to which a stack at rest surely stays at rest.
@@ -229,14 +229,14 @@ def _rest_limit_to_onset_acceleration_ratio_by_case(
     )
     delay = np.array([float(table.dashpot_to_stiffness_ratios.min()) for table in joint_constants_by_stack])
     overshoot = dynamic_to_static_force_ratio_upper_bound(
-        slowest[stack_index_by_case], delay[stack_index_by_case] * damping_factor_by_case, sampling_interval_s
+        slowest[stack_index_by_case], delay[stack_index_by_case] * dashpot_factor_by_case, sampling_interval_s
     )
     return np.asarray(
         np.minimum(MAX_REST_TO_ONSET_THRESHOLD_RATIO, MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO / overshoot)
     )
 
 
-def _least_overturning_energy(joint_constants: JointConstantsOfStack) -> float:
+def _least_overturning_energy_over_joints(joint_constants: JointConstantsOfStack) -> float:
     """Return the smallest energy (J) that overturns all stones above a joint of a stack over its nearest side."""
     return min(
         patch.mass_above
@@ -328,16 +328,16 @@ def plan_stack_simulation(
         threshold[of_stack] = motion_onset_acceleration_g_by_case(table, friction[of_stack])
     first, calm, at_rest = sample_ranges_able_to_move_3d_model_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
-    barrier = np.array([_least_overturning_energy(table) for table in joints])
+    barrier = np.array([_least_overturning_energy_over_joints(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
     side = np.array([table.min_side_distances_from_mass_centre_above.min() for table in joints])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "stack": which, "amplitude_factor": amplitude, "damping_factor": damping,
         "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
-        "max_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
+        "max_base_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
-        "min_side_distance_of_mass_centre_above_joint": side[which],
+        "min_distance_of_mass_centre_above_to_joint_side": side[which],
         "rest_limit_to_onset_acceleration_ratio": rest_share,
         "rest_acceleration_limit_upper_bound_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "no_onset_from_sample": calm, "min_overturning_energy": barrier[which],

@@ -25,43 +25,43 @@ from overturning.dem.kernel.lanes import (
     round_to_vector_multiple,
 )
 from overturning.dem.stack.access import (
-    load_attempt,
-    load_case,
-    load_change,
-    load_clock,
-    load_constants,
-    load_diagonal,
-    load_elimination,
-    load_equations,
-    load_frame,
-    load_history,
-    load_inertial,
-    load_joint,
-    load_joint_pose,
-    load_landing,
-    load_normal,
-    load_place,
-    load_point,
-    load_predicted,
-    load_shaking,
-    load_stone,
-    load_time,
+    load_clock_within_sample,
+    load_diagonal_block,
+    load_eliminated_solution,
+    load_flat_landing_state,
+    load_inertial_acceleration,
+    load_joint_constants,
+    load_joint_equations,
+    load_joint_frame,
+    load_joint_state,
+    load_next_step_to_attempt,
+    load_normal_force_sums,
+    load_point_position,
+    load_point_state,
+    load_predicted_stone,
+    load_relative_motion,
+    load_sample_accelerations,
+    load_stack_limits,
+    load_step_control,
+    load_stone_constants,
+    load_stone_state,
+    load_velocity_correction,
     no_findings,
     no_losses,
-    store_axes,
-    store_change,
-    store_diagonal,
-    store_elimination,
-    store_equations,
-    store_findings,
-    store_friction,
-    store_inertial,
-    store_landing,
-    store_losses,
-    store_normal,
-    store_predicted,
-    store_sum,
-    store_time,
+    store_clock_within_sample,
+    store_contact_changes,
+    store_diagonal_block,
+    store_eliminated_solution,
+    store_energy_losses,
+    store_flat_landing_state,
+    store_force_sums,
+    store_inertial_acceleration,
+    store_joint_equations,
+    store_joint_friction,
+    store_normal_force_sums,
+    store_predicted_stone,
+    store_stone_axes,
+    store_velocity_correction,
 )
 from overturning.dem.stack.joint import joint_equation_terms, predict_friction
 from overturning.dem.stack.joint_point import (
@@ -95,14 +95,10 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_normal, no_normal = (
-    create_elementwise_tuple_functions(JointNormalForceSums).plus,
-    create_elementwise_tuple_functions(JointNormalForceSums).zero,
-)
-no_sum, no_wrench = (
-    create_elementwise_tuple_functions(StoneContactForceSums).zero,
-    create_elementwise_tuple_functions(Wrench).zero,
-)
+add_normal = create_elementwise_tuple_functions(JointNormalForceSums).plus
+no_normal = create_elementwise_tuple_functions(JointNormalForceSums).zero
+no_sum = create_elementwise_tuple_functions(StoneContactForceSums).zero
+no_wrench = create_elementwise_tuple_functions(Wrench).zero
 MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
@@ -145,27 +141,25 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
     Contact changes and energy losses of the step are cleared.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        length, time, shaking = (
-            load_attempt(case_rows, j).length_in_ticks,
-            load_time(case_rows, j),
-            load_shaking(case_rows, j),
-        )
+        length = load_next_step_to_attempt(case_rows, j).length_in_ticks
+        time = load_clock_within_sample(case_rows, j)
+        shaking = load_sample_accelerations(case_rows, j)
         tick = time.ticks_since_sample_start + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
-        store_inertial(case_rows, j, Vector3(
+        store_inertial_acceleration(case_rows, j, Vector3(
             push_at(shaking.inertial_acceleration_x, tick, past), push_at(shaking.inertial_acceleration_y, tick, past),
             -(GRAVITY + push_at(shaking.upward_base_acceleration, tick, past)),
         ))  # fmt: skip
-        store_time(
+        store_clock_within_sample(
             case_rows,
             j,
             StackClockWithinSample(
-                time.ticks_since_sample_start, 0.5 * (load_case(case_rows, j).tick_length_s * length)
+                time.ticks_since_sample_start, 0.5 * (load_stack_limits(case_rows, j).tick_length_s * length)
             ),
         )
-        store_findings(case_rows, j, no_findings())
-        store_losses(case_rows, j, no_losses())
+        store_contact_changes(case_rows, j, no_findings())
+        store_energy_losses(case_rows, j, no_losses())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -175,23 +169,21 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
     The prediction is of its pose and velocities.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        constants, state, half = (
-            load_constants(stone_rows, j),
-            load_stone(stone_rows, j),
-            load_time(case_rows, j).half_step_length_s,
-        )
+        constants = load_stone_constants(stone_rows, j)
+        state = load_stone_state(stone_rows, j)
+        half = load_clock_within_sample(case_rows, j).half_step_length_s
         predicted = predict_stone_at_step_end(constants.inverse_of_inertia_per_mass, state, 2.0 * half)
         axes = rotation_matrix(predicted.rotation)
-        store_predicted(stone_rows, j, predicted)
-        store_axes(stone_rows, j, axes)
-        store_diagonal(stone_rows, j, DiagonalBlockAndRightSide(
+        store_predicted_stone(stone_rows, j, predicted)
+        store_stone_axes(stone_rows, j, axes)
+        store_diagonal_block(stone_rows, j, DiagonalBlockAndRightSide(
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             right_side_of_stone_equations(
-                half, constants.mass, no_wrench(), load_inertial(case_rows, j),
+                half, constants.mass, no_wrench(), load_inertial_acceleration(case_rows, j),
                 Wrench(state.acceleration_relative_to_base, state.contact_moment_per_mass),
             ),
         ))  # fmt: skip
-        store_sum(stone_rows, j, no_sum())
+        store_force_sums(stone_rows, j, no_sum())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -200,9 +192,9 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
     for j in range(round_to_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = (
-            0.0 if load_history(joint_rows, j).normal_force > 0.0 else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+            0.0 if load_joint_state(joint_rows, j).normal_force > 0.0 else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
         )
-        store_landing(
+        store_flat_landing_state(
             joint_rows,
             j,
             FlatLandingTimesAndPointHeights(
@@ -212,42 +204,46 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
                 -SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
             ),
         )
-        store_normal(joint_rows, j, no_normal())
+        store_normal_force_sums(joint_rows, j, no_normal())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_landing_times_with_contact_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_landing(
+        store_flat_landing_state(
             joint_rows,
             j,
             include_point_in_landing_times_and_heights(
-                load_landing(joint_rows, j), load_point(point_rows, j), load_place(point_rows, j)
+                load_flat_landing_state(joint_rows, j),
+                load_point_state(point_rows, j),
+                load_point_position(point_rows, j),
             ),
         )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_predicted_point_force_to_joint_sums(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+def predict_point_force_and_add_to_joint_sums(
+    case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int
+) -> None:
     """Predict the normal force at a contact point of two stones and add it to their contact's sums, in all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        joint, frame, place = load_joint(joint_rows, j), load_frame(joint_rows, j), load_place(point_rows, j)
-        landing, old, half = (
-            load_landing(joint_rows, j),
-            load_point(point_rows, j),
-            load_time(case_rows, j).half_step_length_s,
-        )
+        joint = load_joint_constants(joint_rows, j)
+        frame = load_relative_motion(joint_rows, j)
+        place = load_point_position(point_rows, j)
+        landing = load_flat_landing_state(joint_rows, j)
+        old = load_point_state(point_rows, j)
+        half = load_clock_within_sample(case_rows, j).half_step_length_s
         waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
         fine = (
-            load_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
+            load_next_step_to_attempt(case_rows, j).length_in_ticks
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_step_control(case_rows, j).shortest_step_ticks
         )
         pressure, on = predicted_force_per_share_and_contact_flag(
             joint, frame, place, old, (fine, stone_base_lands_flat(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
-        store_normal(joint_rows, j, add_normal(load_normal(joint_rows, j), terms))
+        store_normal_force_sums(joint_rows, j, add_normal(load_normal_force_sums(joint_rows, j), terms))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -256,29 +252,29 @@ def predict_joint_friction_and_equations(
 ) -> None:
     """Predict the friction between a stone and its support, and the equation terms of their contact, for all stacks."""
     for j in range(round_to_vector_multiple(lane_count)):
-        joint, frame, sums = load_joint(joint_rows, j), load_frame(joint_rows, j), load_normal(joint_rows, j)
-        old, half, flat = (
-            load_history(joint_rows, j),
-            load_time(case_rows, j).half_step_length_s,
-            stone_base_lands_flat(load_landing(joint_rows, j)),
-        )
+        joint = load_joint_constants(joint_rows, j)
+        frame = load_relative_motion(joint_rows, j)
+        sums = load_normal_force_sums(joint_rows, j)
+        old = load_joint_state(joint_rows, j)
+        half = load_clock_within_sample(case_rows, j).half_step_length_s
+        flat = stone_base_lands_flat(load_flat_landing_state(joint_rows, j))
         fine = (
-            load_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_clock(case_rows, j).shortest_step_ticks
+            load_next_step_to_attempt(case_rows, j).length_in_ticks
+            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_step_control(case_rows, j).shortest_step_ticks
         )
-        foot = load_constants(upper_stone_rows, j).centre_height
+        foot = load_stone_constants(upper_stone_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
-        store_friction(joint_rows, j, friction)
+        store_joint_friction(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
-        store_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
+        store_joint_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def rotate_joint_equations_to_ground_axes(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
     for j in range(round_to_vector_multiple(lane_count)):
-        axes = load_joint_pose(joint_rows, j).axes
-        store_equations(joint_rows, j, rotate_contact_equations(axes, load_equations(joint_rows, j)))
+        axes = load_joint_frame(joint_rows, j).axes
+        store_joint_equations(joint_rows, j, rotate_contact_equations(axes, load_joint_equations(joint_rows, j)))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -290,15 +286,15 @@ def eliminate_upper_stone_of_each_stack(
     All stacks are treated in parallel.
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        below, origin = load_predicted(lower_stone_rows, j), load_joint_pose(joint_rows, j).origin
+        below, origin = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
-            load_diagonal(upper_stone_rows, j), load_diagonal(lower_stone_rows, j), load_equations(joint_rows, j),
-            load_time(case_rows, j).half_step_length_s,
-            minus(origin, load_predicted(upper_stone_rows, j).centre_position),
+            load_diagonal_block(upper_stone_rows, j), load_diagonal_block(lower_stone_rows, j),
+            load_joint_equations(joint_rows, j), load_clock_within_sample(case_rows, j).half_step_length_s,
+            minus(origin, load_predicted_stone(upper_stone_rows, j).centre_position),
             minus(origin, below.centre_position),
         )  # fmt: skip
-        store_elimination(upper_stone_rows, j, solution)
-        store_diagonal(lower_stone_rows, j, rest)
+        store_eliminated_solution(upper_stone_rows, j, solution)
+        store_diagonal_block(lower_stone_rows, j, rest)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -307,25 +303,29 @@ def solve_velocity_corrections_of_lowest_stones(
 ) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
     for j in range(round_to_vector_multiple(lane_count)):
-        arm = scale_vector(-1.0, load_predicted(lowest_stone_rows, j).centre_position)
+        arm = scale_vector(-1.0, load_predicted_stone(lowest_stone_rows, j).centre_position)
         e = solve_velocity_correction_of_lowest_stone(
-            load_diagonal(lowest_stone_rows, j),
-            load_equations(joint_rows, j),
-            load_time(case_rows, j).half_step_length_s,
+            load_diagonal_block(lowest_stone_rows, j),
+            load_joint_equations(joint_rows, j),
+            load_clock_within_sample(case_rows, j).half_step_length_s,
             arm,
         )
-        store_change(lowest_stone_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))
+        store_velocity_correction(
+            lowest_stone_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity)
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_upper_stone_velocity_corrections(upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        solution, below = load_elimination(upper_stone_rows, j), load_change(lower_stone_rows, j)
+        solution, below = load_eliminated_solution(upper_stone_rows, j), load_velocity_correction(lower_stone_rows, j)
         e = wrench_plus(
             solution.constant_part_of_correction,
             matrix_6x6_times_wrench(
                 solution.factor_of_correction_below, Wrench(below.velocity, below.angular_velocity)
             ),
         )
-        store_change(upper_stone_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity))
+        store_velocity_correction(
+            upper_stone_rows, j, StoneVelocityCorrection(e.force_or_velocity, e.moment_or_angular_velocity)
+        )

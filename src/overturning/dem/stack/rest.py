@@ -23,17 +23,17 @@ from overturning.dem.kernel.ending import (
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
-    load_attempt,
-    load_case,
-    load_constants,
-    load_history,
-    load_joint,
-    load_landing,
-    load_outcome,
-    load_place,
-    load_point,
-    load_rest,
-    load_stone,
+    load_fall_state,
+    load_flat_landing_state,
+    load_joint_constants,
+    load_joint_state,
+    load_next_step_to_attempt,
+    load_point_position,
+    load_point_state,
+    load_rest_flag_and_limits,
+    load_stack_limits,
+    load_stone_constants,
+    load_stone_state,
     slice_stone_rows,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
@@ -45,12 +45,10 @@ from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT, TICKS
 from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.array_length,
-    STONE_ROW_LAYOUT.array_length,
-    JOINT_ROW_LAYOUT.array_length,
-    POINT_ROW_LAYOUT.array_length,
-)
+CASE_ARRAY_LENGTH = CASE_ROW_LAYOUT.array_length
+STONE_ARRAY_LENGTH = STONE_ROW_LAYOUT.array_length
+JOINT_ARRAY_LENGTH = JOINT_ROW_LAYOUT.array_length
+POINT_ARRAY_LENGTH = POINT_ROW_LAYOUT.array_length
 MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
     StackRestFlagAndLimits, "may_be_at_rest_at_sample_start"
 )
@@ -73,11 +71,11 @@ class StiffnessShareMoments(NamedTuple):
     """Sums over the contact points of two stones: shares of stiffness, and their first and second moments."""
 
     stiffness_share_sum: float
-    share_times_x: float
-    share_times_y: float
-    share_times_xx: float
-    share_times_xy: float
-    share_times_yy: float
+    stiffness_share_times_x: float
+    stiffness_share_times_y: float
+    stiffness_share_times_xx: float
+    stiffness_share_times_xy: float
+    stiffness_share_times_yy: float
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -85,18 +83,18 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
     """Mark (`may_be_at_rest_at_sample_start` = 1) and count the stacks that may be at rest, by a quick test."""
     number = 0
     for j in range(active_lane_count):
-        length = load_attempt(stack_states, j).length_in_ticks
+        length = load_next_step_to_attempt(stack_states, j).length_in_ticks
         most = (
             1.001
             * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
-            * load_rest(stack_states, j).rest_acceleration_limit_upper_bound_g
+            * load_rest_flag_and_limits(stack_states, j).rest_acceleration_limit_upper_bound_g
             * GRAVITY
         )
-        slow = most * (load_case(stack_states, j).tick_length_s * length)
+        slow = most * (load_stack_limits(stack_states, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
             rows = slice_stone_rows(stack_states, s)
-            stone, gone = load_stone(rows, j), not load_outcome(rows, j).is_simulated > 0.0
+            stone, gone = load_stone_state(rows, j), not load_fall_state(rows, j).is_still_simulated > 0.0
             a, v = stone.acceleration_relative_to_base, stone.velocity_relative_to_base
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
             may = may & (still | gone)
@@ -111,25 +109,27 @@ def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
+    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
-        if not load_outcome(slice_stone_rows(stack_states, s), lane).is_simulated > 0.0:
+        if not load_fall_state(slice_stone_rows(stack_states, s), lane).is_still_simulated > 0.0:
             continue
         at = first + s * size
-        landing = load_landing(stack_states[at : at + JOINT_SIZE], lane)
+        landing = load_flat_landing_state(stack_states[at : at + JOINT_ARRAY_LENGTH], lane)
         lies_flat = (
             landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
             < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
         )
         if (
-            load_joint(stack_states[at : at + JOINT_SIZE], lane).min_rim_distance_for_deferred_contact
+            load_joint_constants(
+                stack_states[at : at + JOINT_ARRAY_LENGTH], lane
+            ).min_base_distance_inside_rim_to_defer_contact
             < MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M
             and lies_flat
         ):
             continue
-        for i in range((size - JOINT_SIZE) // P):
-            begin = at + JOINT_SIZE + i * P
-            point = load_point(stack_states[begin : begin + P], lane)
+        for i in range((size - JOINT_ARRAY_LENGTH) // POINT_ARRAY_LENGTH):
+            begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
+            point = load_point_state(stack_states[begin : begin + POINT_ARRAY_LENGTH], lane)
             if point.joint_stiffness_share > 1e-3 and not point.force_per_stiffness_share > 0.0:
                 return False
     return True
@@ -139,16 +139,16 @@ def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int
 def moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessShareMoments:
     """Return the sum of the shares of stiffness of two stones' contact points, and its moments."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for i in range(joint_point_rows.size // P):
-        rows = joint_point_rows[i * P : (i + 1) * P]
-        w, at = load_point(rows, lane).joint_stiffness_share, load_place(rows, lane)
+    for i in range(joint_point_rows.size // POINT_ARRAY_LENGTH):
+        rows = joint_point_rows[i * POINT_ARRAY_LENGTH : (i + 1) * POINT_ARRAY_LENGTH]
+        w, at = load_point_state(rows, lane).joint_stiffness_share, load_point_position(rows, lane)
         total = StiffnessShareMoments(
             total.stiffness_share_sum + w,
-            total.share_times_x + w * at.x_in_joint_frame,
-            total.share_times_y + w * at.y_in_joint_frame,
-            total.share_times_xx + w * at.x_in_joint_frame * at.x_in_joint_frame,
-            total.share_times_xy + w * at.x_in_joint_frame * at.y_in_joint_frame,
-            total.share_times_yy + w * at.y_in_joint_frame * at.y_in_joint_frame,
+            total.stiffness_share_times_x + w * at.x_in_joint_frame,
+            total.stiffness_share_times_y + w * at.y_in_joint_frame,
+            total.stiffness_share_times_xx + w * at.x_in_joint_frame * at.x_in_joint_frame,
+            total.stiffness_share_times_xy + w * at.x_in_joint_frame * at.y_in_joint_frame,
+            total.stiffness_share_times_yy + w * at.y_in_joint_frame * at.y_in_joint_frame,
         )
     return total
 
@@ -165,25 +165,24 @@ def first_point_unloading_acceleration_g(
     total = moments_of_stiffness_shares(joint_point_rows, lane)
     if not total.stiffness_share_sum > 0.0:
         return 0.0
-    x, y = total.share_times_x / total.stiffness_share_sum, total.share_times_y / total.stiffness_share_sum
-    xx, xy, yy = (
-        total.share_times_xx - total.share_times_x * x,
-        total.share_times_xy - total.share_times_x * y,
-        total.share_times_yy - total.share_times_y * y,
+    x, y = (
+        total.stiffness_share_times_x / total.stiffness_share_sum,
+        total.stiffness_share_times_y / total.stiffness_share_sum,
     )
+    xx = total.stiffness_share_times_xx - total.stiffness_share_times_x * x
+    xy = total.stiffness_share_times_xy - total.stiffness_share_times_x * y
+    yy = total.stiffness_share_times_yy - total.stiffness_share_times_y * y
     area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_TO_LENGTH_RATIO * (xx + yy)
     if not area > width * width:
         return 0.0
-    least, off_x, off_y = (
-        np.inf,
-        mass_centre_above_in_lower_face_frame.x - x,
-        mass_centre_above_in_lower_face_frame.y - y,
-    )
-    for i in range(joint_point_rows.size // P):
-        rows = joint_point_rows[i * P : (i + 1) * P]
-        if not load_point(rows, lane).joint_stiffness_share > 0.0:
+    least = np.inf
+    off_x = mass_centre_above_in_lower_face_frame.x - x
+    off_y = mass_centre_above_in_lower_face_frame.y - y
+    for i in range(joint_point_rows.size // POINT_ARRAY_LENGTH):
+        rows = joint_point_rows[i * POINT_ARRAY_LENGTH : (i + 1) * POINT_ARRAY_LENGTH]
+        if not load_point_state(rows, lane).joint_stiffness_share > 0.0:
             continue
-        at = load_place(rows, lane)
+        at = load_point_position(rows, lane)
         dx, dy = at.x_in_joint_frame - x, at.y_in_joint_frame - y
         gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
         # Both per weight of the stones above: pressure at rest, and its change by a base acceleration of 1 g.
@@ -202,14 +201,14 @@ def onset_acceleration_g_of_current_stack_state(
     It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
     or slides.
     """
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
+    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
         rows = slice_stone_rows(stack_states, s)
-        if not load_outcome(rows, lane).is_simulated > 0.0:
+        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        mass, place = load_constants(rows, lane).mass, load_stone(rows, lane).centre_position
+        mass, place = load_stone_constants(rows, lane).mass, load_stone_state(rows, lane).centre_position
         above = MassAndMassMomentAboveJoint(
             above.mass + mass,
             above.mass_times_x + mass * place.x,
@@ -217,26 +216,25 @@ def onset_acceleration_g_of_current_stack_state(
             above.mass_times_z + mass * place.z,
         )
         joint = stack_states[first + s * size : first + (s + 1) * size]
-        old, friction = load_history(joint[:JOINT_SIZE], lane), load_joint(joint[:JOINT_SIZE], lane).friction
+        old = load_joint_state(joint[:JOINT_ARRAY_LENGTH], lane)
+        friction = load_joint_constants(joint[:JOINT_ARRAY_LENGTH], lane).friction
         if not old.normal_force > 0.0 or old.slid_in_last_step > 0.0:
             return 0.0
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         level = 0.0
         if s > 0:
             below = slice_stone_rows(stack_states, s - 1)
-            lower = load_stone(below, lane)
-            origin, axes, level = (
-                lower.centre_position,
-                rotation_matrix(lower.rotation),
-                load_constants(below, lane).upper_face_height_above_centre,
-            )
+            lower = load_stone_state(below, lane)
+            origin = lower.centre_position
+            axes = rotation_matrix(lower.rotation)
+            level = load_stone_constants(below, lane).upper_face_height_above_centre
         one = 1.0 / above.mass
         centre = matrix_times_vector(
             transpose(axes),
             minus(Vector3(one * above.mass_times_x, one * above.mass_times_y, one * above.mass_times_z), origin),
         )
         raised = Vector3(centre.x, centre.y, centre.z - level)
-        onset = min(onset, first_point_unloading_acceleration_g(joint[JOINT_SIZE:], lane, raised), friction)
+        onset = min(onset, first_point_unloading_acceleration_g(joint[JOINT_ARRAY_LENGTH:], lane, raised), friction)
     return onset if above.mass > 0.0 else 0.0
 
 
@@ -247,25 +245,30 @@ def rest_acceleration_limit_g_or_0_if_moving(
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
     if not all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count):
         return 0.0
-    limit = load_rest(
+    limit = load_rest_flag_and_limits(
         stack_states, lane
     ).rest_limit_to_onset_acceleration_ratio * onset_acceleration_g_of_current_stack_state(
         stack_states, lane, stone_count, max_corner_count
     )
-    return limit if limit > 0.0 and stones_stand_upright_and_still(stack_states, lane, stone_count, limit) else 0.0
+    return (
+        limit if limit > 0.0 and unfallen_stones_are_upright_and_still(stack_states, lane, stone_count, limit) else 0.0
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stones_stand_upright_and_still(
+def unfallen_stones_are_upright_and_still(
     stack_states: Any, lane: int, stone_count: int, rest_acceleration_limit_g: float
 ) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
-    step = load_case(stack_states, lane).tick_length_s * load_attempt(stack_states, lane).length_in_ticks
+    step = (
+        load_stack_limits(stack_states, lane).tick_length_s
+        * load_next_step_to_attempt(stack_states, lane).length_in_ticks
+    )
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_outcome(rows, lane).is_simulated > 0.0:
+        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        constants, stone = load_constants(rows, lane), load_stone(rows, lane)
+        constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height_above_centre
         spin = angular_velocity_from_momentum(
             constants.inverse_of_inertia_per_mass, axes, stone.angular_momentum_per_mass
@@ -279,7 +282,7 @@ def stones_stand_upright_and_still(
             return False
         if (
             not lean_as_squared_sine(axes)
-            < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean_squared_sine_on_contact_patch
+            < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean_squared_sine_on_contact_at_rest
         ):
             return False
     return True
@@ -294,19 +297,21 @@ def time_until_upright_stack_stops_sliding(
     The result is 0 if a stone leans, or if no contact would slide farther than `NEGLIGIBLE_REMAINING_SLIP_M` before it
     stops.
     """
-    longest, first, size = 0.0, CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
+    longest = 0.0
+    first = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
+    size = state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_outcome(rows, lane).is_simulated > 0.0:
+        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        if lean_as_squared_sine(rotation_matrix(load_stone(rows, lane).rotation)) >= (
+        if lean_as_squared_sine(rotation_matrix(load_stone_state(rows, lane).rotation)) >= (
             MAX_TILT_RATIO_AT_REST
             * MAX_TILT_RATIO_AT_REST
-            * load_constants(rows, lane).critical_lean_squared_sine_on_contact_patch
+            * load_stone_constants(rows, lane).critical_lean_squared_sine_on_contact_at_rest
         ):
             return 0.0
-        joint = stack_states[first + s * size : first + s * size + JOINT_SIZE]
-        old, deceleration = load_history(joint, lane), GRAVITY * load_joint(joint, lane).friction
+        joint = stack_states[first + s * size : first + s * size + JOINT_ARRAY_LENGTH]
+        old, deceleration = load_joint_state(joint, lane), GRAVITY * load_joint_constants(joint, lane).friction
         v = old.slip_velocity_at_pressure_centre
         square = v.x * v.x + v.y * v.y + v.twist_times_radius * v.twist_times_radius
         if (

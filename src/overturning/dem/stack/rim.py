@@ -30,18 +30,18 @@ from overturning.dem.kernel.lanes import (
     round_to_vector_multiple,
 )
 from overturning.dem.stack.access import (
-    load_axes,
-    load_constants,
-    load_frame,
-    load_joint_pose,
-    load_outline,
-    load_place,
-    load_rim,
-    load_rim_side,
-    store_frame,
-    store_joint_pose,
-    store_place,
-    store_rim,
+    load_base_overhang,
+    load_contact_normal_sums,
+    load_face_corner,
+    load_joint_frame,
+    load_point_position,
+    load_relative_motion,
+    load_stone_axes,
+    load_stone_constants,
+    store_contact_normal_sums,
+    store_joint_frame,
+    store_point_position,
+    store_relative_motion,
 )
 from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
@@ -87,11 +87,11 @@ def add_point_to_contact_normal_sums(
         -point_position.base_height_above_lower_face if point_position.base_height_above_lower_face < 0.0 else 0.0
     )
     return ContactNormalSums(
-        contact_normal_sums.share_times_penetration + load,
-        contact_normal_sums.share_times_penetration_times_x + load * point_position.x_in_joint_frame,
-        contact_normal_sums.share_times_penetration_times_y + load * point_position.y_in_joint_frame,
-        contact_normal_sums.share_times_penetration_times_slope_x + load * normal_slope_xy[0],
-        contact_normal_sums.share_times_penetration_times_slope_y + load * normal_slope_xy[1],
+        contact_normal_sums.stiffness_share_times_penetration + load,
+        contact_normal_sums.stiffness_share_times_penetration_times_x + load * point_position.x_in_joint_frame,
+        contact_normal_sums.stiffness_share_times_penetration_times_y + load * point_position.y_in_joint_frame,
+        contact_normal_sums.stiffness_share_times_penetration_times_slope_x + load * normal_slope_xy[0],
+        contact_normal_sums.stiffness_share_times_penetration_times_slope_y + load * normal_slope_xy[1],
     )
 
 
@@ -99,17 +99,19 @@ def add_point_to_contact_normal_sums(
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_rim(joint_rows, j, ContactNormalSums(0.0, 0.0, 0.0, 0.0, 0.0))
+        store_contact_normal_sums(joint_rows, j, ContactNormalSums(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_base_corner_to_normal_sums(joint_rows: Any, base_corner_rows: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
     for j in range(round_to_vector_multiple(lane_count)):
-        store_rim(
+        store_contact_normal_sums(
             joint_rows,
             j,
-            add_point_to_contact_normal_sums(load_rim(joint_rows, j), load_place(base_corner_rows, j), (0.0, 0.0)),
+            add_point_to_contact_normal_sums(
+                load_contact_normal_sums(joint_rows, j), load_point_position(base_corner_rows, j), (0.0, 0.0)
+            ),
         )
 
 
@@ -124,9 +126,9 @@ def add_rim_points_to_normal_sums(
 ) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
     for j in range(round_to_vector_multiple(lane_count)):
-        own, previous = load_outline(lower_side_rows, j), load_outline(previous_lower_side_rows, j)
-        slope_x, slope_y = slopes_of_upper_base_normal(load_frame(joint_rows, j))
-        rim, other = load_rim_side(lower_side_rows, j), load_rim_side(previous_lower_side_rows, j)
+        own, previous = load_face_corner(lower_side_rows, j), load_face_corner(previous_lower_side_rows, j)
+        slope_x, slope_y = slopes_of_upper_base_normal(load_relative_motion(joint_rows, j))
+        rim, other = load_base_overhang(lower_side_rows, j), load_base_overhang(previous_lower_side_rows, j)
         full, corner = (
             contact_normal_weight_of_rim_side(rim.max_base_corner_overhang, own.next_side_distance_from_face_centre),
             contact_normal_weight_of_rim_side(
@@ -141,19 +143,21 @@ def add_rim_points_to_normal_sums(
         )
         last = full * (rim.contact_normal_slope_at_part_end if rim.contact_normal_slope_at_part_end < most else most)
         loads = add_point_to_contact_normal_sums(
-            load_rim(joint_rows, j), load_place(lower_side_rows, j), (corner * slope_x, corner * slope_y)
+            load_contact_normal_sums(joint_rows, j),
+            load_point_position(lower_side_rows, j),
+            (corner * slope_x, corner * slope_y),
         )
         loads = add_point_to_contact_normal_sums(
             loads,
-            load_place(part_begin_point_rows, j),
+            load_point_position(part_begin_point_rows, j),
             (begin * own.next_side_outward_normal_x, begin * own.next_side_outward_normal_y),
         )
-        store_rim(
+        store_contact_normal_sums(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
                 loads,
-                load_place(part_end_point_rows, j),
+                load_point_position(part_end_point_rows, j),
                 (last * own.next_side_outward_normal_x, last * own.next_side_outward_normal_y),
             ),
         )
@@ -177,17 +181,17 @@ def contact_frame_with_mean_normal(contact_normal_sums: ContactNormalSums) -> Jo
     is normal to the force.
     """
     one = 1.0 / (
-        contact_normal_sums.share_times_penetration if contact_normal_sums.share_times_penetration > 0.0 else 1.0
+        contact_normal_sums.stiffness_share_times_penetration
+        if contact_normal_sums.stiffness_share_times_penetration > 0.0
+        else 1.0
     )
-    x, y = (
-        contact_normal_sums.share_times_penetration_times_slope_x * one,
-        contact_normal_sums.share_times_penetration_times_slope_y * one,
-    )
+    x = contact_normal_sums.stiffness_share_times_penetration_times_slope_x * one
+    y = contact_normal_sums.stiffness_share_times_penetration_times_slope_y * one
     z = 1.0 / math.sqrt(1.0 + (x * x + y * y))
     normal = Vector3(x * z, y * z, z)
     height = (
-        normal.x * contact_normal_sums.share_times_penetration_times_x
-        + normal.y * contact_normal_sums.share_times_penetration_times_y
+        normal.x * contact_normal_sums.stiffness_share_times_penetration_times_x
+        + normal.y * contact_normal_sums.stiffness_share_times_penetration_times_y
     ) * one
     return JointFrameAxesAndOrigin(rotation_from_z_axis_to_normal(normal), scale_vector(height, normal))
 
@@ -196,11 +200,12 @@ def contact_frame_with_mean_normal(contact_normal_sums: ContactNormalSums) -> Jo
 def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
     for j in range(round_to_vector_multiple(lane_count)):
-        pose, place = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_place(point_rows, j)
+        pose = contact_frame_with_mean_normal(load_contact_normal_sums(joint_rows, j))
+        place = load_point_position(point_rows, j)
         turned = matrix_times_vector(
             transpose(pose.axes), minus(Vector3(place.x_in_joint_frame, place.y_in_joint_frame, 0.0), pose.origin)
         )
-        store_place(
+        store_point_position(
             point_rows,
             j,
             ContactPointPosition(
@@ -215,13 +220,14 @@ def rotate_contact_frame_to_mean_normal(
 ) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
     for j in range(round_to_vector_multiple(lane_count)):
-        turn, pose = contact_frame_with_mean_normal(load_rim(joint_rows, j)), load_joint_pose(joint_rows, j)
-        old = load_frame(joint_rows, j)
+        turn = contact_frame_with_mean_normal(load_contact_normal_sums(joint_rows, j))
+        pose = load_joint_frame(joint_rows, j)
+        old = load_relative_motion(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
         new = relative_motion_in_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
-        store_joint_pose(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
-        store_frame(joint_rows, j, JointRelativeMotion(
+        store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
+        store_relative_motion(joint_rows, j, JointRelativeMotion(
             new.upper_base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity_at_origin, new.angular_velocity,
             old.min_base_corner_distance_inside_rim, old.contact_patch_perimeter
         ))  # fmt: skip
@@ -235,19 +241,20 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
     (`base_corner_hangs_below_supporting_face`).
     """
     for j in range(round_to_vector_multiple(lane_count)):
-        rim, axes = load_rim(joint_rows, j), load_axes(upper_stone_rows, j)
+        rim, axes = load_contact_normal_sums(joint_rows, j), load_stone_axes(upper_stone_rows, j)
         upright = (
-            lean_as_squared_sine(axes) < load_constants(upper_stone_rows, j).critical_lean_squared_sine_on_whole_base
+            lean_as_squared_sine(axes)
+            < load_stone_constants(upper_stone_rows, j).critical_lean_squared_sine_on_whole_base
         )
-        store_rim(
+        store_contact_normal_sums(
             joint_rows,
             j,
             ContactNormalSums(
-                rim.share_times_penetration,
-                rim.share_times_penetration_times_x,
-                rim.share_times_penetration_times_y,
-                rim.share_times_penetration_times_slope_x if upright else 0.0,
-                rim.share_times_penetration_times_slope_y if upright else 0.0,
+                rim.stiffness_share_times_penetration,
+                rim.stiffness_share_times_penetration_times_x,
+                rim.stiffness_share_times_penetration_times_y,
+                rim.stiffness_share_times_penetration_times_slope_x if upright else 0.0,
+                rim.stiffness_share_times_penetration_times_slope_y if upright else 0.0,
             ),
         )
 

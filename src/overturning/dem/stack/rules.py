@@ -22,13 +22,13 @@ from overturning.dem.kernel.ground import (
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, cache_line_aligned_zeros, round_to_vector_multiple
 from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
 from overturning.dem.stack.access import (
-    load_course,
-    load_outcome,
-    load_rest,
-    load_stone,
+    load_case_progress,
+    load_fall_state,
+    load_rest_flag_and_limits,
+    load_stone_state,
     slice_stone_rows,
     store_rotation,
-    store_shaking,
+    store_sample_accelerations,
 )
 from overturning.dem.stack.ending import (
     lowest_newly_fallen_stone_index,
@@ -56,20 +56,18 @@ from overturning.dem.stack.state import (
 )
 from overturning.dem.stack.step import attempt_time_steps_of_stacks, state_array_length_per_joint
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+CASE_ARRAY_LENGTH, STONE_ARRAY_LENGTH, JOINT_ARRAY_LENGTH, POINT_ARRAY_LENGTH = (
     CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
     JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
 )  # fmt: skip
-TICK, SAMPLE, ENERGY, LOADED = (
+TICKS_SINCE_SAMPLE_START_ROW, CURRENT_SAMPLE_ROW, INITIAL_ENERGY_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_since_sample_start"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-LAST_UPRIGHT, UPRIGHT_UNTIL = (
-    STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright_tick_in_sample"),
-    STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time_s"),
-)
+LAST_UPRIGHT_TICK_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright_tick_in_sample")
+LAST_UPRIGHT_TIME_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time_s")
 
 
 class StackKernelInput(NamedTuple):
@@ -106,7 +104,7 @@ class StackWorkspace(NamedTuple):
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state arrays of the stacks that are simulated in parallel, one column (lane) each."""
     stones, corners = kernel_input.face_corners_by_stack.shape[1], kernel_input.face_corners_by_stack.shape[3]
-    size = CASE_SIZE + stones * (STONE_SIZE + state_array_length_per_joint(corners))
+    size = CASE_ARRAY_LENGTH + stones * (STONE_ARRAY_LENGTH + state_array_length_per_joint(corners))
     return StackWorkspace(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
@@ -151,26 +149,30 @@ def advance_sample_and_load_base_motion(
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
         for j in range(round_to_vector_multiple(lane_count)):
-            store_rotation(rows, j, normalise_quaternion(load_stone(rows, j).rotation))
-            then = (load_course(stack_states, j).current_sample + rows[LAST_UPRIGHT + j] * scale) * interval
-            present = load_outcome(rows, j).is_simulated > 0.0
-            rows[UPRIGHT_UNTIL + j] = then if (rows[LAST_UPRIGHT + j] >= 0.0) & present else rows[UPRIGHT_UNTIL + j]
-            rows[LAST_UPRIGHT + j] = -1.0
+            store_rotation(rows, j, normalise_quaternion(load_stone_state(rows, j).rotation))
+            then = (
+                load_case_progress(stack_states, j).current_sample + rows[LAST_UPRIGHT_TICK_ROW + j] * scale
+            ) * interval
+            present = load_fall_state(rows, j).is_still_simulated > 0.0
+            rows[LAST_UPRIGHT_TIME_ROW + j] = (
+                then if (rows[LAST_UPRIGHT_TICK_ROW + j] >= 0.0) & present else rows[LAST_UPRIGHT_TIME_ROW + j]
+            )
+            rows[LAST_UPRIGHT_TICK_ROW + j] = -1.0
     for j in range(round_to_vector_multiple(lane_count)):
         # The times at which the stones were upright are their own, above.
         begun = next_sample_tick_and_last_upright_time(
-            load_course(stack_states, j), stack_states[TICK + j], -1.0, ticks, interval
+            load_case_progress(stack_states, j), stack_states[TICKS_SINCE_SAMPLE_START_ROW + j], -1.0, ticks, interval
         )
-        stack_states[SAMPLE + j], stack_states[TICK + j] = begun[0], begun[1]
+        stack_states[CURRENT_SAMPLE_ROW + j], stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] = begun[0], begun[1]
     last = up.shape[0] - 3
     for j in range(round_to_vector_multiple(lane_count)):
-        course = load_course(stack_states, j)
-        if stack_states[LOADED + j] == course.current_sample + 1.0:
+        course = load_case_progress(stack_states, j)
+        if stack_states[LOADED_SAMPLE_NUMBER_ROW + j] == course.current_sample + 1.0:
             continue
-        stack_states[LOADED + j] = course.current_sample + 1.0
+        stack_states[LOADED_SAMPLE_NUMBER_ROW + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
-        store_shaking(
+        store_sample_accelerations(
             stack_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 
@@ -180,11 +182,9 @@ def attempt_steps_until_next_check(
 ) -> tuple[Any, int]:
     """Attempt time steps of all stacks until the next end test; record the first stack at most once per sample."""
     settings, interval = kernel_input.settings, kernel_input.settings.sampling_interval
-    corners, limit, stones = (
-        kernel_input.corner_counts_by_stone,
-        kernel_input.face_corners_by_stack.shape[3],
-        kernel_input.corner_counts_by_stone.size,
-    )
+    corners = kernel_input.corner_counts_by_stone
+    limit = kernel_input.face_corners_by_stack.shape[3]
+    stones = kernel_input.corner_counts_by_stone.size
     if trajectory_buffer.shape[0] > 0:
         most_rows = settings.max_trajectory_rows // trajectory_buffer.shape[1]
         trajectory_buffer = grow_trajectory_array(trajectory_buffer, recorded_row_count + 1, most_rows)
@@ -230,10 +230,10 @@ def mark_stacks_due_for_end_test(
     """Mark and count stacks with a fallen stone, a state not finite, or no sample left that can start a motion."""
     count = 0
     for j in range(active_lane_count):
-        course, total = load_course(stack_states, j), 0.0
+        course, total = load_case_progress(stack_states, j), 0.0
         for s in range(stone_count):
-            total += stone_state_sum_for_finite_check(load_stone(slice_stone_rows(stack_states, s), j))
-        sample = course.current_sample + stack_states[TICK + j] / ticks_per_sample
+            total += stone_state_sum_for_finite_check(load_stone_state(slice_stone_rows(stack_states, s), j))
+        sample = course.current_sample + stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.no_onset_from_sample, record_sample_count)
         due = due or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count) < stone_count
         possible_end_flag_by_lane_out[j] = 1.0 if due else 0.0
@@ -251,8 +251,9 @@ def skip_quiet_samples_of_resting_cases(
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
-        course, bound = load_course(state, j), load_rest(state, j).rest_acceleration_limit_upper_bound_g
-        now = course.current_sample + state[TICK + j] * (1.0 / settings.ticks_per_sample)
+        course = load_case_progress(state, j)
+        bound = load_rest_flag_and_limits(state, j).rest_acceleration_limit_upper_bound_g
+        now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):
             continue
@@ -262,7 +263,7 @@ def skip_quiet_samples_of_resting_cases(
         rest_limit = rest_acceleration_limit_g_or_0_if_moving(state, j, stones, corners)
         if rest_limit > 0.0:
             samples = count_skippable_samples(ground, direction, now, course.amplitude_factor, rest_limit)
-            state[SAMPLE + j] += samples
+            state[CURRENT_SAMPLE_ROW + j] += samples
             skipped_samples_by_lane_out[j] += samples
 
 

@@ -25,14 +25,10 @@ from overturning.dem.stack.state import (
     Wrench,
 )
 
-sum_of_6x6_matrices, difference_of_6x6_matrices = (
-    create_elementwise_tuple_functions(VelocityToForceBlocks).plus,
-    create_elementwise_tuple_functions(VelocityToForceBlocks).minus,
-)
-wrench_plus, wrench_minus = (
-    create_elementwise_tuple_functions(Wrench).plus,
-    create_elementwise_tuple_functions(Wrench).minus,
-)
+sum_of_6x6_matrices = create_elementwise_tuple_functions(VelocityToForceBlocks).plus
+difference_of_6x6_matrices = create_elementwise_tuple_functions(VelocityToForceBlocks).minus
+wrench_plus = create_elementwise_tuple_functions(Wrench).plus
+wrench_minus = create_elementwise_tuple_functions(Wrench).minus
 
 
 @njit(**INLINE_OPTIONS)
@@ -62,10 +58,8 @@ def rotate_matrix(rotation_to_new_axes: Matrix3, m: Matrix3) -> Matrix3:
 @njit(**INLINE_OPTIONS)
 def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: JointEquations) -> JointEquations:
     """Rotate two stones' contact terms in the equations, from the axes of their contact to those of the ground."""
-    wrench, joint_matrix = (
-        joint_equations.force_and_moment_or_velocity_change,
-        joint_equations.half_step_times_negated_derivatives,
-    )
+    wrench = joint_equations.force_and_moment_or_velocity_change
+    joint_matrix = joint_equations.half_step_times_negated_derivatives
     return JointEquations(
         Wrench(
             matrix_times_vector(rotation_to_new_axes, wrench.force_or_velocity),
@@ -243,10 +237,8 @@ def eliminate_stone_from_equations(
 
     `upper_stone_equations` and `lower_stone_equations` do not contain the contact of the two stones yet.
     """
-    joint_matrix, wrench = (
-        joint_equations.half_step_times_negated_derivatives,
-        scale_wrench(half_step_length_s, joint_equations.force_and_moment_or_velocity_change),
-    )
+    joint_matrix = joint_equations.half_step_times_negated_derivatives
+    wrench = scale_wrench(half_step_length_s, joint_equations.force_and_moment_or_velocity_change)
     own = sum_of_6x6_matrices(
         upper_stone_equations.diagonal_block,
         shift_contact_matrix_to_stone_centres(

@@ -11,18 +11,18 @@ from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
     slice_stone_rows,
-    store_attempt,
-    store_case,
-    store_clock,
-    store_constants,
-    store_course,
-    store_history,
-    store_joint,
-    store_outcome,
-    store_outline,
+    store_case_progress,
+    store_face_corner,
+    store_fall_state,
+    store_joint_constants,
+    store_joint_state,
+    store_next_step_to_attempt,
     store_peaks,
-    store_rest,
-    store_stone,
+    store_rest_flag_and_limits,
+    store_stack_limits,
+    store_step_control,
+    store_stone_constants,
+    store_stone_state,
 )
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
@@ -45,7 +45,7 @@ from overturning.dem.stack.state import (
 )
 from overturning.dem.stack.step import state_array_length_per_joint
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
+CASE_ARRAY_LENGTH, STONE_ARRAY_LENGTH, JOINT_ARRAY_LENGTH, POINT_ARRAY_LENGTH = (
     CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
     JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
 )  # fmt: skip
@@ -54,7 +54,7 @@ CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stack_state(
     stack_states: Any, lane: int, case_table_row: Any, stone_and_joint_table_rows: tuple[Any, Any],
-    friction_by_joint: Any, face_corners_by_stone: Any, corner_count_by_stone: Any,
+    friction_by_joint: Any, base_and_top_corners_by_stone: Any, corner_count_by_stone: Any,
     sampling_interval_s_and_ticks: tuple[float, float],
 ) -> None:  # fmt: skip
     """Load a stack at rest into column `lane` of the state array.
@@ -64,18 +64,19 @@ def write_initial_stack_state(
     (stones, joints), (sampling_interval, ticks_per_sample) = stone_and_joint_table_rows, sampling_interval_s_and_ticks
     for row in range(stack_states.size // PARALLEL_CASE_COUNT):
         stack_states[row * PARALLEL_CASE_COUNT + lane] = 0.0
-    first, size = CASE_SIZE + stones.size * STONE_SIZE, state_array_length_per_joint(face_corners_by_stone.shape[2])
+    first = CASE_ARRAY_LENGTH + stones.size * STONE_ARRAY_LENGTH
+    size = state_array_length_per_joint(base_and_top_corners_by_stone.shape[2])
     steps = case_table_row.steps_before_doubling_after_contact_change
-    store_clock(stack_states, lane, CaseStepControl(
+    store_step_control(stack_states, lane, CaseStepControl(
         case_table_row.shortest_step_ticks, case_table_row.longest_step_at_rest_ticks, steps,
         case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
-    store_case(stack_states, lane, StackTickLengthAndLimits(
+    store_stack_limits(stack_states, lane, StackTickLengthAndLimits(
         sampling_interval / ticks_per_sample, case_table_row.max_penetration,
-        case_table_row.max_acceleration_for_sample_long_steps_g,
-        case_table_row.max_kinetic_energy_at_rest, case_table_row.min_side_distance_of_mass_centre_above_joint
+        case_table_row.max_base_acceleration_for_sample_long_steps_g,
+        case_table_row.max_kinetic_energy_at_rest, case_table_row.min_distance_of_mass_centre_above_to_joint_side
     ))  # fmt: skip
-    store_rest(
+    store_rest_flag_and_limits(
         stack_states,
         lane,
         StackRestFlagAndLimits(
@@ -84,7 +85,7 @@ def write_initial_stack_state(
             0.0,
         ),
     )
-    store_attempt(stack_states, lane, NextStepToAttempt(case_table_row.shortest_step_ticks, steps, 0.0))
+    store_next_step_to_attempt(stack_states, lane, NextStepToAttempt(case_table_row.shortest_step_ticks, steps, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
         write_initial_stone_state(slice_stone_rows(stack_states, s), lane, stone)
@@ -93,15 +94,21 @@ def write_initial_stack_state(
             stone.centre_height, stone.nearest_base_side_distance,
         )  # fmt: skip
         for i in range(corner_count_by_stone[s]):
-            begin = at + JOINT_SIZE + i * P
-            o = face_corners_by_stone[s, 0, i]
-            store_outline(stack_states[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
+            begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
+            o = base_and_top_corners_by_stone[s, 0, i]
+            store_face_corner(
+                stack_states[begin : begin + POINT_ARRAY_LENGTH], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5])
+            )
         if s > 0:
             for i in range(corner_count_by_stone[s - 1]):
-                begin = at + JOINT_SIZE + (corner_count_by_stone[s] + i) * P
-                o = face_corners_by_stone[s - 1, 1, i]
-                store_outline(stack_states[begin : begin + P], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]))
-    store_course(stack_states, lane, CaseProgress(
+                begin = at + JOINT_ARRAY_LENGTH + (corner_count_by_stone[s] + i) * POINT_ARRAY_LENGTH
+                o = base_and_top_corners_by_stone[s - 1, 1, i]
+                store_face_corner(
+                    stack_states[begin : begin + POINT_ARRAY_LENGTH],
+                    lane,
+                    FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]),
+                )
+    store_case_progress(stack_states, lane, CaseProgress(
         case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval, case_table_row.spring_energy_at_rest,
@@ -112,7 +119,7 @@ def write_initial_stack_state(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stone_state(stone_rows: Any, lane: int, stone_table_row: Any) -> None:
     """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
-    store_constants(
+    store_stone_constants(
         stone_rows,
         lane,
         StoneConstants(
@@ -135,7 +142,7 @@ def write_initial_stone_state(stone_rows: Any, lane: int, stone_table_row: Any) 
             mass=stone_table_row.mass,
             centre_height=stone_table_row.centre_height,
             upper_face_height_above_centre=stone_table_row.upper_face_height_above_centre,
-            critical_lean_squared_sine_on_contact_patch=stone_table_row.critical_lean_squared_sine_on_contact_patch,
+            critical_lean_squared_sine_on_contact_at_rest=stone_table_row.critical_lean_squared_sine_on_contact_at_rest,
             critical_lean_squared_sine_on_whole_base=stone_table_row.critical_lean_squared_sine_on_whole_base,
             fall_tilt_cosine=stone_table_row.fall_tilt_cosine,
             max_centre_drop_without_fall=stone_table_row.max_centre_drop_without_fall,
@@ -143,9 +150,9 @@ def write_initial_stone_state(stone_rows: Any, lane: int, stone_table_row: Any) 
     )
     at, still = stone_table_row.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
-    store_stone(stone_rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
+    store_stone_state(stone_rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
     store_peaks(stone_rows, lane, StonePeakTilt(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
-    store_outcome(stone_rows, lane, StoneFallState(1.0, 0.0, 0.0))
+    store_fall_state(stone_rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -159,7 +166,7 @@ def write_initial_joint_state(
     nearest_base_side_distance: float,
 ) -> None:
     """Write contact constants and load at rest of a stone's contact with its support into column `lane`."""
-    store_joint(joint_rows, lane, JointConstants(
+    store_joint_constants(joint_rows, lane, JointConstants(
         normal_stiffness=joint_table_row.normal_stiffness,
         normal_dashpot=joint_table_row.normal_dashpot * damping_factor,
         tangential_stiffness=joint_table_row.tangential_stiffness,
@@ -169,11 +176,11 @@ def write_initial_joint_state(
         tilting_friction_share_in_flat_landing=(
             0.0 if friction * centre_height_above_base <= nearest_base_side_distance else 1.0
         ),
-        min_rim_distance_for_deferred_contact=joint_table_row.min_rim_distance_for_deferred_contact,
+        min_base_distance_inside_rim_to_defer_contact=joint_table_row.min_base_distance_inside_rim_to_defer_contact,
         upper_base_corner_count=joint_table_row.upper_base_corner_count,
     ))  # fmt: skip
     still = TangentTwistVector(0.0, 0.0, 0.0)
-    store_history(
+    store_joint_state(
         joint_rows,
         lane,
         JointContactState(

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 from overturning.dem.body.state import InertialAccelerations3D, LoadedBaseMotionSampleNumber, StepRejectionFlags
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, SlideEndSample
+from overturning.dem.kernel.ending import CaseProgress, SlidingCaseEnd
 from overturning.dem.kernel.lanes import TupleRowLayout
 
 PARALLEL_CASE_COUNT: Final = 8
@@ -31,11 +31,11 @@ class StackTickLengthAndLimits(NamedTuple):
     """Length of a tick, s."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
-    max_acceleration_for_sample_long_steps_g: float
+    max_base_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    min_side_distance_of_mass_centre_above_joint: float
+    min_distance_of_mass_centre_above_to_joint_side: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
@@ -109,7 +109,7 @@ class StoneConstants(NamedTuple):
     """Height of the centre above the base, m."""
     upper_face_height_above_centre: float
     """Height of the upper face above the centre, m."""
-    critical_lean_squared_sine_on_contact_patch: float
+    critical_lean_squared_sine_on_contact_at_rest: float
     """`lean_as_squared_sine` at which the stone balances on the nearest side of its contact at rest."""
     critical_lean_squared_sine_on_whole_base: float
     """`lean_as_squared_sine` at which the stone, on a plane, would balance on the nearest side of its base."""
@@ -149,7 +149,7 @@ class StonePeakTilt(NamedTuple):
 class StoneFallState(NamedTuple):
     """Fall of a stone: simulated or already fallen, last time upright, and whether it slid off its support."""
 
-    is_simulated: float
+    is_still_simulated: float
     """1 while the stone is computed, 0 after it has fallen."""
     last_upright_time_s: float
     """Last time at which the stone leant less than its critical angle, s."""
@@ -222,7 +222,7 @@ class StoneContactForceSums(NamedTuple):
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
     StackEnergyAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
-    StepRejectionFlags, StackContactChangesInStep, ContactEnergyLosses, Vector3, SlideEndSample
+    StepRejectionFlags, StackContactChangesInStep, ContactEnergyLosses, Vector3, SlidingCaseEnd
 )  # fmt: skip
 STONE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

@@ -72,7 +72,7 @@ def joint_constants_of_stack(stones: list[StackStone], contact_properties: Verte
     rows["tangential_compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0)
     rows["flat_landing_duration_s"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
     rows["upper_base_corner_count"] = [len(stone.base_corners_xy_from_centre_of_mass) for stone in stones]
-    rows["min_rim_distance_for_deferred_contact"] = np.where(
+    rows["min_base_distance_inside_rim_to_defer_contact"] = np.where(
         [len(stone.base_corners_xy_from_centre_of_mass) > 4 for stone in stones],
         MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH * width,
         MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
@@ -106,7 +106,7 @@ def stone_constants_and_initial_states_table(
             reach,
         )
         ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
-        row["critical_lean_squared_sine_on_contact_patch"] = ahead**2 / (ahead**2 + height**2)
+        row["critical_lean_squared_sine_on_contact_at_rest"] = ahead**2 / (ahead**2 + height**2)
         row["critical_lean_squared_sine_on_whole_base"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
         tilt = max(MIN_FALL_TILT_OF_STONE_RAD, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
         row["fall_tilt_cosine"] = np.round(np.cos(tilt), 12)
@@ -187,11 +187,9 @@ def _relative_displacement_matrix_at_corner(
     for index, sign in ((joint_index, 1.0), (joint_index - 1, -1.0)):
         if index >= 0:
             stone = stones[index]
-            x, y, z = (
-                corner_xy[0] - stone.centre_of_mass_x_at_rest,
-                corner_xy[1],
-                (-stone.centre_height_above_base if index == joint_index else stone.upper_face_height_above_centre),
-            )
+            x = corner_xy[0] - stone.centre_of_mass_x_at_rest
+            y = corner_xy[1]
+            z = -stone.centre_height_above_base if index == joint_index else stone.upper_face_height_above_centre
             matrix[:, 6 * index : 6 * index + 6] += [
                 [sign, 0.0, 0.0, 0.0, sign * z, -sign * y],
                 [0.0, sign, 0.0, -sign * z, 0.0, sign * x],
@@ -215,10 +213,8 @@ def scaled_stiffness_matrix_of_stack_at_rest(
         for number, (corner, weight) in enumerate(
             zip(patch.corners_xy_in_stack_axes, patch.corner_stiffness_shares, strict=True)
         ):
-            normal, tangential = (
-                weight * joint_constants.joint_table["normal_stiffness"][k],
-                weight * joint_constants.joint_table["tangential_stiffness"][k],
-            )
+            normal = weight * joint_constants.joint_table["normal_stiffness"][k]
+            tangential = weight * joint_constants.joint_table["tangential_stiffness"][k]
             if corner_carries_load_by_joint is None or corner_carries_load_by_joint[k][number]:
                 each = _relative_displacement_matrix_at_corner(stones, k, corner) * unit_mass_scale_factors
                 matrix += np.einsum("ij,i,ik->jk", each, np.array([tangential, tangential, normal]), each)
@@ -253,10 +249,8 @@ def static_displacements_and_rotations(stones: list[StackStone], joint_constants
     count = len(stones)
     weight = np.zeros(6 * count)
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
-    scale, loaded = (
-        scale_factors_for_unit_mass_matrix(stones),
-        [np.ones(len(patch.corners_xy_in_stack_axes), np.bool_) for patch in joint_constants.contact_patches],
-    )
+    scale = scale_factors_for_unit_mass_matrix(stones)
+    loaded = [np.ones(len(patch.corners_xy_in_stack_axes), np.bool_) for patch in joint_constants.contact_patches]
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joint_constants.mean_penetration_at_rest)
     for _ in range(4 * count):

@@ -5,6 +5,12 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
+from overturning.dem.stack.acceptance_loops import (
+    decide_step_acceptance_and_advance_clock,
+    store_contact_point_states_after_accepted_steps,
+    store_joint_states_after_accepted_steps,
+    store_stone_and_energy_if_step_accepted,
+)
 from overturning.dem.stack.clip import (
     clip_base_sides_and_add_patch_perimeter,
     clip_lower_sides_and_add_patch_perimeter,
@@ -14,12 +20,8 @@ from overturning.dem.stack.end_loops import (
     add_force_times_pressure_centre_distance,
     compute_joint_forces_and_add_to_stones,
     compute_point_normal_force_and_new_state,
-    decide_step_acceptance_and_advance_clock,
     mark_joints_that_use_a_non_corner_point,
-    store_contact_point_states_after_accepted_steps,
-    store_joint_states_after_accepted_steps,
     store_joint_velocity_change_and_clear_sums,
-    store_stone_and_energy_if_step_accepted,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.patch import (
@@ -31,10 +33,10 @@ from overturning.dem.stack.patch import (
     update_rim_distance_and_check_full_support,
 )
 from overturning.dem.stack.predict_loops import (
-    add_predicted_point_force_to_joint_sums,
     compute_upper_stone_velocity_corrections,
     eliminate_upper_stone_of_each_stack,
     predict_joint_friction_and_equations,
+    predict_point_force_and_add_to_joint_sums,
     predict_stone_motion_and_equations,
     reset_landing_times_and_normal_force_sums,
     rotate_joint_equations_to_ground_axes,
@@ -49,18 +51,16 @@ from overturning.dem.stack.rim import (
 )
 from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT
 
-CASE_SIZE, STONE_SIZE, JOINT_SIZE, P = (
-    CASE_ROW_LAYOUT.array_length,
-    STONE_ROW_LAYOUT.array_length,
-    JOINT_ROW_LAYOUT.array_length,
-    POINT_ROW_LAYOUT.array_length,
-)
+CASE_ARRAY_LENGTH = CASE_ROW_LAYOUT.array_length
+STONE_ARRAY_LENGTH = STONE_ROW_LAYOUT.array_length
+JOINT_ARRAY_LENGTH = JOINT_ROW_LAYOUT.array_length
+POINT_ARRAY_LENGTH = POINT_ROW_LAYOUT.array_length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def state_array_length_per_joint(max_corner_count: int) -> int:
     """Return the state array's length for one contact of two stones; faces have at most `max_corner_count` corners."""
-    return JOINT_SIZE + 6 * max_corner_count * P
+    return JOINT_ARRAY_LENGTH + 6 * max_corner_count * POINT_ARRAY_LENGTH
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -107,7 +107,7 @@ def predict_contact_points_and_patch_forces(
             joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
         )
     for n in range(count):
-        add_predicted_point_force_to_joint_sums(
+        predict_point_force_and_add_to_joint_sums(
             case_rows,
             joint_rows,
             slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]),
@@ -156,16 +156,18 @@ def store_accepted_stack_states(
     lane_count: int,
 ) -> None:
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
-    case, first = stack_states[:CASE_SIZE], CASE_SIZE + stone_count * STONE_SIZE
+    case, first = stack_states[:CASE_ARRAY_LENGTH], CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
     for s in range(stone_count):
-        stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+        stone = stack_states[
+            CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
+        ]
         if s == 0:
             store_stone_and_energy_if_step_accepted(case, stone, lane_count, 1)
         else:
             store_stone_and_energy_if_step_accepted(case, stone, lane_count, None)
         at = first + s * state_array_length_per_joint
-        store_joint_states_after_accepted_steps(case, stack_states[at : at + JOINT_SIZE], lane_count)
-        points = stack_states[at + JOINT_SIZE : at + state_array_length_per_joint]
+        store_joint_states_after_accepted_steps(case, stack_states[at : at + JOINT_ARRAY_LENGTH], lane_count)
+        points = stack_states[at + JOINT_ARRAY_LENGTH : at + state_array_length_per_joint]
         for n in range(used_point_count_and_indices[s, 0]):
             store_contact_point_states_after_accepted_steps(
                 case, slice_contact_point_rows(points, used_point_count_and_indices[s, 1 + n]), lane_count
@@ -184,17 +186,22 @@ def attempt_time_steps_of_stacks(
     ticks_per_sample: float,
 ) -> None:
     """Attempt `attempted_step_count` time steps of all stacks; `used_point_count_and_indices` is a work array."""
-    case = stack_states[:CASE_SIZE]
-    first, size = CASE_SIZE + stone_count * STONE_SIZE, state_array_length_per_joint(max_corner_count)
+    case = stack_states[:CASE_ARRAY_LENGTH]
+    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
     for _ in range(attempted_step_count):
         start_step_and_predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
-            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[
+                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
+            ]
             predict_stone_motion_and_equations(case, stone, lane_count)
         for s in range(stone_count):
-            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[
+                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
+            ]
             at = first + s * size
-            joint, points = stack_states[at : at + JOINT_SIZE], stack_states[at + JOINT_SIZE : at + size]
+            joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
+            points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
             if s == 0:
                 predict_motion_relative_to_ground(stone, joint, lane_count)
                 predict_contact_points_and_patch_forces(
@@ -208,7 +215,9 @@ def attempt_time_steps_of_stacks(
                     lane_count,
                 )
             else:
-                lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+                lower = stack_states[
+                    CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
+                ]
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_count_by_stone[s]), int(corner_count_by_stone[s - 1]))
                 predict_contact_points_and_patch_forces(
@@ -216,29 +225,47 @@ def attempt_time_steps_of_stacks(
                 )
                 rotate_joint_equations_to_ground_axes(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
-            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
-            lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+            stone = stack_states[
+                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
+            ]
+            lower = stack_states[
+                CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
+            ]
             eliminate_upper_stone_of_each_stack(
-                case, stone, lower, stack_states[first + s * size : first + s * size + JOINT_SIZE], lane_count
+                case, stone, lower, stack_states[first + s * size : first + s * size + JOINT_ARRAY_LENGTH], lane_count
             )
         solve_velocity_corrections_of_lowest_stones(
-            case, stack_states[CASE_SIZE : CASE_SIZE + STONE_SIZE], stack_states[first : first + JOINT_SIZE], lane_count
+            case,
+            stack_states[CASE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + STONE_ARRAY_LENGTH],
+            stack_states[first : first + JOINT_ARRAY_LENGTH],
+            lane_count,
         )
         for s in range(1, stone_count):
-            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[
+                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
+            ]
             compute_upper_stone_velocity_corrections(
-                stone, stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE], lane_count
+                stone,
+                stack_states[
+                    CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
+                ],
+                lane_count,
             )
         for s in range(stone_count):
-            stone = stack_states[CASE_SIZE + s * STONE_SIZE : CASE_SIZE + (s + 1) * STONE_SIZE]
+            stone = stack_states[
+                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
+            ]
             at = first + s * size
-            joint, points = stack_states[at : at + JOINT_SIZE], stack_states[at + JOINT_SIZE : at + size]
+            joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
+            points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
             if s == 0:
                 compute_contact_patch_forces(
                     case, stone, stone, joint, points, used_point_count_and_indices[s], lane_count, 1
                 )
             else:
-                lower = stack_states[CASE_SIZE + (s - 1) * STONE_SIZE : CASE_SIZE + s * STONE_SIZE]
+                lower = stack_states[
+                    CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
+                ]
                 compute_contact_patch_forces(
                     case, stone, lower, joint, points, used_point_count_and_indices[s], lane_count, None
                 )

@@ -20,11 +20,11 @@ class StackCaseTableColumns(NamedTuple):
     """Factor on all dashpots."""
     max_penetration: float
     """Penetration beyond which the case has failed, m."""
-    max_acceleration_for_sample_long_steps_g: float
+    max_base_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing stack takes sample-long steps."""
     max_kinetic_energy_at_rest: float
     """Largest kinetic energy of a stack at rest, J."""
-    min_side_distance_of_mass_centre_above_joint: float
+    min_distance_of_mass_centre_above_to_joint_side: float
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
     rest_limit_to_onset_acceleration_ratio: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""

@@ -14,7 +14,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.headings import (
     SECONDS_BY_TIME_UNIT,
     first_number_line_index,
-    heading_notes_and_non_acceleration_reason,
+    heading_conflict_notes_and_refusal_reason,
     split_heading_lines_into_cells,
     unit_line_notes_and_non_acceleration_reason,
 )
@@ -167,7 +167,7 @@ def _read_number_rows_first_line_and_notes(
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     headings = split_heading_lines_into_cells(lines.lines[:first], separator, len(axis_and_unit_of_declared_columns))
-    notes, why = heading_notes_and_non_acceleration_reason(name, headings, axis_and_unit_of_declared_columns)
+    notes, why = heading_conflict_notes_and_refusal_reason(name, headings, axis_and_unit_of_declared_columns)
     stated, quantity = unit_line_notes_and_non_acceleration_reason(
         name, lines.lines[:first], separator, axis_and_unit_of_declared_columns
     )

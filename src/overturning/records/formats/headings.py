@@ -113,7 +113,7 @@ def unit_line_notes_and_non_acceleration_reason(
     """Return notes on lines with another unit than the user states, and the reason to refuse the file (or "").
 
     Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
-    acceleration; "" if there is none. See `heading_notes_and_non_acceleration_reason`.
+    acceleration; "" if there is none. See `heading_conflict_notes_and_refusal_reason`.
     """
     units = {unit for word, unit in axis_and_unit_of_declared_columns if word not in ("time", "skip")}
     notes, others = [], []
@@ -140,7 +140,7 @@ def unit_line_notes_and_non_acceleration_reason(
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def heading_notes_and_non_acceleration_reason(
+def heading_conflict_notes_and_refusal_reason(
     file_name: str,
     cells_of_heading_lines: Sequence[Sequence[str]],
     axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],

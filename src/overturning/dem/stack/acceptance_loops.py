@@ -1,0 +1,203 @@
+"""Loops over the stacks computed in parallel that accept or reject a step, and store the accepted state."""
+
+from typing import Any
+
+from numba import njit
+
+from overturning.dem.body.commit import base_acceleration_stays_below_limit
+from overturning.dem.body.state import StepRejectionFlags, lean_as_squared_sine
+from overturning.dem.body.vectors import (
+    Vector3,
+    extrapolate_vector,
+    plus,
+    rotate_quaternion,
+    rotation_matrix,
+    scale_vector,
+)
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, decide_rejection_and_next_step
+from overturning.dem.kernel.lanes import (
+    NO_ALIAS_COMPILE_OPTIONS,
+    round_to_vector_multiple,
+    select,
+)
+from overturning.dem.kernel.mechanics import updated_maximum
+from overturning.dem.stack.access import (
+    IS_SIMULATED_ROW_OFFSET,
+    load_clock_within_sample,
+    load_contact_changes,
+    load_energy_account,
+    load_energy_losses,
+    load_force_sums,
+    load_inertial_acceleration,
+    load_joint_state_at_step_end,
+    load_next_step_to_attempt,
+    load_peaks,
+    load_point_state_at_step_end,
+    load_predicted_stone,
+    load_rejection,
+    load_sample_accelerations,
+    load_stack_limits,
+    load_step_control,
+    load_stone_constants,
+    load_velocity_correction,
+    store_clock_within_sample,
+    store_energy_account_unless_rejected,
+    store_joint_state_unless_rejected,
+    store_next_step_to_attempt,
+    store_peaks_unless,
+    store_point_state_unless_rejected,
+    store_rejection,
+    store_stone_state_unless_rejected,
+)
+from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, JointAtStepStartAndEnd
+from overturning.dem.stack.state import (
+    StackClockWithinSample,
+    StackEnergyAccount,
+    StonePeakTilt,
+    StoneState,
+)
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+SLID_AT_STEP_START_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "at_step_start.slid_in_last_step")
+SLID_AT_STEP_END_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "at_step_end.slid_in_last_step")
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
+    """Decide whether each stack's step is accepted, advance its clock if so, and choose the next attempt's length."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        attempt = load_next_step_to_attempt(case_rows, j)
+        most = load_contact_changes(case_rows, j)
+        time = load_clock_within_sample(case_rows, j)
+        inertial = load_inertial_acceleration(case_rows, j)
+        at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
+        steady = base_acceleration_stays_below_limit(
+            load_sample_accelerations(case_rows, j),
+            at_end,
+            ticks_per_sample,
+            load_stack_limits(case_rows, j).max_base_acceleration_for_sample_long_steps_g,
+        )
+        findings = StepContactChanges(
+            contact_changed=most.positive_if_contact_opened_or_closed > 0.0,
+            motion_requires_shorter_step=False,
+            may_accept_despite_contact_change=False,
+            has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
+            has_slip_reversal=most.has_friction_against_assumed_direction > 0.0,
+            has_friction_reversal=most.has_friction_reversal > 0.0,
+            slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
+            all_contacts_are_closed=steady & (most.has_unloaded_point == 0.0) & (most.has_loaded_joint > 0.0),
+        )
+        again, sooner, following = decide_rejection_and_next_step(
+            STACK_STEP_CONTROL,
+            load_step_control(case_rows, j),
+            attempt,
+            findings,
+            time.ticks_since_sample_start + attempt.length_in_ticks,
+            ticks_per_sample,
+        )
+        store_next_step_to_attempt(case_rows, j, following)
+        store_rejection(case_rows, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
+        store_clock_within_sample(
+            case_rows,
+            j,
+            StackClockWithinSample(
+                time.ticks_since_sample_start + (0.0 if again else attempt.length_in_ticks), time.half_step_length_s
+            ),
+        )
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def store_stone_and_energy_if_step_accepted(
+    case_rows: Any, stone_rows: Any, lane_count: int, none_unless_lowest_stone: Any
+) -> None:
+    """Store a stone's new state, and add the base motion's work on it, in stacks whose step is accepted.
+
+    With the lowest stone the losses of the step are added too.
+    """
+    for j in range(round_to_vector_multiple(lane_count)):
+        half = load_clock_within_sample(case_rows, j).half_step_length_s
+        again = load_rejection(case_rows, j).is_step_rejected > 0.0
+        push = load_inertial_acceleration(case_rows, j)
+        constants, p = load_stone_constants(stone_rows, j), load_predicted_stone(stone_rows, j)
+        change = load_velocity_correction(stone_rows, j)
+        total = load_force_sums(stone_rows, j)
+        peaks = load_peaks(stone_rows, j)
+        present = stone_rows[IS_SIMULATED_ROW_OFFSET + j] > 0.0
+        one = 1.0 / constants.mass
+        f = total.force_and_moment_at_step_end.force_or_velocity
+        m = total.force_and_moment_at_step_end.moment_or_angular_velocity
+        i = total.extra_impulses_of_early_contacts.force_or_velocity
+        t = total.extra_impulses_of_early_contacts.moment_or_angular_velocity
+        acceleration = Vector3(one * f.x + push.x, one * f.y + push.y, one * f.z + push.z)
+        moment = scale_vector(one, m)
+        turn = rotate_quaternion(p.rotation, half, change.angular_velocity)
+        velocity = plus(extrapolate_vector(p.velocity_at_half_step, half, acceleration), scale_vector(one, i))
+        axes = rotation_matrix(turn)
+        lean = lean_as_squared_sine(axes)
+        tick = load_clock_within_sample(case_rows, j).ticks_since_sample_start
+        skip = again | (not present)
+        store_stone_state_unless_rejected(
+            stone_rows,
+            j,
+            skip,
+            StoneState(
+                centre_position=extrapolate_vector(p.centre_position, half, change.velocity),
+                rotation=turn,
+                velocity_relative_to_base=velocity,
+                angular_momentum_per_mass=plus(
+                    extrapolate_vector(p.angular_momentum_per_mass_at_half_step, half, moment), scale_vector(one, t)
+                ),
+                acceleration_relative_to_base=acceleration,
+                contact_moment_per_mass=moment,
+            ),
+        )
+        store_peaks_unless(stone_rows, j, skip, StonePeakTilt(
+            updated_maximum(peaks.peak_lean_squared_sine, lean),
+            select(
+                lean < constants.critical_lean_squared_sine_on_contact_at_rest, tick, peaks.last_upright_tick_in_sample
+            ),
+        ))  # fmt: skip
+        power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
+        power = constants.mass * power if present else 0.0
+        account, losses = load_energy_account(case_rows, j), load_energy_losses(case_rows, j)
+        if none_unless_lowest_stone is not None:
+            account = StackEnergyAccount(
+                account.base_motion_work + half * account.base_motion_power_at_step_end,
+                account.lost_energy
+                + (
+                    half * (account.dissipated_power_at_step_end + losses.dissipated_power_at_step_end)
+                    + losses.lost_spring_energy_in_step
+                ),
+                0.0,
+                losses.dissipated_power_at_step_end,
+                updated_maximum(account.peak_penetration, load_contact_changes(case_rows, j).largest_penetration),
+            )
+        store_energy_account_unless_rejected(case_rows, j, again, StackEnergyAccount(
+            account.base_motion_work + half * power, account.lost_energy, account.base_motion_power_at_step_end + power,
+            account.dissipated_power_at_step_end, account.peak_penetration
+        ))  # fmt: skip
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
+    """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        rejected, slid = load_rejection(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW + j]
+        store_joint_state_unless_rejected(
+            joint_rows, j, rejected.is_step_rejected > 0.0, load_joint_state_at_step_end(joint_rows, j)
+        )
+        joint_rows[SLID_AT_STEP_START_ROW + j] = select(
+            rejected.next_attempt_keeps_slip_assumption > 0.0, joint_rows[SLID_AT_STEP_START_ROW + j], slid
+        )
+
+
+@njit(**NO_ALIAS_COMPILE_OPTIONS)
+def store_contact_point_states_after_accepted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
+    """Store a contact point's new state in the stacks whose step is accepted."""
+    for j in range(round_to_vector_multiple(lane_count)):
+        store_point_state_unless_rejected(
+            point_rows,
+            j,
+            load_rejection(case_rows, j).is_step_rejected > 0.0,
+            load_point_state_at_step_end(point_rows, j),
+        )

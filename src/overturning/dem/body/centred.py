@@ -6,7 +6,7 @@ e of velocity and angular velocity at the end of the step. `centred_loops` has t
 """
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 from numba import njit
 
@@ -171,6 +171,19 @@ def flat_landing_slip_direction_and_tilt_share(
     return x * one, y * one, drifts, (tilting if drifts else 1.0)
 
 
+class PointLandingConditions(NamedTuple):
+    """Conditions of a flat landing for the prediction of one contact point of a body."""
+
+    is_deferred: bool
+    """True if the point carries load only later in the landing."""
+    body_lands_flat: bool
+    """True if the body lands flat."""
+    landing_time_if_touching_now_s: float
+    """Landing time of the point if it touches now, s."""
+    tilting_friction_share: float
+    """See `BaseContactState.tilting_friction_share_in_flat_landing`."""
+
+
 @njit(**INLINE_OPTIONS)
 def predict_contact_point(
     body: BodyConstants,
@@ -180,18 +193,16 @@ def predict_contact_point(
     point_state_at_step_start: BodyContactPointState,
     predicted_forces_decide_contact: bool,
     base_is_round: bool,
-    deferred_flat_landing_time_and_tilting_share: tuple[bool, bool, float, float],
+    landing_conditions: PointLandingConditions,
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
     If the step resolves the contact vibration (`predicted_forces_decide_contact`), the predicted forces decide about
     contact and slip. In a longer step these forces would be too large; the state of the point after the last step is
-    used. `deferred_flat_landing_time_and_tilting_share` holds whether the point carries load only later in a flat
-    landing, whether the body lands flat, the landing time of the point if it touches now (s), and the share of friction
-    that tilts the base (`BaseContactState.tilting_friction_share_in_flat_landing`).
+    used.
     """
     old, r = point_state_at_step_start, point_position_from_centre
-    deferred, flat, new_landing, base_tilting = deferred_flat_landing_time_and_tilting_share
+    deferred, flat, new_landing, base_tilting = landing_conditions
     u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, r))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (

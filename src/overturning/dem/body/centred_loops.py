@@ -13,6 +13,7 @@ from overturning.dem.body.base_contact import (
     vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
+    PointLandingConditions,
     contact_force_and_derivatives_of_point,
     predict_body_at_step_end,
     predict_contact_point,
@@ -132,14 +133,15 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         base_contact = load_base_contact(body_states, j)
         flat = body_base_lands_flat(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
+        tilting_share = base_contact.tilting_friction_share_in_flat_landing
         a = matrix_times_vector(f, p.position_from_centre_in_body_axes)
         b = matrix_times_vector(f, q.position_from_centre_in_body_axes)
         left, right = load_point_state_at_step_start(vertex_rows, j), load_point_state_at_step_start(opposite_rows, j)
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left)
-        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
         store_predicted_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right)
-        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
 
 
@@ -173,13 +175,14 @@ def predict_contact_of_rim_point_pair(
         base_contact = load_base_contact(body_states, j)
         flat = body_base_lands_flat(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
+        tilting_share = base_contact.tilting_friction_share_in_flat_landing
         a = rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean)
         b = rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean)
         waits = between & (left.penetration <= 0.0)
-        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
         store_predicted_point(point_rows, j, predict_contact_point(body, w, f, a, left, fine, True, landing))
         waits = between & (right.penetration <= 0.0)
-        landing = waits, flat, new_landing, base_contact.tilting_friction_share_in_flat_landing
+        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, True, landing))
 
 

@@ -61,7 +61,9 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint import solve_joint_contact
 from overturning.dem.stack.joint_point import solve_point_contact
 from overturning.dem.stack.joint_state import (
+    JointStepConditions,
     NormalForceAndEarlyContactImpulseSums,
+    PointStepConditions,
     SumOfNormalForceTimesCentreDistance,
 )
 from overturning.dem.stack.landing import (
@@ -141,10 +143,12 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
         old = load_point_state(point_rows, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
-            (load_clock_within_sample(case_rows, j).half_step_length_s, stone_base_lands_flat(landing),
-             remaining_landing_time_of_new_contact(joint, landing),
-             point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
-             landing.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S),
+            PointStepConditions(
+                load_clock_within_sample(case_rows, j).half_step_length_s, stone_base_lands_flat(landing),
+                remaining_landing_time_of_new_contact(joint, landing),
+                point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
+                landing.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+            ),
         )  # fmt: skip
         store_point_state_at_step_end(point_rows, j, new)
         store_point_force_sums(joint_rows, j, add_point_force_and_impulse(load_point_force_sums(joint_rows, j), end))
@@ -196,7 +200,7 @@ def compute_joint_forces_and_add_to_stones(
             ),
             (change.force_or_velocity, change.moment_or_angular_velocity),
             load_joint_state(joint_rows, j),
-            (
+            JointStepConditions(
                 load_clock_within_sample(case_rows, j).half_step_length_s,
                 fine,
                 flat,

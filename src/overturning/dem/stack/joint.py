@@ -6,6 +6,7 @@ is limited by μ N: a moment alone by μ Σ n r.
 """
 
 import math
+from typing import NamedTuple
 
 from numba import njit
 
@@ -20,6 +21,7 @@ from overturning.dem.stack.joint_state import (
     JointFrictionInStepEquations,
     JointNormalForceSums,
     JointRelativeMotion,
+    JointStepConditions,
     NormalForceAndEarlyContactImpulseSums,
     TangentTwistVector,
     scale_tangent_twist_vector,
@@ -107,16 +109,11 @@ def spring_stretch_after_step(
 @njit(**INLINE_OPTIONS)
 def predict_friction(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
-    joint_state_at_step_start: JointContactState, half_step_length_s: float,
-    forces_decide_lands_flat_and_centre_height: tuple[bool, bool, float],
+    joint_state_at_step_start: JointContactState, step_conditions: JointStepConditions,
 ) -> JointFrictionInStepEquations:  # fmt: skip
-    """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations.
-
-    `forces_decide_lands_flat_and_centre_height` holds whether the predicted forces decide about sliding, whether the
-    base lands flat, and the height of the centre of the upper stone above its base.
-    """
+    """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations."""
     joint, frame, sums, previous = joint_constants, relative_motion, normal_force_sums, joint_state_at_step_start
-    forces_decide_contact, lands_flat, centre_height = forces_decide_lands_flat_and_centre_height
+    half_step, forces_decide_contact, lands_flat, centre_height = step_conditions
     was, loaded = previous.normal_force > 0.0, sums.normal_force > 0.0
     one = 1.0 / (sums.normal_force if loaded else 1.0)
     cx = previous.pressure_centre_x if was else (sums.normal_force_times_x * one if loaded else 0.0)
@@ -126,7 +123,7 @@ def predict_friction(
     stretch = scale_tangent_twist_vector(
         1.0 if was else 0.0,
         spring_stretch_after_step(
-            previous.tangential_spring_stretch, half_step_length_s, previous.slip_velocity_at_pressure_centre, velocity
+            previous.tangential_spring_stretch, half_step, previous.slip_velocity_at_pressure_centre, velocity
         ),
     )
     force = tangential_contact_force(joint, stretch, velocity)
@@ -232,27 +229,32 @@ def joint_equation_terms(
     )
 
 
+class JointSlidingFlags(NamedTuple):
+    """Flags of the friction between two stones in a step: assumed and actual sliding, and whether they count."""
+
+    has_friction_limit_above_zero: bool
+    carries_force: bool
+    last_step_state_was_assumed: bool
+    was_assumed_to_slide: bool
+    slides: bool
+
+
 @njit(**INLINE_OPTIONS)
 def compare_friction_with_assumption(
     assumed_direction: TangentTwistVector, end_friction_force: TangentTwistVector,
     end_slip_velocity: TangentTwistVector, stretch_at_step_start: TangentTwistVector,
-    has_friction_is_loaded_and_keeps_last_state: tuple[bool, bool, bool], assumed_and_actual_sliding: tuple[bool, bool],
+    sliding: JointSlidingFlags,
 ) -> StackContactChangesInStep:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
     `assumed_direction` is the assumed direction of friction, `stretch_at_step_start` that of its springs at the step's
-    start. `has_friction_is_loaded_and_keeps_last_state` holds whether friction has a limit above 0, whether the contact
-    carries a force, and whether the contact state of the last step was assumed; `assumed_and_actual_sliding` whether
-    the contact was assumed to slide and whether it slides.
+    start.
     """
     direction = assumed_direction
     force = end_friction_force
     velocity = end_slip_velocity
     stretch = stretch_at_step_start
-    (carries, loaded, coarse), (assumed, slips) = (
-        has_friction_is_loaded_and_keeps_last_state,
-        assumed_and_actual_sliding,
-    )
+    carries, loaded, coarse, assumed, slips = sliding
     wrong = carries & (slips != assumed)
     backwards = (
         carries
@@ -291,17 +293,15 @@ def solve_joint_contact(
     assumed_friction: JointFrictionInStepEquations,
     point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
-    half_step_decided_flat_and_centre_height: tuple[float, bool, bool, float],
+    step_conditions: JointStepConditions,
 ) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactEnergyLosses, JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `point_sums_and_force_times_distance` holds the sums over the contact points and Σ normal force × distance from
-    the pressure centre (N·m); `half_step_decided_flat_and_centre_height` half of the step (s), whether predicted
-    forces decided about sliding, whether the base lands flat, and the height of the upper stone's centre above its base
-    (m).
+    the pressure centre (N·m).
     """
     joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_correction
-    half_step, forces_decide_contact, lands_flat, centre_height = half_step_decided_flat_and_centre_height
+    half_step, forces_decide_contact, lands_flat, centre_height = step_conditions
     ends, arm_sum = point_sums_and_force_times_distance
     cx, cy = friction.friction_application_point_x, friction.friction_application_point_y
     arm = friction.mean_force_distance_from_pressure_centre
@@ -348,7 +348,7 @@ def solve_joint_contact(
     )
     findings = compare_friction_with_assumption(
         friction.friction_direction, TangentTwistVector(fx, fy, ft), velocity, s,
-        (most > 0.0, loaded, not forces_decide_contact), (friction.is_assumed_to_slide > 0.0, slips),
+        JointSlidingFlags(most > 0.0, loaded, not forces_decide_contact, friction.is_assumed_to_slide > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.normal_force if loaded else 1.0)
     early = ends.extra_impulse_of_points_closed_early_in_step * one if loaded else 0.0

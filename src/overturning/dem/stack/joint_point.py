@@ -14,6 +14,7 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
     JointRelativeMotion,
     NormalForceAndEarlyContactImpulseSums,
+    PointStepConditions,
 )
 from overturning.dem.stack.state import ContactEnergyLosses, StackContactChangesInStep
 
@@ -83,20 +84,18 @@ def normal_force_sum_terms_of_point(
 def solve_point_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
-    half_step_flat_time_deferred_and_has_points: tuple[float, bool, float, bool, bool],
+    step_conditions: PointStepConditions,
 ) -> tuple[
     NormalForceAndEarlyContactImpulseSums, StackContactChangesInStep, ContactEnergyLosses, ContactPointState
 ]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
     `relative_velocity_and_spin_correction` is the change of the relative velocity at the origin and of the relative
-    angular velocity. `half_step_flat_time_deferred_and_has_points` holds half of the step (s), whether the base lands
-    flat, the landing time of a point that touches now (s), whether the point carries load only later in the landing,
-    and whether the joint has points since the last step, which it has not when a case begins.
+    angular velocity.
     """
     joint, position, previous = joint_constants, point_position, point_state_at_step_start
     change = relative_velocity_and_spin_correction
-    half_step, lands_flat, new_landing, waits, joint_has_points = half_step_flat_time_deferred_and_has_points
+    half_step, lands_flat, new_landing, waits, joint_has_points = step_conditions
     w = position.joint_stiffness_share
     counts, had = w > 0.0, previous.joint_stiffness_share > 0.0
     joins = joint_has_points & (not had)

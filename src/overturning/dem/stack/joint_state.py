@@ -287,6 +287,34 @@ class JointPointAtStepStartAndEnd(NamedTuple):
     at_step_end: ContactPointState
 
 
+class PointStepConditions(NamedTuple):
+    """Length of a step, and conditions of a flat landing, for one contact point of two stones."""
+
+    half_step_length_s: float
+    """Half the length of the step, s."""
+    base_lands_flat: bool
+    """True if the base of the upper stone lands flat."""
+    landing_time_if_touching_now_s: float
+    """Landing time of the point if it touches now, s."""
+    is_deferred: bool
+    """True if the point carries load only later in the landing."""
+    joint_had_points: bool
+    """True if the joint has had contact points since the last step; False when a case begins."""
+
+
+class JointStepConditions(NamedTuple):
+    """Conditions under which the friction between two stones is predicted and solved in a step."""
+
+    half_step_length_s: float
+    """Half the length of the step, s."""
+    predicted_forces_decide_sliding: bool
+    """True if the predicted forces decide about sliding; False if the state after the last step is assumed."""
+    base_lands_flat: bool
+    """True if the base of the upper stone lands flat."""
+    upper_centre_height_above_base: float
+    """Height of the upper stone's centre above its base, m."""
+
+
 class NormalForceAndEarlyContactImpulseSums(NamedTuple):
     """Normal force, and impulse of contacts that closed early in a step, with their moments, of one or several points.
 

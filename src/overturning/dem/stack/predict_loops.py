@@ -68,7 +68,7 @@ from overturning.dem.stack.joint_point import (
     normal_force_sum_terms_of_point,
     predicted_force_per_share_and_contact_flag,
 )
-from overturning.dem.stack.joint_state import FlatLandingTimesAndPointHeights, JointNormalForceSums
+from overturning.dem.stack.joint_state import FlatLandingTimesAndPointHeights, JointNormalForceSums, JointStepConditions
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
     include_point_in_landing_times_and_heights,
@@ -263,7 +263,7 @@ def predict_joint_friction_and_equations(
             <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_step_control(case_rows, j).shortest_step_ticks
         )
         foot = load_stone_constants(upper_stone_rows, j).centre_height
-        friction = predict_friction(joint, frame, sums, old, half, (fine, flat, foot))
+        friction = predict_friction(joint, frame, sums, old, JointStepConditions(half, fine, flat, foot))
         store_joint_friction(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
         store_joint_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))

@@ -60,10 +60,10 @@ INTERVAL_COVERAGE_COLUMNS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 class SimulatedSurveyWithTrueMotion:
     """Simulated survey of fallen and standing stones, with its true motion, peak velocity and axis."""
 
-    true_motion_as_recorded: CandidateMotion
+    true_motion_before_scaling: CandidateMotion
     true_pgv: float
     """Peak velocity to which the motion is scaled at the site, m/s."""
-    true_velocity_axis_azimuth_deg: float
+    true_pgv_axis_azimuth_deg: float
     """Azimuth of the axis of the largest velocity, 0 to 180."""
     stones: list[Stone]
 
@@ -126,7 +126,7 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     """
     found: dict[str, float] = {}
     pga = posterior.pga_m_s2_at_pgv_1_m_s[:, None] * posterior.pgv_by_motion_and_level
-    true_pga = survey.true_pgv * survey.true_motion_as_recorded.pga_m_s2 / survey.true_motion_as_recorded.pgv_m_s
+    true_pga = survey.true_pgv * survey.true_motion_before_scaling.pga_m_s2 / survey.true_motion_before_scaling.pgv_m_s
     for name, values, true in (("pgv", posterior.pgv_by_motion_and_level, survey.true_pgv), ("pga", pga, true_pga)):
         (low, high), (least, most) = (
             posterior.credible_interval(values),
@@ -140,7 +140,7 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
     middle, width = posterior.credible_axis_arc_middle_and_width_deg(
         all_stones_of_survey_fell=all(stone.fell for stone in survey.stones)
     )
-    found["axis_holds"] = abs((survey.true_velocity_axis_azimuth_deg - middle + 90) % 180 - 90) <= width / 2
+    found["axis_holds"] = abs((survey.true_pgv_axis_azimuth_deg - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
 
@@ -157,16 +157,16 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, thread_count=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array(
-            [float(one.earthquake_name != truth.true_motion_as_recorded.earthquake_name) for one in library]
+            [float(one.earthquake_name != truth.true_motion_before_scaling.earthquake_name) for one in library]
         )[:, None, None]
         logs = inversion.fall_and_direction_log_likelihoods_of_survey(truth.stones)
         for power in CANDIDATE_LIKELIHOOD_EXPONENTS:
             one = inversion.compute_posterior(logs, prior_weights=prior, direction_likelihood_exponent=power)
             checked = power == DIRECTION_LIKELIHOOD_EXPONENT and number % FIT_CHECK_EVERY_NTH_SURVEY == 0
             about = {
-                "half": events.index(truth.true_motion_as_recorded.earthquake_name) % 2, "power": power,
-                "event": truth.true_motion_as_recorded.earthquake_name,
-                "record": truth.true_motion_as_recorded.name,
+                "half": events.index(truth.true_motion_before_scaling.earthquake_name) % 2, "power": power,
+                "event": truth.true_motion_before_scaling.earthquake_name,
+                "record": truth.true_motion_before_scaling.name,
                 "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]),
                 "round": truth.stones[0].has_round_plan,
                 "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,

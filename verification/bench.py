@@ -248,7 +248,7 @@ def measure_effect_of_skipping_samples_at_rest(azimuth_count: int = 18) -> list[
         MeasuredNumber("cases above a threshold, which are simulated", int(moves.sum())),
         MeasuredNumber(
             "block steps, share of those with nothing left out",
-            percentage(far.block_step_count_of_results, full.block_steps.sum()),
+            percentage(far.computed_steps_times_elements, full.block_steps.sum()),
             "%",
         ),
         MeasuredNumber(

@@ -50,7 +50,7 @@ OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED: Final = {
     ("Church", 9): "repaired",
 }  # fmt: skip
 """Outcomes of the stones that do not count, by site and number."""
-ORDINAL_OF_FALL_WITHOUT_DIRECTION: Final = 3
+ONE_BASED_INDEX_OF_FALL_WITHOUT_DIRECTION: Final = 3
 """Number, among the stones of each site that fell, of the one whose direction is not noted."""
 
 
@@ -78,17 +78,19 @@ def face_normal_azimuths_of_first_falls(
     motion: Motion,
     face_normal_azimuth_deg_by_stone: FloatArray,
     height_by_stone: FloatArray,
-    front_and_side_b_over_h: FloatArray,
+    b_over_h_along_and_across_face_normal: FloatArray,
 ) -> FloatArray:
     """Return the azimuths of the face normals along which stones fall first, degrees; NaN where they stand.
 
-    ``front_and_side_b_over_h``, shape (stones, 2), are B/H in the plane of the face normal, and across.
+    ``b_over_h_along_and_across_face_normal``, shape (stones, 2), are B/H in the plane of the face normal, and across.
     """
     azimuth = np.column_stack([face_normal_azimuth_deg_by_stone, face_normal_azimuth_deg_by_stone + 90.0])
-    cases = overturning.Cases(azimuth.ravel(), np.repeat(height_by_stone, 2), front_and_side_b_over_h.ravel(), FRICTION)
+    cases = overturning.Cases(
+        azimuth.ravel(), np.repeat(height_by_stone, 2), b_over_h_along_and_across_face_normal.ravel(), FRICTION
+    )
     found = overturning.run_cases(motion, cases)
-    side = found.overturned.reshape(front_and_side_b_over_h.shape)
-    time = np.where(side != 0, found.overturning_time.reshape(front_and_side_b_over_h.shape), np.inf)
+    side = found.overturned.reshape(b_over_h_along_and_across_face_normal.shape)
+    time = np.where(side != 0, found.overturning_time.reshape(b_over_h_along_and_across_face_normal.shape), np.inf)
     first, row = time.argmin(axis=1), np.arange(len(side))
     fall = (azimuth + np.where(side > 0, 0.0, 180.0)) % 360.0
     return np.where(np.isfinite(time[row, first]), fall[row, first], np.nan)
@@ -151,7 +153,7 @@ def survey_csv_text() -> str:
                 twist, shift = int(generator.choice([-1, 1])) * int(generator.integers(2, 15)), generator.integers(1, 5)
                 outcome = f"twisted {twist}" if moved < 0.25 else f"shifted {shift} cm"
             falls += outcome == "fell"
-            if outcome == "fell" and falls == ORDINAL_OF_FALL_WITHOUT_DIRECTION:
+            if outcome == "fell" and falls == ONE_BASED_INDEX_OF_FALL_WITHOUT_DIRECTION:
                 outcome, azimuth = "fell, direction not known", ""
             if (site, number) in OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED:
                 outcome, azimuth = OUTCOME_BY_SITE_AND_NUMBER_IF_EXCLUDED[site, number], ""

@@ -29,15 +29,15 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
 
 
 def run_case_groups(
-    case_groups: Sequence[CaseGroup], repeat_count: int = 1, **settings: Any
+    case_groups: Sequence[CaseGroup], trial_count: int = 1, **settings: Any
 ) -> ResultsWithProcessorTime:
     """Run groups of cases after a warm-up run; return the joined results and the minimum processor time, s.
 
-    Each group is run `repeat_count` times; `settings` are those of `run_cases`.
+    Each group is run `trial_count` times; `settings` are those of `run_cases`.
     """
     found, seconds = run_and_measure_min_processor_time(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
-        repeat_count,
+        trial_count,
         lambda: run_cases(*case_groups[0], **settings),
     )
     return ResultsWithProcessorTime(join_results(found), seconds)
@@ -107,7 +107,7 @@ class ResultDifference(NamedTuple):
     peak_rotation_errors_over_alpha: FloatArray
     """Errors of peak rotation, as a share of α."""
     unstable_result_count: int
-    block_step_count_of_results: int
+    computed_steps_times_elements: int
     max_relative_energy_error: float
     """Largest energy error of the simulated cases."""
 
@@ -120,7 +120,7 @@ class ResultDifference(NamedTuple):
         """
         flags, sides = wrong_flag_and_outcome_percentages(self.counts_of_all_cases)
         return {
-            "million block steps": round(self.block_step_count_of_results / 1e6, 1),
+            "million block steps": round(self.computed_steps_times_elements / 1e6, 1),
             "processor time, s": round(processor_time_s, 2),
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),

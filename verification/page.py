@@ -48,7 +48,7 @@ def publish_errors_and_return_convergence_orders(
 ) -> dict[str, float]:
     """Draw figures of the error against run time, publish them with numbers and tables; return convergence orders."""
     images, orders = readme_and_docs_folder / "docs" / "images", error_page.convergence_orders(error_table)
-    error_figures.draw_errors_against_finer_steps(error_table, images / "work-precision-steps.svg")
+    error_figures.draw_errors_against_finer_steps_or_stiffer_springs(error_table, images / "work-precision-steps.svg")
     error_figures.draw_errors_against_rigid_solutions(error_table, images / "work-precision-rigid.svg")
     _publish_numbers_and_tables(
         error_page.work_precision_numbers_for_summary(error_table, orders),

@@ -59,7 +59,7 @@ TIME_STEP_OF_PHYSICS_ENGINES_S: Final = 2e-4
 TIME_STEP_DIVISORS_OF_CONVERGENCE_TEST: Final = (1, 2, 4, 8)
 """Refinement factors of the default step at which the order of convergence is measured."""
 TIME_STEP_DIVISOR_OF_REFERENCE: Final = 64
-AZIMUTH_ROUNDING_RAD: Final = float(np.radians(np.spacing(np.float32(360.0))))
+AZIMUTH_RESOLUTION_OF_CUBE_RAD: Final = float(np.radians(np.spacing(np.float32(360.0))))
 """Rounding of an azimuth in single precision, rad: the resolution of a cube."""
 
 
@@ -162,7 +162,7 @@ def convergence_order_and_errors_by_quantity(scheme: str) -> dict[str, tuple[flo
         away = [np.radians(angle_between_azimuths(one[name], found[-1][name]))[chosen] for one in found[:-1]]
         errors = np.median(away, axis=1)
         # Errors below the rounding do not show the order: the first of them ends the fit.
-        count = 1 + int(np.argmax(np.append(errors, 0.0) <= AZIMUTH_ROUNDING_RAD))
+        count = 1 + int(np.argmax(np.append(errors, 0.0) <= AZIMUTH_RESOLUTION_OF_CUBE_RAD))
         slopes[name] = (
             convergence_order(1 / np.array(TIME_STEP_DIVISORS_OF_CONVERGENCE_TEST)[:count], errors[:count]),
             errors,

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.model.planes import azimuth_gap_mask_and_step, azimuth_period_of_cube_deg
+from overturning.model.planes import azimuth_gap_mask_and_step, plane_azimuth_period_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
 from overturning.study.scenes import NOMINAL_VARIANT, variant_scene, variant_size_note
 from overturning.study.schema import Study
@@ -64,7 +64,7 @@ def unsimulated_azimuth_ranges_deg(cube: "xr.Dataset") -> list[tuple[float, floa
     """Return start and end, degrees, of the azimuth ranges without simulations; empty for a full circle."""
     if "azimuth" not in cube.dims:
         return []
-    period = azimuth_period_of_cube_deg(cube)
+    period = plane_azimuth_period_deg(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     following = np.append(planes[1:], planes[:1] + period)
     ranges = zip(planes.tolist(), following.tolist(), azimuth_gap_mask_and_step(planes, period)[0], strict=True)

@@ -294,11 +294,11 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
 def _draw_figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
-    from overturning.study.cube import select_element_and_normalise_dims_for_figures
+    from overturning.study.cube import select_element_and_amplitude_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
-    sorted_cube = select_element_and_normalise_dims_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
+    sorted_cube = select_element_and_amplitude_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw_figure(sorted_cube)
     heading = _record_title(sorted_cube, ()) + _scene_and_element_title(sorted_cube)
     add_title_and_legend(figure, f"{heading}\n{figure.get_suptitle()}".strip())
@@ -307,13 +307,13 @@ def _draw_figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.D
 
 def _select_outcomes_under_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the outcomes under one record in a results cube, in memory and sorted for figures."""
-    from overturning.study.cube import index_of_record, select_element_and_normalise_dims_for_figures
+    from overturning.study.cube import index_of_record, select_element_and_amplitude_for_figures
 
     number = index_of_record(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return select_element_and_normalise_dims_for_figures(one).drop_vars("record", errors="ignore").load()
+    return select_element_and_amplitude_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
 def _checked_nonzero_motion(motion: MotionOrRecord, figure_kind: str) -> MotionOrRecord:

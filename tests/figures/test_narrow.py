@@ -6,7 +6,7 @@ import pytest
 
 from overturning.figures.answer import PlottedEstimate, overturned_shares_and_difference_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
-from overturning.figures.site_map import EarthquakeOnMap, StationOnMap, earthquake_maps_in_one_figure
+from overturning.figures.site_map import EarthquakeMapContent, StationOnMap, earthquake_maps_in_one_figure
 from overturning.figures.style import (
     PHONE_FIGURE_WIDTH_INCHES,
     arrange_panels_for_phone,
@@ -36,7 +36,7 @@ def test_share_and_difference_panels_are_stacked_only_in_figures_for_a_phone(nar
 
 def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
     earthquakes = [
-        EarthquakeOnMap(f"Event {number}", [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)], (34.3, -118.5))
+        EarthquakeMapContent(f"Event {number}", [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)], (34.3, -118.5))
         for number in range(5)
     ]
     with use_package_matplotlib_settings():
@@ -70,7 +70,7 @@ def test_titles_of_station_maps_on_a_phone_are_not_cut_off_or_overlapped(count: 
     """The legend has one line for each kind of mark; its height must not push the maps into each other."""
     trace = (((34.2, -118.5), (34.3, -118.3)),)
     stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]
-    earthquakes = [EarthquakeOnMap(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
+    earthquakes = [EarthquakeMapContent(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
     with use_package_matplotlib_settings(), arrange_panels_for_phone():
         figure = earthquake_maps_in_one_figure(earthquakes)
         figure.draw_without_rendering()

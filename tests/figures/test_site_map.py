@@ -14,7 +14,7 @@ from obspy.geodetics import gps2dist_azimuth
 from overturning.errors import ArgumentError
 from overturning.figures.site_map import (
     MAX_EARTHQUAKES_PER_FIGURE,
-    EarthquakeOnMap,
+    EarthquakeMapContent,
     StationOnMap,
     earthquake_map_figures,
     earthquake_maps_in_one_figure,
@@ -28,7 +28,7 @@ from tests.study.small_study import simulate_study_cube, sine_cycle_record, smal
 EPICENTRE = (35.0, 133.0)
 
 
-def draw_earthquake_map(*sites: EarthquakeOnMap) -> Figure:
+def draw_earthquake_map(*sites: EarthquakeMapContent) -> Figure:
     """Draw the map of some earthquakes with their stations."""
     with use_package_matplotlib_settings():
         figure = earthquake_maps_in_one_figure(sites)
@@ -62,7 +62,7 @@ def test_epicentral_distance_and_azimuth_match_obspy(place: tuple[float, float],
 def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
     """A degree of latitude is 111.2 km; in pixels both directions have the same scale, and north is up."""
     figure = draw_earthquake_map(
-        EarthquakeOnMap("A", [StationOnMap("n", 35.1, 133.0), StationOnMap("e", 35.0, 133.2)], EPICENTRE)
+        EarthquakeMapContent("A", [StationOnMap("n", 35.1, 133.0), StationOnMap("e", 35.0, 133.2)], EPICENTRE)
     )
     north, east = points_of_map_lines_with_label(figure, "station")
     assert north[0] == pytest.approx([0, 11.12], abs=0.01)
@@ -83,7 +83,7 @@ def test_stations_are_drawn_at_their_coordinates_on_one_scale() -> None:
 def test_fall_axis_of_a_station_is_drawn_as_arrows_to_both_sides(axis: float) -> None:
     """A fall axis of 30° is drawn as arrows towards N30°E and S30°W of the station, the fault strike as a line."""
     figure = draw_earthquake_map(
-        EarthquakeOnMap(
+        EarthquakeMapContent(
             "A", [StationOnMap("s", 35.1, 133.0, fault_strike_deg=axis + 20.0, mean_fall_axis_deg=axis)], EPICENTRE
         )
     )
@@ -97,7 +97,9 @@ def test_fall_axis_of_a_station_is_drawn_as_arrows_to_both_sides(axis: float) ->
 
 
 def test_unknown_strike_and_fall_axis_are_neither_drawn_nor_in_the_legend() -> None:
-    figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.1, 133.0), StationOnMap("b", 35.0, 133.2)]))
+    figure = draw_earthquake_map(
+        EarthquakeMapContent("A", [StationOnMap("a", 35.1, 133.0), StationOnMap("b", 35.0, 133.2)])
+    )
     assert not ends_of_arrows_in_first_map(figure)
     assert not any(points_of_map_lines_with_label(figure, kind) for kind in ("strike", "trace", "epicentre"))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["station"]
@@ -106,7 +108,7 @@ def test_unknown_strike_and_fall_axis_are_neither_drawn_nor_in_the_legend() -> N
 def test_nearest_part_of_the_fault_trace_is_in_the_frame() -> None:
     """A trace passes 20 km north of a station 2 km from the epicentre; only its ends may lie outside the map."""
     trace = (((35.2, 132.0), (35.2, 134.0)),)
-    figure = draw_earthquake_map(EarthquakeOnMap("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
+    figure = draw_earthquake_map(EarthquakeMapContent("A", [StationOnMap("a", 35.02, 133.0)], EPICENTRE, trace))
     assert figure.axes[0].get_ylim()[1] > 22.3 > 20
     assert figure.axes[0].get_xlim()[1] < 90
     assert points_of_map_lines_with_label(figure, "trace")[0] == pytest.approx(
@@ -118,7 +120,7 @@ def test_each_station_name_on_a_map_is_nearest_to_its_own_station() -> None:
     """Names are nearest to their own stations even where stations are as close as those of Northridge 1994."""
     places = {"north": (34.326, -118.444), "middle": (34.281, -118.478), "south": (34.249, -118.479)}
     figure = draw_earthquake_map(
-        EarthquakeOnMap(
+        EarthquakeMapContent(
             "A", [StationOnMap(name, *place, 122.0, 0.0) for name, place in places.items()], (34.21, -118.55)
         )
     )
@@ -139,13 +141,13 @@ def test_each_station_name_on_a_map_is_nearest_to_its_own_station() -> None:
 @pytest.mark.parametrize(
     ("site", "words"),
     [
-        (EarthquakeOnMap("A", []), "A: no station"),
-        (EarthquakeOnMap("A", [StationOnMap("s", 95.0, 133.0)]), "A, s: latitude 95"),
-        (EarthquakeOnMap("A", [StationOnMap("s", 35.0, math.nan)]), "A, s: .* longitude nan"),
-        (EarthquakeOnMap("A", [StationOnMap("s", 35.0, 133.0)], (35.0, 200.0)), "A, epicentre: .* longitude 200"),
+        (EarthquakeMapContent("A", []), "A: no station"),
+        (EarthquakeMapContent("A", [StationOnMap("s", 95.0, 133.0)]), "A, s: latitude 95"),
+        (EarthquakeMapContent("A", [StationOnMap("s", 35.0, math.nan)]), "A, s: .* longitude nan"),
+        (EarthquakeMapContent("A", [StationOnMap("s", 35.0, 133.0)], (35.0, 200.0)), "A, epicentre: .* longitude 200"),
     ],
 )
-def test_coordinates_off_the_globe_are_refused(site: EarthquakeOnMap, words: str) -> None:
+def test_coordinates_off_the_globe_are_refused(site: EarthquakeMapContent, words: str) -> None:
     with use_package_matplotlib_settings(), pytest.raises(ArgumentError, match=words):
         earthquake_maps_in_one_figure([site])
     plt.close("all")
@@ -153,7 +155,7 @@ def test_coordinates_off_the_globe_are_refused(site: EarthquakeOnMap, words: str
 
 def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     sites = [
-        EarthquakeOnMap(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE)
+        EarthquakeMapContent(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE)
         for number in range(MAX_EARTHQUAKES_PER_FIGURE + 1)
     ]
     with use_package_matplotlib_settings():

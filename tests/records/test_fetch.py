@@ -177,12 +177,16 @@ def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     told = []
     length = CHANNEL_SAMPLES_IN_COUNTS[0].size / 100
     later = {"window_start_utc": str(START - 7), "window_end_utc": str(START + length + 4)}
-    fetch_fdsn_record(waveform_request(server, **later), tmp_path / "got", timeout_s=0.6, report_note=told.append)
+    fetch_fdsn_record(
+        waveform_request(server, **later), tmp_path / "got", timeout_s=0.6, report_missing_window_part=told.append
+    )
     assert len(told) == 3
     assert all("of the requested window, the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
     told.clear()
     whole = {"window_start_utc": str(START), "window_end_utc": str(START + length)}
-    fetch_fdsn_record(waveform_request(server, **whole), tmp_path / "whole", timeout_s=0.6, report_note=told.append)
+    fetch_fdsn_record(
+        waveform_request(server, **whole), tmp_path / "whole", timeout_s=0.6, report_missing_window_part=told.append
+    )
     assert told == []
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.findings.lines import finding_text_lines
-from overturning.findings.standing import SurvivalFindings
+from overturning.findings.standing import StoneSurvivalUnderHazardFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.findings.values import Estimate
 from overturning.report.render import LANGUAGES
@@ -86,7 +86,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
             for name, part in commands.items()
         ),
         *(
-            ("stood", "stood", SurvivalFindings.model_validate(one))
+            ("stood", "stood", StoneSurvivalUnderHazardFindings.model_validate(one))
             for one in (SURVIVAL_FINDINGS_OF_ONE_STONE, SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES)
         ),
     ]

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from overturning.findings import contrast, direction
 from overturning.findings.collect import Findings
-from overturning.findings.standing import SurvivalFindings
+from overturning.findings.standing import StoneSurvivalUnderHazardFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.report.render import LANGUAGES, ReportMedia, create_template_environment
 from overturning.report.write import ReportFilmTexts
@@ -20,7 +20,7 @@ FINDINGS_BY_PRINTED_TEMPLATE = {
     "survey_summary": SurveyCommandResults,
     "displacements": SurveyCommandResults,
     "motions": SurveyCommandResults,
-    "stood": SurvivalFindings,
+    "stood": StoneSurvivalUnderHazardFindings,
 }
 """Class of the findings for each template that is rendered by itself; the others are parts of these."""
 

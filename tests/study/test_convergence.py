@@ -28,7 +28,10 @@ from overturning.records.store import round_to_stored_precision
 from overturning.settings import EnsembleSettings
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, create_outcome_array_to_fill
 from overturning.study.convergence import read_convergence_result
-from overturning.study.convergence_check import rerun_cases_to_check_convergence, rerun_functions_by_rerun_kind
+from overturning.study.convergence_check import (
+    rerun_cases_with_finer_steps_and_stiffer_contacts,
+    rerun_functions_by_rerun_kind,
+)
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson_95_percent_interval
 from overturning.study.load import study_from_content
@@ -142,7 +145,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
-    found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(settings, done.records, done.sample)
     assert found.rerun_case_count == found.wanted_case_count == 10
     (finer,), (stiffer,) = found.finer_step_rerun.changes_by_element, found.stiffer_contact_rerun.changes_by_element
     assert finer.cases + finer.unanswered == 10
@@ -173,7 +176,9 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
     assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.study_outcomes["overturned"] == 0, 1, 0).astype(np.int8)
-    wrong = rerun_cases_to_check_convergence(settings, done.records, done.sample_with_replaced_flags(opposite))
+    wrong = rerun_cases_with_finer_steps_and_stiffer_contacts(
+        settings, done.records, done.sample_with_replaced_flags(opposite)
+    )
     assert wrong.finer_step_rerun.changes_by_element[0].flags == 10 - finer.flags
     assert wrong.stiffer_contact_rerun.changes_by_element[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
@@ -186,7 +191,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         == wrong.finer_step_rerun.changes_by_element[0].cases
     )
     unsure = done.sample_with_replaced_flags(opposite, divided=np.ones(opposite.shape, np.bool_))
-    (all_divided,) = rerun_cases_to_check_convergence(
+    (all_divided,) = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, done.records, unsure
     ).finer_step_rerun.changes_by_element
     zeros = (
@@ -200,9 +205,11 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     assert all_divided == wrong.finer_step_rerun.changes_by_element[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
     turned = done.sample_with_replaced_flags(-done.sample.study_outcomes["overturned"])
-    (sides,) = rerun_cases_to_check_convergence(settings, done.records, turned).finer_step_rerun.changes_by_element
+    (sides,) = rerun_cases_with_finer_steps_and_stiffer_contacts(
+        settings, done.records, turned
+    ).finer_step_rerun.changes_by_element
     assert sides.different_sides_if_members_fall_to_one_side == sides.sides == finer.fallen - finer.sides > 0
-    (both,) = rerun_cases_to_check_convergence(
+    (both,) = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings,
         done.records,
         replace(turned, ensemble_members_disagree_on_fall_or_side=~turned.ensemble_members_disagree_on_fall),
@@ -212,7 +219,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         sides.sides,
         0,
     )
-    again = rerun_cases_to_check_convergence(settings, done.records, done.sample, thread_count=2)
+    again = rerun_cases_with_finer_steps_and_stiffer_contacts(settings, done.records, done.sample, thread_count=2)
     assert again == found
 
 
@@ -246,7 +253,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
 
     fakes = {kind: fake_rerun_function_of_kind(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: fakes)
-    found = rerun_cases_to_check_convergence(
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, done.records, replace(done.sample, block_time_step_count_of_whole_study=1000)
     )
     assert found.tests_of_finer_step_changes.model_dump() == {
@@ -266,7 +273,7 @@ def test_changed_cases_are_classified_as_confirmed_by_finer_steps_or_chaotic(
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
-        found = rerun_cases_to_check_convergence(
+        found = rerun_cases_with_finer_steps_and_stiffer_contacts(
             settings, done.records, replace(done.sample, block_time_step_count_of_whole_study=steps)
         )
         assert (
@@ -294,7 +301,7 @@ def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
     done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
-    found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(settings, done.records, done.sample)
     assert found.wanted_case_count == min(200, done.sample.simulated_case_count_of_study)
     spent = found.finer_step_rerun.block_steps + found.stiffer_contact_rerun.block_steps
     assert spent <= done.sample.block_time_step_count_of_whole_study
@@ -312,7 +319,7 @@ def test_convergence_is_checked_with_finer_steps_if_stiffer_springs_are_refused(
         np.zeros(2, np.int64), index, create_outcome_array_to_fill(2, 1), none, sure, sure, np.ones(2), 36, 0
     )
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
-    found = rerun_cases_to_check_convergence(settings, [quiet], sample)
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(settings, [quiet], sample)
     assert "stiffness" in found.stiffer_contact_rerun.refusal_reason
     assert found.finer_step_rerun.changes_by_element[0].cases == found.rerun_case_count == 2
 
@@ -329,7 +336,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.simulated_case_count_of_study == len(rigid.record_indices) == 2 * 3 * (2 + 3)
-    found = rerun_cases_to_check_convergence(
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, records, sample, sample_for_rigid_block_comparison=rigid
     ).rigid_block_comparison
     assert found is not None
@@ -341,7 +348,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     overturned[first], overturned[second] = 0, -overturned[second]
     wrong = replace(rigid, study_outcomes=rigid.study_outcomes.copy())
     wrong.study_outcomes["overturned"] = overturned
-    again = rerun_cases_to_check_convergence(
+    again = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, records, sample, thread_count=2, sample_for_rigid_block_comparison=wrong
     ).rigid_block_comparison
     one_fall_less = dict.fromkeys(
@@ -365,7 +372,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].sample_count)
     drop[50] = -10.0
-    hopping = rerun_cases_to_check_convergence(
+    hopping = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, [records[0], replace(records[1], up=drop)], sample, sample_for_rigid_block_comparison=rigid
     ).rigid_block_comparison
     assert hopping is not None
@@ -409,7 +416,7 @@ def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block()
 def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> None:
     settings = study_of_two_stones_side_by_side(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
     done = simulate_study_and_draw_case_sample(settings, [near_field_strong_part(7)], tmp_path)
-    found = rerun_cases_to_check_convergence(settings, done.records, done.sample)
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(settings, done.records, done.sample)
     assert [one.element for one in found.finer_step_rerun.changes_by_element] == ["slender", "squat"]
     for outcome in (*found.finer_step_rerun.changes_by_element, *found.stiffer_contact_rerun.changes_by_element):
         assert outcome.cases + outcome.unanswered == found.rerun_case_count == 4
@@ -418,7 +425,9 @@ def test_convergence_of_a_scene_is_checked_for_each_element(tmp_path: Path) -> N
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
-    found = rerun_cases_to_check_convergence(settings, done.records, done.sample_with_replaced_flags(wrong))
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(
+        settings, done.records, done.sample_with_replaced_flags(wrong)
+    )
     assert [one.flags for one in found.finer_step_rerun.changes_by_element] == [fell, 0]
     rows = comparisons_with_second_computations(found)[:2]
     assert [(one.element, one.fall_or_stand_changes.changed_count,
@@ -532,7 +541,7 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
     assert sample.ensemble_members_disagree_on_fall[place, 0].tolist() == [False, False, False, True, False]
     assert sample.ensemble_members_disagree_on_fall_or_side[place, 0].tolist() == [False, False, True, True, False]
     # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
-    assert sample.fall_direction_agreement_weight[place] == pytest.approx(
+    assert sample.fall_direction_statistics_weight[place] == pytest.approx(
         [1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0]
     )
 
@@ -576,8 +585,8 @@ def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     kinds = rerun_functions_by_rerun_kind(settings) | {"nominal": fake_results_at_scaled_amplitude}
     monkeypatch.setattr("overturning.study.convergence_check.rerun_functions_by_rerun_kind", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record_indices))
-    found = rerun_cases_to_check_convergence(
-        settings, done.records, replace(sample, fall_direction_agreement_weight=weight)
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(
+        settings, done.records, replace(sample, fall_direction_statistics_weight=weight)
     ).amplitude_change_rerun
     assert found is not None
     assert factors == {0.99, 0.995, 1.005, 1.01}

@@ -20,7 +20,7 @@ from overturning.study.answers import (
     fall_azimuths_differ,
     outcomes_differ,
 )
-from overturning.study.convergence_check import rerun_cases_to_check_convergence
+from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.ensemble import draw_parameter_changes_of_members
 from overturning.study.film_options import film_command_parts
@@ -202,7 +202,7 @@ def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
     sample = read_random_case_sample(cube_file, study_settings.verification)
     assert sample.grid_indices.shape == (6, 5)
     done = replace(sample, block_time_step_count_of_whole_study=10_000_000)
-    found = rerun_cases_to_check_convergence(
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(
         study_settings, [read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")], done
     )
     for part in (found.finer_step_rerun, found.stiffer_contact_rerun):

@@ -17,7 +17,7 @@ from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.elements import count_falls_of_each_and_any_element
-from overturning.study.convergence_check import rerun_cases_to_check_convergence
+from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
 from overturning.study.film_options import film_command_parts
 from overturning.study.load import study_from_content, study_settings_with_file_names_for_absolute_paths
@@ -140,7 +140,7 @@ def test_a_recheck_reproduces_every_bit_of_a_stack_cube(cube_file: Path) -> None
 def test_the_convergence_check_of_a_stack_compares_each_stone(cube_file: Path, study_settings: Study) -> None:
     sample = read_random_case_sample(cube_file, study_settings.verification)
     done = read_record_from_motion_file(cube_file.parent / "motion" / "a.nc")
-    found = rerun_cases_to_check_convergence(study_settings, [done], sample)
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(study_settings, [done], sample)
     for part in (found.finer_step_rerun, found.stiffer_contact_rerun):
         assert [one.element for one in part.changes_by_element] == STONES
 

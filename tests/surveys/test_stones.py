@@ -7,7 +7,11 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.surveys.stones import SURVEY_COLUMNS, read_counted_stones, read_counted_stones_notes_and_warnings
+from overturning.surveys.stones import (
+    SURVEY_COLUMNS,
+    read_counted_stones,
+    read_fallen_and_standing_stones_notes_and_warnings,
+)
 
 
 def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -133,7 +137,7 @@ def test_columns_of_unused_data_are_skipped_with_a_note(tmp_path: Path) -> None:
         "cemetery,stone,note,latitude,longitude,easting,northing,x,y,photo,date,remarks,material,id,county,ground,cell,"
     )
     cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,Tottori,sand,5,"
-    stones, notes, doubts = read_counted_stones_notes_and_warnings(
+    stones, notes, doubts = read_fallen_and_standing_stones_notes_and_warnings(
         write_survey(tmp_path, f"{others},octant\n{cells},NE\n")
     )
     assert (stones[0].fall_azimuth_deg, stones[0].line_number, doubts) == (45, 2, [])
@@ -153,7 +157,9 @@ SIX_AZIMUTHS_DEG = (12.5, 63.0, 118.2, 187.0, 244.6, 301.0)
 def test_azimuths_in_radians_or_gon_give_a_warning(tmp_path: Path, column: str) -> None:
     def warnings_about_azimuths(values: Iterable[float]) -> str:
         rows = "".join(f"yes,{value:.4f}\n" for value in values)
-        return "".join(read_counted_stones_notes_and_warnings(write_survey(tmp_path, f"fell,{column}\n{rows}"))[2])
+        return "".join(
+            read_fallen_and_standing_stones_notes_and_warnings(write_survey(tmp_path, f"fell,{column}\n{rows}"))[2]
+        )
 
     assert warnings_about_azimuths(SIX_AZIMUTHS_DEG) == ""
     assert warnings_about_azimuths((0, 45, 90, 135, 180, 225, 270, 315)) == "", "octants in degrees"

@@ -233,7 +233,7 @@ class FaultKind(NamedTuple):
 
     label: str
     fault_function: FaultFunction
-    repeat_count: int
+    trial_count: int
     needs_finished_study: bool = False
     """True: applied to a finished study; False: to one that has not begun."""
     needs_root_user: bool = False

@@ -144,16 +144,18 @@ def _fall_outcomes_by_test_and_orientation(
     return np.array(rows)
 
 
-def fall_probability_by_orientation_and_test(fell_by_bearing_height_test_orientation: NDArray[np.bool_]) -> FloatArray:
+def fall_probability_by_orientation_and_test(
+    fell_by_load_bearing_height_test_orientation: NDArray[np.bool_],
+) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
 
     It is the weighted share of falls over the heights of bearing points and the neighbouring orientations. Half a fall
     and half a stand are added, so that all likelihoods are finite.
     """
-    count = len(fell_by_bearing_height_test_orientation)
+    count = len(fell_by_load_bearing_height_test_orientation)
     falls = np.sum(
         [
-            weight * np.roll(fell_by_bearing_height_test_orientation, -step, axis=2).sum(axis=0)
+            weight * np.roll(fell_by_load_bearing_height_test_orientation, -step, axis=2).sum(axis=0)
             for step, weight in WEIGHT_BY_ORIENTATION_INDEX_OFFSET.items()
         ],
         axis=0,

@@ -86,19 +86,24 @@ class ParametersOfStackCases:
     friction_by_case: FloatArray
     amplitude_factor_by_case: FloatArray
     orientation_deg_by_case: FloatArray
-    plan_shapes: tuple[PlanShape, ...] = ()
+    plan_shape_by_stone: tuple[PlanShape, ...] = ()
     """Plan of each stone; empty: all are boxes. A stone of another plan than a rectangle is as deep as it is wide."""
 
     @property
     def stack_kind(self) -> str:
         """Kind of stack: boxes, prisms, or drums."""
-        return "boxes" if not self.plan_shapes else "drums" if np.ptp(self.stone_sizes[:, 0]) == 0.0 else "prisms"
+        return (
+            "boxes" if not self.plan_shape_by_stone else "drums" if np.ptp(self.stone_sizes[:, 0]) == 0.0 else "prisms"
+        )
 
     @property
     def stone_masses(self) -> FloatArray:
         """Mass of each stone, kg."""
         box: PlanShape = "rectangle"
-        shares = [_plan_area_to_bounding_box_ratio(plan) for plan in self.plan_shapes or (box,) * len(self.stone_sizes)]
+        shares = [
+            _plan_area_to_bounding_box_ratio(plan)
+            for plan in self.plan_shape_by_stone or (box,) * len(self.stone_sizes)
+        ]
         return np.asarray(self.stone_densities * self.stone_sizes.prod(axis=1) * shares)
 
     @property
@@ -160,7 +165,7 @@ def _draw_stack_motion_and_case_parameters(generator: np.random.Generator) -> Pa
         width = np.full(stones, width[0]) if generator.random() < 0.5 else width
         depth = width
     return ParametersOfStackCases(
-        plan_shapes=plans, stone_sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
+        plan_shape_by_stone=plans, stone_sizes=np.round(np.stack([width, depth, height], axis=1), 4) + 1e-4,
         stone_densities=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
         static_penetration_to_width_ratio=float(draw_log_uniform(1e-8, 1e-2)),
         contact_damping_ratio=float(draw_log_uniform(0.01, 5.0)),
@@ -178,7 +183,10 @@ def stack_scene_from_parameters(setting: ParametersOfStackCases) -> Scene:
     for number, ((width, depth, height), density) in enumerate(
         zip(setting.stone_sizes, setting.stone_densities, strict=True)
     ):
-        name, plan = f"stone-{number}", setting.plan_shapes[number] if setting.plan_shapes else "rectangle"
+        name, plan = (
+            f"stone-{number}",
+            setting.plan_shape_by_stone[number] if setting.plan_shape_by_stone else "rectangle",
+        )
         sized: dict[str, Any] = {"depth": float(depth)} if plan == "rectangle" else {}
         materials[name] = Material(density=float(density))
         elements.append(Element(

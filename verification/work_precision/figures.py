@@ -35,7 +35,7 @@ _X_AXIS_LABELS: Final = {"seconds_per_case": "processor time per case, s", "step
 _DENOMINATOR_COLUMN_BY_COUNT_COLUMN: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
 
 
-def draw_errors_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
+def draw_errors_against_finer_steps_or_stiffer_springs(rows: pd.DataFrame, path: Path) -> None:
     """Draw the errors of both schemes over time steps, and of the springs over stiffness, on real records."""
     import matplotlib.pyplot as plt
 

@@ -245,6 +245,6 @@ def fetch_records_from_fdsn(
 
     request = FdsnWaveformRequest(server, network, station, location, channel, *astuple(window))
     for finding in check_records_in_files(
-        fetch_fdsn_record(request, folder, timeout_s=timeout, report_note=typer.echo)
+        fetch_fdsn_record(request, folder, timeout_s=timeout, report_missing_window_part=typer.echo)
     ):
         typer.echo(format_record_check(finding))

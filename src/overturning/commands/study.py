@@ -77,7 +77,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.study.sections import read_scan_of_body
     from overturning.surveys.prediction import note_on_b_over_h_far_outside_study
     from overturning.surveys.responses import dimensions_of_survey_stones
-    from overturning.surveys.stones import read_counted_stones_notes_and_warnings
+    from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
     content = read_unvalidated_study_content(path)
     study = study_from_content(content, str(path))
@@ -88,7 +88,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     entries, _ = find_record_rows_and_files(study, str(path))
     searched: list[StoneDimensions] = []
     for number, survey in enumerate(study.surveys):
-        stones, notes, doubts = read_counted_stones_notes_and_warnings(Path(survey.stones))
+        stones, notes, doubts = read_fallen_and_standing_stones_notes_and_warnings(Path(survey.stones))
         check_survey_site_names(study, number, {stone.site for stone in stones}, str(path))
         searched += dimensions_of_survey_stones(stones, survey.stones) if survey.backwards else []
         if study.orientation is None:

@@ -320,12 +320,12 @@ def infer_motion_from_survey(
         dimensions_of_survey_stones,
         note_on_stones_broader_than_simulated,
     )
-    from overturning.surveys.stones import read_counted_stones_notes_and_warnings
+    from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
     check_output_path(figure, "--figure", ".svg", ".png")
     check_output_path(output, "--output", ".nc")
     check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
-    rows, notes, doubts = read_counted_stones_notes_and_warnings(stones)
+    rows, notes, doubts = read_fallen_and_standing_stones_notes_and_warnings(stones)
     kinds = dimensions_of_survey_stones(rows, str(stones))
     for note in (*notes, *doubts, *note_on_stones_broader_than_simulated(rows)):
         print(note)
@@ -388,10 +388,10 @@ def print_survival_probability(
         read_hazard_curves,
         survival_probability_by_stone_class,
     )
-    from overturning.surveys.stones import read_counted_stones_notes_and_warnings
+    from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
     curves, hazards = read_fragility_curves(fragility), read_hazard_curves(hazard)
-    rows, notes, _ = (None, [], []) if stones is None else read_counted_stones_notes_and_warnings(stones)
+    rows, notes, _ = (None, [], []) if stones is None else read_fallen_and_standing_stones_notes_and_warnings(stones)
     for note in notes:
         print(note)
     found = survival_probability_by_stone_class(

@@ -229,14 +229,14 @@ def recompute_sample_with_finer_steps(
     """Simulate a random sample of cases again with finer time steps and stiffer contacts, and store the changes."""
     from overturning.errors import ConfigError
     from overturning.stored import write_result_as_json
-    from overturning.study.convergence_check import rerun_cases_to_check_convergence
+    from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
     from overturning.study.sample import read_random_case_sample, read_sample_to_compare_with_rigid_block
 
     settings, records = _load_study_and_processed_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_random_case_sample(cube, settings.verification)
-    found = rerun_cases_to_check_convergence(
+    found = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings,
         records,
         sample,

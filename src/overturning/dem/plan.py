@@ -64,7 +64,7 @@ class SimulationPlan(ABC):
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
     trajectory_dtype: ClassVar[Any]
     """Dtype of a row of the path; if structured, it has a column `time`."""
-    time_column: ClassVar[Any] = "time"
+    trajectory_time_column_index: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
     base_acceleration_columns: ClassVar[Any] = ("ground_acceleration",)
     """Indices of the base motion in a row of the path."""
@@ -219,16 +219,18 @@ class SimulationPlan(ABC):
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion, taken from
         `row_at_rest_by_sample`, which has a row for each sample of the record.
         """
-        interval, time = self.motion.sampling_interval, trajectory_rows[self.time_column]
+        interval, time = self.motion.sampling_interval, trajectory_rows[self.trajectory_time_column_index]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
         after = np.repeat(np.arange(len(trajectory_rows)), missing + 1)
         # Number of samples between each row and the computed row that follows it; 0 for computed rows.
         ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
         filled, new = trajectory_rows[after], ahead > 0
-        filled[self.time_column] = time[after] - ahead * interval
+        filled[self.trajectory_time_column_index] = time[after] - ahead * interval
         for column in self.base_acceleration_columns:
             ground = np.interp(
-                filled[self.time_column], row_at_rest_by_sample[self.time_column], row_at_rest_by_sample[column]
+                filled[self.trajectory_time_column_index],
+                row_at_rest_by_sample[self.trajectory_time_column_index],
+                row_at_rest_by_sample[column],
             )
             filled[column] = np.where(new, ground, filled[column])
         return filled

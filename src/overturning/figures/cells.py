@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import azimuths_one_step_into_unsimulated_gaps
-from overturning.model.planes import azimuth_period_of_cube_deg
+from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.falls import cube_with_opposite_azimuths
 
@@ -29,7 +29,7 @@ def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
 def simulated_and_opposite_azimuths_deg(cube: xr.Dataset) -> FloatArray:
     """Return the simulated azimuths, degrees, including opposite azimuths whose outcome follows by mirror symmetry."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
-    if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
+    if plane_azimuth_period_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         return azimuth
     return np.union1d(azimuth, np.round((azimuth + 180.0) % 360.0, 10))
 

@@ -27,7 +27,7 @@ from overturning.figures.explore_cells import (
     ensemble_fall_or_fall_towards_probability,
     explorer_probabilities_towards_and_away,
 )
-from overturning.figures.film_words import record_and_event_text
+from overturning.figures.film_words import station_and_event_text_of_cube
 from overturning.figures.maps import AZIMUTH_COLOURMAP
 from overturning.figures.page import json_for_script, read_template_text, render_page_template
 from overturning.figures.style import (
@@ -40,7 +40,7 @@ from overturning.figures.style import (
 from overturning.files import write_text
 from overturning.labels import variant_label_in_list_if_not_nominal
 from overturning.model.falls import default_model_for_results_cube
-from overturning.model.planes import azimuth_period_of_cube_deg
+from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.study.cube import (
     default_figure_values_by_dimension_name,
@@ -126,7 +126,7 @@ def explorer_page_data(
         "title": _explorer_title(one, study),
         "question": translate(study.question) if study else "",
         "space": not model.is_planar,
-        "mirrors": not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG,
+        "mirrors": not model.is_planar or plane_azimuth_period_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG,
         "records": records,
         "rings": rings,
         "direction": _list_with_nine_decimals(direction),
@@ -175,7 +175,7 @@ def _record_name_fault_normal_and_fall_times(record_cube: "xr.Dataset") -> dict[
     normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
         "id": str(record_cube["record_id"].item()),
-        "name": record_and_event_text(record_cube),
+        "name": station_and_event_text_of_cube(record_cube),
         "normal": None if np.isnan(normal) else round(normal, 6),
         "times": _list_with_nine_decimals(np.array([np.nanmin(times), np.nanmax(times)]))
         if np.isfinite(times).any()

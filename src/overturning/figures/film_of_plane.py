@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_SCENE_HEIGHT = 3.0
 """Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
 
-DRAWN_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT = 20.0
+GROUND_HALF_WIDTH_AND_DEPTH_OVER_SCENE_HEIGHT = 20.0
 """Half-width and depth with which endless ground is drawn, as a multiple of the scene's height: beyond the edges of the
 picture, also if the ground sinks, or stones of another panel slide far or are thrown up."""
 
@@ -128,7 +128,7 @@ def _film_bodies_of_scene(
         if not is_free:
             frames = frames if np.ptp(frames, axis=0).any() else frames[:1]  # held elements move relative to the base
             if np.ptp(shape[:, 0]) > 2 * reach:
-                shape = _clip_wide_ground(shape, reach + DRAWN_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT * tall)
+                shape = _clip_wide_ground(shape, reach + GROUND_HALF_WIDTH_AND_DEPTH_OVER_SCENE_HEIGHT * tall)
         bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2], is_free=is_free))
     return tuple(bodies)
 

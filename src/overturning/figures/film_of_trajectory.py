@@ -17,9 +17,9 @@ from overturning.figures.film import (
 from overturning.figures.film_of_body import (
     body_or_stack_film_panel,
     body_outcome_sentence,
-    body_tilt_quaternion_and_position_by_time,
     stack_outcome_sentence,
     stack_tilts_quaternions_positions_by_time,
+    tilt_components_quaternion_and_position_by_time,
 )
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
 from overturning.figures.film_words import (
@@ -203,7 +203,7 @@ _FILM_FUNCTIONS_2D_SCENE: Final = _FilmFunctionsOfModelKind(
 _FILM_FUNCTIONS_3D_BODY: Final = _FilmFunctionsOfModelKind(
     "orientation_deg",
     body_outcome_sentence,
-    body_tilt_quaternion_and_position_by_time,
+    tilt_components_quaternion_and_position_by_time,
     body_or_stack_film_panel,
     VIEW_ROTATION_HINT,
 )

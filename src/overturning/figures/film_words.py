@@ -103,7 +103,7 @@ def station_and_event_text(station: str, event: str) -> str:
     return f"{station}, {event}" if event else station
 
 
-def record_and_event_text(record_cube: "xr.Dataset") -> str:
+def station_and_event_text_of_cube(record_cube: "xr.Dataset") -> str:
     """Return the station and the earthquake of a cube's only record as text.
 
     The record's id replaces a missing station name.

@@ -14,7 +14,11 @@ from overturning.figures.drawn_case import IllustrativeCaseWithFigures, write_il
 from overturning.figures.film_case import film_title_facts
 from overturning.figures.film_of_trajectory import SIMULATED_TIME_AFTER_OUTCOME_S, film_of_trajectories
 from overturning.figures.film_strip import film_strip_figure
-from overturning.figures.film_words import film_title_text, panel_heading_of_compared_setting, record_and_event_text
+from overturning.figures.film_words import (
+    film_title_text,
+    panel_heading_of_compared_setting,
+    station_and_event_text_of_cube,
+)
 from overturning.figures.ground import fourier_and_response_spectra_figure, hodograph_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_path_and_hodographs_figure
 from overturning.figures.style import use_package_matplotlib_settings
@@ -99,7 +103,7 @@ def draw_illustrative_cases(
             cases = cases if answer is None else [answer, *cases]
         drawn_files = dict[tuple[str, ...], Path]()
         rows = [
-            _draw_illustrative_case(cube, case, motion_folder, output_folder / str(number), drawn_files)
+            _simulate_and_draw_illustrative_case(cube, case, motion_folder, output_folder / str(number), drawn_files)
             for number, case in enumerate(cases, 1)
         ]
         write_illustrative_case_list(rows, output_folder)
@@ -121,7 +125,7 @@ FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION = ("boundary", "hodograph")
 """Figures that are the same for all cases of a 2-D study under one motion."""
 
 
-def _draw_illustrative_case(
+def _simulate_and_draw_illustrative_case(
     cube: "xr.Dataset",
     case: IllustrativeCase,
     motion_folder: Path,
@@ -148,7 +152,7 @@ def _draw_illustrative_case(
         for pair in zip(case.panel_variants, reversed(case.panel_variants), strict=True)
     ]
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
-    place = record_and_event_text(one)
+    place = station_and_event_text_of_cube(one)
     title = f"{place}: {block_label(study, case.block_coordinates)}"
     strip_figure = partial(film_strip_figure, film, has_title=False)
     drawn: list[FileSuffixDrawingAltTextAndOptions] = [("strip", strip_figure, "four frames of the film", {})]
@@ -204,7 +208,7 @@ def _film_title(
     """Return the title of the film of an illustrative case: stone, friction, azimuth and record."""
     single = len(set(case.panel_azimuths_deg)) == 1
     sizes = {name: float(trajectories[0].attrs[name]) for name in ("height", "b_over_h", "friction")}
-    place = record_and_event_text(record_cube)
+    place = station_and_event_text_of_cube(record_cube)
     direction = case.panel_azimuths_deg[0] if single else None
     aspect = {"aspect": case.block_coordinates["aspect"]} if "aspect" in case.block_coordinates else {}
     return film_title_text(

@@ -26,7 +26,7 @@ from overturning.figures.cells import (
     symmetric_polar_curve_angles_rad_and_radii,
 )
 from overturning.figures.compass import COLOUR_BAR_AXES_LABEL, b_over_h_ring_labels, create_compass_grid
-from overturning.figures.film_words import record_and_event_text
+from overturning.figures.film_words import station_and_event_text_of_cube
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.motion.direction import angle_between_azimuths
@@ -199,7 +199,7 @@ def _create_polar_map_panels(
             float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
             float(azimuth_away_from_epicentre(cube)),
         )
-        record = record_and_event_text(cube)
+        record = station_and_event_text_of_cube(cube)
         labels = [friction_label(cube, friction) for friction in one["friction"].to_numpy().tolist()]
         for height, friction in product(range(one.sizes["height"]), range(one.sizes["friction"])):
             cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")

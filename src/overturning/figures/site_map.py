@@ -64,7 +64,7 @@ class StationOnMap(NamedTuple):
     mean_fall_axis_deg: float = math.nan
 
 
-class EarthquakeOnMap(NamedTuple):
+class EarthquakeMapContent(NamedTuple):
     """Stations, epicentre (latitude, longitude, degrees) and fault trace of one earthquake for a map.
 
     An unknown epicentre is None.
@@ -96,7 +96,7 @@ def local_east_north_km(
     return scale * x, scale * y
 
 
-def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeOnMap]:
+def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeMapContent]:
     """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
     Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
@@ -128,7 +128,7 @@ def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeOnMap]:
         if len(shown) < (2 if epicentre is None else 1):
             continue
         traces = (about[row].get("fault_trace", "") for row in rows)
-        sites.append(EarthquakeOnMap(event, shown, epicentre, parse_fault_trace(next(filter(None, traces), ""))))
+        sites.append(EarthquakeMapContent(event, shown, epicentre, parse_fault_trace(next(filter(None, traces), ""))))
     return sites
 
 
@@ -144,7 +144,7 @@ def _are_coordinates_known(latitude_and_longitude: tuple[float, float]) -> bool:
     return all(map(math.isfinite, latitude_and_longitude))
 
 
-def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[Figure]:
+def earthquake_map_figures(earthquakes: Sequence[EarthquakeMapContent]) -> Iterator[Figure]:
     """Yield figures with maps of all earthquakes, with at most `MAX_EARTHQUAKES_PER_FIGURE` maps per figure."""
     yield from (
         earthquake_maps_in_one_figure(earthquakes[first : first + MAX_EARTHQUAKES_PER_FIGURE])
@@ -152,7 +152,7 @@ def earthquake_map_figures(earthquakes: Sequence[EarthquakeOnMap]) -> Iterator[F
     )
 
 
-def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Figure:
+def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeMapContent]) -> Figure:
     """Draw a map of each earthquake: stations, epicentre, fault, and arrows along the mean axes of the falls.
 
     North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no
@@ -186,7 +186,7 @@ def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeOnMap]) -> Fig
     return figure
 
 
-def _check_stations_and_coordinates(earthquake: EarthquakeOnMap) -> None:
+def _check_stations_and_coordinates(earthquake: EarthquakeMapContent) -> None:
     """Raise an error if an earthquake has no stations, or if a latitude or longitude is outside its range."""
     if not earthquake.stations:
         raise ArgumentError(f"{earthquake.name}: no station; leave the earthquake out, or give one")
@@ -201,7 +201,7 @@ def _check_stations_and_coordinates(earthquake: EarthquakeOnMap) -> None:
             )
 
 
-def _legend_entries_of_map_symbols(earthquakes: Sequence[EarthquakeOnMap]) -> list[Any]:
+def _legend_entries_of_map_symbols(earthquakes: Sequence[EarthquakeMapContent]) -> list[Any]:
     """Return legend entries for the symbols and lines that occur on at least one map."""
     from matplotlib.lines import Line2D
 
@@ -245,7 +245,7 @@ _FAULT_STRIKE_LINE_STYLE: Final[dict[str, Any]] = {
 _FAULT_TRACE_LINE_STYLE: Final[dict[str, Any]] = {"color": FAULT_COLOUR, "linewidth": 2.2, "alpha": 0.55}
 
 
-def _draw_earthquake_map(axes: Any, earthquake: EarthquakeOnMap, panel_width_pt: float) -> None:
+def _draw_earthquake_map(axes: Any, earthquake: EarthquakeMapContent, panel_width_pt: float) -> None:
     """Draw the map of one earthquake; the width of its panel, pt, is needed to place the station names."""
     origin = earthquake.epicentre_latitude_longitude or (
         earthquake.stations[0].latitude,

@@ -7,7 +7,7 @@ import numpy as np
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges_deg
-from overturning.model.planes import azimuth_period_of_cube_deg
+from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import overturned_shares_by_record
@@ -105,7 +105,7 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
     groups = list(record_masks_by_group(cube).values())
     in_group = [name for members in groups for name in set(results.record_events[members].tolist())]
     neither = ~np.any(groups, axis=0)
-    mirrored = not model.is_planar or azimuth_period_of_cube_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG
+    mirrored = not model.is_planar or plane_azimuth_period_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG
     plan = study.body
     return StudyCounts(
         records=len(results.record_ids_and_names),

@@ -70,7 +70,7 @@ class SurveyStandingCountsAndRateBound(FindingBaseClass):
     standing_share_high: OptionalNumber
 
 
-class SurvivalFindings(FindingBaseClass):
+class StoneSurvivalUnderHazardFindings(FindingBaseClass):
     """Probability that each class of stones survives a seismic hazard for a number of years."""
 
     exposure_time_years: float
@@ -81,7 +81,9 @@ class SurvivalFindings(FindingBaseClass):
     survey_stone_counts: SurveyStandingCountsAndRateBound | None
 
 
-def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[Stone] | None) -> SurvivalFindings:
+def survival_findings(
+    survival: SurvivalByStoneClass, survey_stones: Sequence[Stone] | None
+) -> StoneSurvivalUnderHazardFindings:
     """Return the report's numbers on the survival of stone classes, and the bound from standing stones.
 
     `survey_stones` are the stones of a survey; None without a survey.
@@ -93,7 +95,7 @@ def survival_findings(survival: SurvivalByStoneClass, survey_stones: Sequence[St
     """
     stood, fell = (sum(one.stone_count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
     bound = upper_bound_of_annual_fall_rate(survival.exposure_time_years) if stood and not fell else math.nan
-    return SurvivalFindings(
+    return StoneSurvivalUnderHazardFindings(
         exposure_time_years=survival.exposure_time_years,
         hazard_unit_warnings=_check_hazard_units_and_list_warnings(survival),
         survival_of_stone_classes=[

@@ -42,7 +42,7 @@ VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY = ("overturned", "probability_towards",
 """Variables of a cube that `fall_probabilities_towards_and_away` reads."""
 
 
-def azimuth_period_of_cube_deg(cube: "xr.Dataset | xr.DataArray") -> float:
+def plane_azimuth_period_deg(cube: "xr.Dataset | xr.DataArray") -> float:
     """Return the azimuth period of 2-D results: 180° if outcomes at φ + 180° mirror those at φ, otherwise 360°."""
     return float(cube["azimuth"].attrs.get("period", PLANE_SYMMETRY_PERIOD_DEG))
 
@@ -57,7 +57,7 @@ def distinct_plane_indices(
     plane_azimuth_deg : array_like, shape (n,)
         Azimuths of the planes, degrees.
     symmetry_period_deg : float
-        Period of the azimuth, degrees (see `azimuth_period_of_cube_deg`).
+        Period of the azimuth, degrees (see `plane_azimuth_period_deg`).
 
     Returns
     -------
@@ -338,7 +338,7 @@ class PlanarModel(SceneModel):
 
     @override
     def distinct_direction_indices(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        return distinct_plane_indices(cube["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube))
+        return distinct_plane_indices(cube["azimuth"].to_numpy(), plane_azimuth_period_deg(cube))
 
     @override
     def fall_probability_and_direction_by_case(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
@@ -359,7 +359,7 @@ class PlanarModel(SceneModel):
                 "axis_sine": falls * np.sin(2 * angle),
                 "weight": (
                     "azimuth",
-                    plane_weights_by_azimuth_spacing(p["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube)),
+                    plane_weights_by_azimuth_spacing(p["azimuth"].to_numpy(), plane_azimuth_period_deg(cube)),
                 ),
             },
             p.coords,
@@ -383,7 +383,7 @@ class PlanarModel(SceneModel):
     ) -> StoneOutcomesByAmplitudeFactor:
         """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
         faces = np.stack([front_azimuth_by_stone_deg, front_azimuth_by_stone_deg + 90])
-        period = azimuth_period_of_cube_deg(one_record_cube)
+        period = plane_azimuth_period_deg(one_record_cube)
         planes = nearest_simulated_planes(one_record_cube["azimuth"].to_numpy(), faces, period)
         both = {
             "azimuth": planes.simulated_direction_index,

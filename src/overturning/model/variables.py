@@ -208,17 +208,17 @@ OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES: Final = (
 )  # fmt: skip
 """Variables of the 2-D prediction in the vertical planes of a rectangle's faces; see `overturning.dem.faces`."""
 
-_BODY_ENSEMBLE_ATTRIBUTES: Final = {
+_CF_ATTRIBUTES_OF_3D_ENSEMBLE_VARIABLES: Final = {
     "comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"
 }
 
 BODY_ENSEMBLE_VARIABLES: Final = (
     OutcomeVariable("probability_falls", "f4", "share of ensemble members that fall",
-    further_cf_attributes=_BODY_ENSEMBLE_ATTRIBUTES),
+    further_cf_attributes=_CF_ATTRIBUTES_OF_3D_ENSEMBLE_VARIABLES),
     *(
         OutcomeVariable(
             name, "f4", f"mean over members of the {what} of the fall, 0 where it stands",
-            further_cf_attributes=_BODY_ENSEMBLE_ATTRIBUTES
+            further_cf_attributes=_CF_ATTRIBUTES_OF_3D_ENSEMBLE_VARIABLES
         )
         for name, what in (
             ("fall_north", "northward component of the direction"),
@@ -236,7 +236,7 @@ RELIEF_ENSEMBLE_VARIABLES: Final = tuple(
         f"probability_falls_{half}_relief",
         "f4",
         f"share of ensemble members that fall among those with the {half}er half of the reliefs",
-        further_cf_attributes=_BODY_ENSEMBLE_ATTRIBUTES,
+        further_cf_attributes=_CF_ATTRIBUTES_OF_3D_ENSEMBLE_VARIABLES,
     )
     for half in ("low", "high")
 )

@@ -47,7 +47,7 @@ def sample_quality_notes(
     """
     notes = [
         *_doubtful_sampling_interval_notes(components, report_contradiction_and_remedy),
-        *_dead_vertical_axis_notes(components),
+        *_implausibly_weak_vertical_axis_notes(components),
     ]
     first, second = components[0], components[min(1, len(components) - 1)]
     if (
@@ -97,7 +97,7 @@ def report_dead_horizontal_axis(
         report_contradiction_and_remedy(f"{weak.file_name}: {reason}", "get the file again, or say --trust-data")
 
 
-def _dead_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
+def _implausibly_weak_vertical_axis_notes(components: Sequence[RecordComponent]) -> list[str]:
     """Return a note if the vertical component's peak is below 1/100 of the largest horizontal peak; else []."""
     peaks = [_peak_after_mean_removal(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= MAX_PEAK_RATIO_OF_DEAD_TO_LIVE_AXIS * max(peaks[:2]):

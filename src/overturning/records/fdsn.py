@@ -62,13 +62,14 @@ def fetch_fdsn_record(
     max_tries: int = 3,
     timeout_s: float = 60.0,
     first_pause_s: float = 1.0,
-    report_note: Callable[[str], Any] = lambda _: None,
+    report_missing_window_part: Callable[[str], Any] = lambda _: None,
 ) -> list[Path]:
     """Download a MiniSEED file and its StationXML from an FDSN server into a folder; return their paths.
 
     Files that exist are not downloaded again. The folder is created if missing. Both answers are read before they are
     saved, so a cut or wrong answer leaves no file. ``max_tries``, ``timeout_s`` and ``first_pause_s`` apply per
-    file, see `fetch_url`. ``report_note`` gets a message on each part of the window that the server does not have.
+    file, see `fetch_url`. ``report_missing_window_part`` gets a message on each part of the window that the server does
+    not have.
 
     Raises
     ------
@@ -111,7 +112,7 @@ def fetch_fdsn_record(
             )
         )
     for note in _incomplete_channel_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
-        report_note(note)
+        report_missing_window_part(note)
     return [waves, metadata]
 
 

@@ -151,13 +151,14 @@ def parse_markdown(markdown_text: str) -> SyntaxTreeNode:
 
 
 def _nodes_and_whether_collapsed_or_in_one_format(
-    node: SyntaxTreeNode, node_is_collapsed: bool = False
+    node: SyntaxTreeNode, node_is_collapsed_or_in_one_format: bool = False
 ) -> Iterator[tuple[SyntaxTreeNode, bool]]:
     """Yield the nodes of a Markdown tree, each with True if collapsed or shown only on the HTML page or in the PDF."""
     for one in node.children:
-        yield one, node_is_collapsed
+        yield one, node_is_collapsed_or_in_one_format
         yield from _nodes_and_whether_collapsed_or_in_one_format(
-            one, node_is_collapsed or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper")
+            one,
+            node_is_collapsed_or_in_one_format or markdown_container_name_and_text(one)[0] in ("fold", "page", "paper"),
         )
 
 

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.planes import (
-    azimuth_period_of_cube_deg,
     distinct_plane_indices,
     fall_probabilities_towards_and_away,
+    plane_azimuth_period_deg,
     plane_weights_by_azimuth_spacing,
 )
 from overturning.statistics.circular import mean_angle_deg_and_mean_resultant_length
@@ -136,7 +136,7 @@ def easiest_axis_and_extreme_overturning_boundaries(
         them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(b_over_h_values_of_cube, dtype=np.float64)
-    period = azimuth_period_of_cube_deg(boundary_dataset_by_azimuth)
+    period = plane_azimuth_period_deg(boundary_dataset_by_azimuth)
     index = distinct_plane_indices(boundary_dataset_by_azimuth["azimuth"].values, period)
     planes = (
         boundary_dataset_by_azimuth[["boundary", "falls_beyond", "largest_known", "stands_throughout"]]

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import azimuth_period_of_cube_deg, case_weight_at_each_azimuth
+from overturning.model.planes import case_weight_at_each_azimuth, plane_azimuth_period_deg
 from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_results_by_record
@@ -206,7 +206,7 @@ def count_falls_of_two_stones(cube_of_this_stone: xr.Dataset, cube_of_other_ston
     weights = np.ones(1)
     if "azimuth" in cube_of_this_stone.indexes:
         weight = case_weight_at_each_azimuth(
-            cube_of_this_stone["azimuth"].to_numpy(), azimuth_period_of_cube_deg(cube_of_this_stone)
+            cube_of_this_stone["azimuth"].to_numpy(), plane_azimuth_period_deg(cube_of_this_stone)
         )
         flags = cube_of_this_stone["overturned"].isel(record=0)
         weights = xr.DataArray(weight, dims="azimuth").broadcast_like(flags).transpose(*flags.dims).to_numpy().ravel()

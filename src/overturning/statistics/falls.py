@@ -18,8 +18,8 @@ from overturning.model.planes import (
     MAX_RESULTANT_OF_UNIFORM_PLANES,
     PLANE_WEIGHT_EQUALITY_TOLERANCE,
     VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY,
-    azimuth_period_of_cube_deg,
     fall_probabilities_towards_and_away,
+    plane_azimuth_period_deg,
     plane_weights_by_azimuth_spacing,
 )
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG, nearest_simulated_planes
@@ -46,8 +46,8 @@ def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     everywhere = np.union1d(azimuth, opposite)
     if np.array_equal(everywhere, azimuth):
         return cube
-    sources = nearest_simulated_planes(azimuth, everywhere, azimuth_period_of_cube_deg(cube))
-    if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
+    sources = nearest_simulated_planes(azimuth, everywhere, plane_azimuth_period_deg(cube))
+    if plane_azimuth_period_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.is_between_simulated_directions])
     turned = cube.isel(azimuth=sources.simulated_direction_index).assign_coords(
         azimuth=("azimuth", everywhere, cube["azimuth"].attrs)
@@ -91,7 +91,7 @@ def fall_counts_towards_azimuths(cube: xr.Dataset, *, use_ensemble: bool = False
     used = [name for name in names if name in cube]
     p = fall_probabilities_towards_and_away(cube_with_opposite_azimuths(cube[used]), use_ensemble=use_ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
-    if azimuth_period_of_cube_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
+    if plane_azimuth_period_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
         both = xr.concat(xr.align(falls, away, join="outer"), "side")
         falls = both.sum("side", min_count=1).transpose(*falls.dims)
@@ -119,7 +119,7 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     if "azimuth" not in dims:
         return falls.mean(dims).compute()
     planes = default_model_for_results_cube(cube).distinct_direction_indices(cube)
-    weight = plane_weights_by_azimuth_spacing(cube["azimuth"].to_numpy()[planes], azimuth_period_of_cube_deg(cube))
+    weight = plane_weights_by_azimuth_spacing(cube["azimuth"].to_numpy()[planes], plane_azimuth_period_deg(cube))
     once = falls.isel(azimuth=planes)
     if np.ptp(weight) <= PLANE_WEIGHT_EQUALITY_TOLERANCE:
         return once.mean(dims).compute()

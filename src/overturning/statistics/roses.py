@@ -8,7 +8,11 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_for_results_cube
-from overturning.model.planes import azimuth_gap_mask_and_step, azimuth_period_of_cube_deg, case_weight_at_each_azimuth
+from overturning.model.planes import (
+    azimuth_gap_mask_and_step,
+    case_weight_at_each_azimuth,
+    plane_azimuth_period_deg,
+)
 from overturning.model.space import case_weight_in_direction_statistics
 from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
@@ -117,9 +121,7 @@ def fall_rose(
     ):
         azimuth, counts = _fall_azimuths_and_weights_of_record(one)
         if counts.any() and np.isfinite(zero[row]):
-            weight = (
-                counts * case_weight_at_each_azimuth(azimuth, azimuth_period_of_cube_deg(cube)) if planes else counts
-            )
+            weight = counts * case_weight_at_each_azimuth(azimuth, plane_azimuth_period_deg(cube)) if planes else counts
             wide = _width_of_spread_of_2d_falls_in_rose_deg(azimuth) if planes else 0.0
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size

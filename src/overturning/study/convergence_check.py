@@ -55,7 +55,7 @@ MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER: Final = 9.0
 """Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
-def rerun_cases_to_check_convergence(
+def rerun_cases_with_finer_steps_and_stiffer_contacts(
     study: Study,
     records: Sequence[Record],
     case_sample: RandomCaseSample,
@@ -299,7 +299,7 @@ class _CaseReruns:
             moved |= fall_azimuths_differ(own[rows], again, MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG).any(axis=1)
             stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
-        weight = self.sample.fall_direction_agreement_weight[rows]
+        weight = self.sample.fall_direction_statistics_weight[rows]
         return FallChangesWithAmplitude(
             rerun_falls=rows.size,
             falls_with_shifted_azimuth=int(moved.sum()),

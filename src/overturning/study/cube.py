@@ -195,7 +195,7 @@ def select_element_and_amplitude(
     return cube.sel(element=element_name)
 
 
-def select_element_and_normalise_dims_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+def select_element_and_amplitude_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     """Return one element and amplitude of a results cube, with all dimensions, sorted and without repeated coordinates.
 
     For the selection see `select_element_and_amplitude`. B/H and directions ascend, with

@@ -38,7 +38,7 @@ SCRAMBLED_SOBOL_SEQUENCE_COUNT: Final = 2
 ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE: Final = 2
 """Number of cells on either side of a change of outcome along B/H with ensemble runs under `where: boundary`."""
 
-MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
+MIN_COUNTED_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
 """Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
 
 MEMBERS_PER_BATCH: Final = 8
@@ -197,7 +197,7 @@ def mask_of_cases_for_ensemble_runs(
     These are all cells with `choose_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along
     B/H of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
     differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`nominal_fall_azimuth_deg`, NaN without a fall) by `MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
+    (`nominal_fall_azimuth_deg`, NaN without a fall) by `MIN_COUNTED_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
     shape = nominal_fall_flags.shape[:grid_dimension_count]
     if choose_all_cells or shape[2] == 1:
@@ -206,7 +206,7 @@ def mask_of_cases_for_ensemble_runs(
     change = change.any(axis=grid_dimension_count) if change.ndim > grid_dimension_count else change
     if nominal_fall_azimuth_deg is not None:
         azimuth = nominal_fall_azimuth_deg.astype(np.float64)
-        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_NEIGHBOUR_FALL_AZIMUTH_CHANGE_DEG
+        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_COUNTED_FALL_AZIMUTH_CHANGE_DEG
         change = change | (turned.any(axis=grid_dimension_count) if turned.ndim > grid_dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
     reach = ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE

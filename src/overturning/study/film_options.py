@@ -42,7 +42,7 @@ def film_command_parts(cube: "xr.Dataset") -> dict[str, Any]:
         return {"missing": "the cube belongs to no study", **empty}
     study, variant = study_of_cube(cube), str(cube.attrs["variant"])
     missing, options = _unsupported_reasons_and_motion_options(study, variant)
-    own_missing, own_options = _unsupported_reasons_and_model_options(study, variant)
+    own_missing, own_options = _obstacles_and_model_options_of_overturning_one(study, variant)
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     height, ratio = (np.asarray(cube[name].to_numpy(), np.float64) for name in ("height", "b_over_h"))
     return {
@@ -75,7 +75,7 @@ def _unsupported_reasons_and_motion_options(study: Study, variant: str) -> tuple
     return missing, options
 
 
-def _unsupported_reasons_and_model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _obstacles_and_model_options_of_overturning_one(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Return reasons why `overturning one` cannot simulate a study's block or scene, and its options for that model."""
     contact = variant_contact_settings(study, variant)
     ratio = contact.damping_ratio

@@ -43,7 +43,7 @@ class RandomCaseSample:
     ensemble_members_disagree_on_fall_or_side: NDArray[
         np.bool_
     ]  # divided, or falls to both sides (3-D: agreement < `MIN_RESULTANT_OF_AGREEING_FALLS`), same shape
-    fall_direction_agreement_weight: NDArray[
+    fall_direction_statistics_weight: NDArray[
         np.float64
     ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
     simulated_case_count_of_study: int  # number of cases of the study that were computed, not copied by symmetry

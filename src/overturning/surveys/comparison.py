@@ -217,7 +217,7 @@ def compare_survey_with_prediction(
         origin = mean_angle_deg_and_mean_resultant_length(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
-    share_mean, share_low, share_high = _predicted_fall_share_and_range(predictions, of_share or stones)
+    share_mean, share_low, share_high = _predicted_fall_share_mean_min_and_max(predictions, of_share or stones)
     return SurveyPredictionComparison(
         **_stone_counts_by_comparison_field(predictions, stones),
         fallen_count_at_sites_with_standing_stones=share_fell,
@@ -253,7 +253,7 @@ def _stones_fallen_in_known_direction_with_predictions(
     return fallen
 
 
-def _predicted_fall_share_and_range(
+def _predicted_fall_share_mean_min_and_max(
     predictions: SurveyFallPrediction, stones: Sequence[Stone]
 ) -> tuple[float, float, float]:
     """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.

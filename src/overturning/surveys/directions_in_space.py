@@ -13,7 +13,7 @@ from overturning.surveys.fall_directions import (
     FallenStoneWithDirectionProbabilities,
     compare_observed_and_predicted_directions,
 )
-from overturning.surveys.sectors import FallSectors
+from overturning.surveys.sectors import AzimuthSectors
 from overturning.surveys.stones import RANDOM_OUTCOME_SHARE, Stone
 
 FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG: Final = 22.5
@@ -23,7 +23,7 @@ Only a few computed cases resemble a stone of known face and size, and tiny diff
 by some degrees.
 """
 
-FALL_DIRECTION_SECTORS: Final = FallSectors(np.arange(0.0, 360.0, 5.0))
+FALL_DIRECTION_SECTORS: Final = AzimuthSectors(np.arange(0.0, 360.0, 5.0))
 """Sectors of azimuth in which directions are predicted."""
 
 

@@ -15,7 +15,7 @@ from overturning.statistics.circular import (
     watson_u2_test,
 )
 from overturning.statistics.mean_direction import significant_mean_direction_resultant_and_test
-from overturning.surveys.sectors import FallSectors
+from overturning.surveys.sectors import AzimuthSectors
 from overturning.surveys.stones import Stone
 
 FallenStoneWithDirectionProbabilities = tuple[Stone, FloatArray, FloatArray]
@@ -48,7 +48,7 @@ def _share_of_each_arc_in_each_octant(arc_middle_azimuths_deg: FloatArray, arc_w
 
 
 def fall_direction_probabilities_of_arcs(
-    sectors: FallSectors,
+    sectors: AzimuthSectors,
     fall_direction_probability_by_sector: FloatArray,
     arc_begin_azimuth_deg: ArrayLike,
     arc_end_azimuth_deg: ArrayLike,
@@ -80,7 +80,7 @@ def _distinguishable_direction_arcs_deg(stone: Stone) -> tuple[FloatArray, Float
 
 
 def _expected_octant_weights_of_fallen_stone(
-    sectors: FallSectors, fallen_stone: FallenStoneWithDirectionProbabilities
+    sectors: AzimuthSectors, fallen_stone: FallenStoneWithDirectionProbabilities
 ) -> FloatArray:
     """Return the expected share, 0 to 1, with which a fallen stone counts in each compass octant, shape (8,).
 
@@ -96,7 +96,7 @@ def _expected_octant_weights_of_fallen_stone(
 
 
 def azimuth_goodness_of_fit(
-    sectors: FallSectors,
+    sectors: AzimuthSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     distribution_function_origin_azimuth_deg: float,
     random_survey_count: int,
@@ -133,7 +133,7 @@ def azimuth_goodness_of_fit(
 
 
 def _direction_probabilities_and_observed_class_index(
-    sectors: FallSectors, fallen_stone: FallenStoneWithDirectionProbabilities
+    sectors: AzimuthSectors, fallen_stone: FallenStoneWithDirectionProbabilities
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
 
@@ -157,7 +157,7 @@ def _direction_probabilities_and_observed_class_index(
 
 
 def direction_log_likelihood_ratio_and_p_value(
-    sectors: FallSectors,
+    sectors: AzimuthSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     random_survey_count: int,
     random_survey_seed: int,
@@ -182,7 +182,7 @@ def direction_log_likelihood_ratio_and_p_value(
 
 
 def compare_observed_and_predicted_directions(
-    sectors: FallSectors,
+    sectors: AzimuthSectors,
     fallen_stones: Sequence[FallenStoneWithDirectionProbabilities],
     random_survey_count: int,
     random_survey_seed: int,

@@ -13,14 +13,14 @@ from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import cube_with_opposite_azimuths, fall_counts_towards_azimuths
-from overturning.surveys.sectors import FallSectors
+from overturning.surveys.sectors import AzimuthSectors
 from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, RANDOM_OUTCOME_SHARE, Stone
 
 STANDING_OR_FALL_SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
 
 
-class SiteFallPrediction(FallSectors):
+class SiteFallPrediction(AzimuthSectors):
     """Prediction of whether and in which directions stones at a site fall, from simulations with its record.
 
     Parameters

@@ -15,7 +15,7 @@ _PARTS_PER_SECTOR: Final = 64
 """Number of equal parts into which an azimuth sector is divided; each part counts in one octant."""
 
 
-class FallSectors:
+class AzimuthSectors:
     """Division of the circle into sectors of azimuth; a sector reaches half way to the neighbouring azimuths.
 
     Parameters

@@ -181,7 +181,7 @@ def estimate_standing_probability(
         ln_ratios = np.log(intensity_level / np.atleast_1d(fragility_medians))
         return np.asarray(ndtr(ln_ratios / max(log_spread, MIN_LOG_SPREAD)))
 
-    def annual_fall_rates_including_beyond_last_level(fragility_medians: ArrayLike, log_spread: float) -> FloatArray:
+    def annual_fall_rates_with_capped_intensity(fragility_medians: ArrayLike, log_spread: float) -> FloatArray:
         """Return the annual rate of falls, 1/year, for each of several fragility medians.
 
         Shaking above the last level of the hazard curve counts with the fall probability of that level.
@@ -196,7 +196,7 @@ def estimate_standing_probability(
         1e-9 * hazard_curve.intensity_levels[0],
         1e9 * last,
     )
-    rate, strong, weak = (float(one) for one in annual_fall_rates_including_beyond_last_level(medians, spread))
+    rate, strong, weak = (float(one) for one in annual_fall_rates_with_capped_intensity(medians, spread))
     strong += seldom * float(1 - fall_probability(last, medians[1], spread)[0])
     known = float(
         hazard_curve.annual_fall_rate(fragility_curve.median, spread, fragility_curve.least, fragility_curve.most)[0]
@@ -205,7 +205,7 @@ def estimate_standing_probability(
         known += seldom * float(fall_probability(last, fragility_curve.median, spread)[0])
     share = math.nan
     if math.isfinite(fragility_curve.other_spread):
-        each = annual_fall_rates_including_beyond_last_level(
+        each = annual_fall_rates_with_capped_intensity(
             fragility_curve.median * np.exp(CAPACITY_POINTS_IN_STANDARD_DEVIATIONS * fragility_curve.other_spread),
             fragility_curve.record_spread,
         )

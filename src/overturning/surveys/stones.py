@@ -221,10 +221,10 @@ def read_counted_stones(path: Path) -> list[Stone]:
 
     See `read_survey_table`.
     """
-    return read_counted_stones_notes_and_warnings(path)[0]
+    return read_fallen_and_standing_stones_notes_and_warnings(path)[0]
 
 
-def read_counted_stones_notes_and_warnings(path: Path) -> tuple[list[Stone], list[str], list[str]]:
+def read_fallen_and_standing_stones_notes_and_warnings(path: Path) -> tuple[list[Stone], list[str], list[str]]:
     """Read a survey file; return the stones that count as fallen or standing, notes, and warnings about units.
 
     See `read_survey_table`; a RecordError is also raised if no stone counts as fallen or standing.

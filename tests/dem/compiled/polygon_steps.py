@@ -83,7 +83,7 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         update_element_records_and_sample_clock(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
-    found = state[: rows.CASE_ARRAY_LENGTH + scene.element_fall_limits.shape[1] * rows.ELEMENT_ARRAY_LENGTH].copy()
+    found = state[: rows.CASE_ARRAY_LENGTH + scene.fall_and_support_table.shape[1] * rows.ELEMENT_ARRAY_LENGTH].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = (
         workspace.array_owning_state[0]

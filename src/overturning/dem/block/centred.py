@@ -123,21 +123,21 @@ def predict_normal_force_per_mass_and_contact(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
-    forces_decide_contact_and_slip: bool,
+    predicted_forces_decide_contact_and_slip: bool,
     is_flat_landing: bool,
 ) -> tuple[float, bool]:
     """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
-    In a step that resolves the contact vibration (`forces_decide_contact_and_slip`), the predicted force decides about
-    contact. In a longer step this force would be too large; a corner that was in contact after the last step stays in
-    contact.
+    In a step that resolves the contact vibration (`predicted_forces_decide_contact_and_slip`), the predicted force
+    decides about contact. In a longer step this force would be too large; a corner that was in contact after the last
+    step stays in contact.
     """
     n = (
         block.normal_stiffness_per_mass * predicted_corner.penetration
         - block.dashpot_constant_per_mass * predicted_corner.velocity_z
     )
     return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.penetration > 0.0)) | (
-        (not forces_decide_contact_and_slip) & (previous_corner.normal_force_per_mass != 0.0)
+        (not predicted_forces_decide_contact_and_slip) & (previous_corner.normal_force_per_mass != 0.0)
     )
 
 
@@ -157,7 +157,7 @@ def predict_trial_friction_of_corner(
     (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
     together (`flat_landing_slides_mu_and_moment_factor`).
     """
-    slid, fine = assumed_contact.signed_mu_or_zero_if_sticking, assumed_contact.forces_decide_contact_and_slip
+    slid, fine = assumed_contact.signed_mu_or_zero_if_sticking, assumed_contact.predicted_forces_decide_contact_and_slip
     spring = block.tangential_stiffness_per_mass * predicted_corner.tangential_stretch
     f = spring + block.dashpot_constant_per_mass * predicted_corner.velocity_x
     excess = abs(f) - block.friction * normal_force_per_mass if fine else abs(slid)
@@ -169,7 +169,7 @@ def predict_trial_friction_of_corner(
     )
     freedom = 1.0 + block.mass_over_moment_of_inertia * predicted_corner.x_from_centre * (
         predicted_corner.x_from_centre
-        - slid * (assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre)
+        - slid * (assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre)
     )
     return TrialCornerFriction(f, slides, slid, freedom > MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY)
 
@@ -244,7 +244,7 @@ def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,
-    forces_decide_contact_and_slip: bool,
+    predicted_forces_decide_contact_and_slip: bool,
     predicted_block: BlockPredictedAtStepEnd,
 ) -> BlockStepEndVelocityCorrection:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
@@ -256,9 +256,11 @@ def solve_velocity_corrections(
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
-    nl, on_l = predict_normal_force_per_mass_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
+    nl, on_l = predict_normal_force_per_mass_and_contact(
+        block, left, state.left, predicted_forces_decide_contact_and_slip, held
+    )
     nr, on_r = predict_normal_force_per_mass_and_contact(
-        block, right, state.right, forces_decide_contact_and_slip, held
+        block, right, state.right, predicted_forces_decide_contact_and_slip, held
     )
     # A corner in the air has no force, so the last step does not tell whether it slid.
     drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
@@ -268,8 +270,8 @@ def solve_velocity_corrections(
     lever_l, lever_r = tilting * drop_l, tilting * drop_r
     mu_l, mu_r = assumed_slip
     fine_l, fine_r = (
-        forces_decide_contact_and_slip | (state.left.normal_force_per_mass == 0.0),
-        forces_decide_contact_and_slip | (state.right.normal_force_per_mass == 0.0),
+        predicted_forces_decide_contact_and_slip | (state.left.normal_force_per_mass == 0.0),
+        predicted_forces_decide_contact_and_slip | (state.right.normal_force_per_mass == 0.0),
     )
     guess_l = predict_trial_friction_of_corner(
         block, left, nl, AssumedCornerContact(mu_l, fine_l, held, drifts, drift, tilting)
@@ -320,7 +322,7 @@ def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,  # noqa: ARG001, as `solve_velocity_corrections`
-    forces_decide_contact_and_slip: bool,
+    predicted_forces_decide_contact_and_slip: bool,
     predicted_block: BlockPredictedAtStepEnd,
 ) -> BlockStepEndVelocityCorrection:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
@@ -328,9 +330,11 @@ def solve_velocity_corrections_without_friction(
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
-    nl, on_l = predict_normal_force_per_mass_and_contact(block, left, state.left, forces_decide_contact_and_slip, held)
+    nl, on_l = predict_normal_force_per_mass_and_contact(
+        block, left, state.left, predicted_forces_decide_contact_and_slip, held
+    )
     nr, on_r = predict_normal_force_per_mass_and_contact(
-        block, right, state.right, forces_decide_contact_and_slip, held
+        block, right, state.right, predicted_forces_decide_contact_and_slip, held
     )
     nl, press_l = zero_velocity_normal_force_and_dimensionless_slope(block, left, half, nl, on_l)
     nr, press_r = zero_velocity_normal_force_and_dimensionless_slope(block, right, half, nr, on_r)

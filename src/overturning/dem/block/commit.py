@@ -74,7 +74,9 @@ def corner_forces_new_state_and_contact_changes(
     )
     found, assumed = (
         sign if slips else 0.0,
-        0.0 if assumed_contact.forces_decide_contact_and_slip else assumed_contact.signed_mu_or_zero_if_sticking,
+        0.0
+        if assumed_contact.predicted_forces_decide_contact_and_slip
+        else assumed_contact.signed_mu_or_zero_if_sticking,
     )
     f = sign * n if slips else f
     remaining = (
@@ -82,7 +84,7 @@ def corner_forces_new_state_and_contact_changes(
         if slips
         else stretch
     )
-    lever = assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre
+    lever = assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre
     turning = (predicted_corner.depth_below_centre - lever) * (
         predicted_block.step_end_angular_velocity + velocity_correction.angular_velocity
     )
@@ -119,7 +121,7 @@ def contact_changes_in_block_step(
     block: BlockConstants,
     case_step_control: CaseStepControl,
     step_ticks: float,
-    forces_decide_contact_and_slip: bool,
+    predicted_forces_decide_contact_and_slip: bool,
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
@@ -147,8 +149,9 @@ def contact_changes_in_block_step(
             all_contacts_are_closed=stands,
         )
     wrong, back = (
-        (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption) & (not forces_decide_contact_and_slip),
-        (left.has_friction_reversal | right.has_friction_reversal) & (not forces_decide_contact_and_slip),
+        (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption)
+        & (not predicted_forces_decide_contact_and_slip),
+        (left.has_friction_reversal | right.has_friction_reversal) & (not predicted_forces_decide_contact_and_slip),
     )
     loaded = left.new_corner.normal_force_per_mass + right.new_corner.normal_force_per_mass > 0.0
     slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
@@ -167,7 +170,7 @@ def contact_changes_in_block_step(
 @njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
     slip_assumed_in_solved_step: SignedFrictionCoefficientOrZeroIfSticking,
-    forces_decide_contact_and_slip: bool,
+    predicted_forces_decide_contact_and_slip: bool,
     solved_corners: SolvedCornerContactPair,
     next_attempt_repeats_step: bool,
     keeps_assumption_at_both_corners: bool,
@@ -177,8 +180,16 @@ def assumed_signed_friction_for_next_attempt(
     The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
     """
     of_left, of_right = (
-        (0.0 if forces_decide_contact_and_slip else slip_assumed_in_solved_step.left_signed_mu_or_zero_if_sticking),
-        (0.0 if forces_decide_contact_and_slip else slip_assumed_in_solved_step.right_signed_mu_or_zero_if_sticking),
+        (
+            0.0
+            if predicted_forces_decide_contact_and_slip
+            else slip_assumed_in_solved_step.left_signed_mu_or_zero_if_sticking
+        ),
+        (
+            0.0
+            if predicted_forces_decide_contact_and_slip
+            else slip_assumed_in_solved_step.right_signed_mu_or_zero_if_sticking
+        ),
     )
     left, right = solved_corners.left, solved_corners.right
     keeps_left, keeps_right = (

@@ -28,7 +28,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
 
 
-class CornerContactForce(NamedTuple):
+class CornerContactForceAndNewState(NamedTuple):
     """Contact force of the base on a corner of a block, per block mass, and the new state of the corner."""
 
     normal_force_per_mass: float
@@ -47,9 +47,9 @@ class CornerContactForce(NamedTuple):
     """Energy released by the tangential spring, over half its stiffness, m²."""
     normal_force_less_spring_force_per_mass: float
     """Normal force less that of the spring: the force of the dashpot, m/s²."""
-    tangential_force_less_spring_force_per_mass: float
+    inelastic_tangential_force_per_mass: float
     """Tangential force less that of the spring: of the dashpot, or of friction beyond the spring, m/s²."""
-    spring_moment_beyond_friction_arm_per_mass: float
+    extra_spring_moment_in_flat_landing_per_mass: float
     """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²;
     0 except in a flat landing."""
 
@@ -62,7 +62,7 @@ def corner_contact_force(
     previous_corner: CornerState,
     dashpot_constant_per_mass_over_time_step: float,
     is_flat_landing_slides_mu_and_moment_factor: tuple[bool, bool, float, float],
-) -> CornerContactForce:
+) -> CornerContactForceAndNewState:
     """Compute the contact force of the base on a corner of a block, per block mass, in a step of Cundall's scheme.
 
     `dashpot_constant_per_mass_over_time_step` (1/s²) multiplies the displacements of the last step.
@@ -90,7 +90,7 @@ def corner_contact_force(
         else stretch
     )
     let_go = previous_corner.penetration if was & (not inside) else 0.0
-    return CornerContactForce(
+    return CornerContactForceAndNewState(
         normal_force_per_mass=n, tangential_force_per_mass=f, x_from_centre=arm, friction_lever_arm=tilting * drop,
         new_corner=CornerState(remaining, place, depth, 0.0),
         released_normal_energy_over_half_stiffness=let_go * let_go,
@@ -98,8 +98,8 @@ def corner_contact_force(
             (previous_corner.tangential_stretch + remaining) * (stretch - remaining)
         ),
         normal_force_less_spring_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
-        tangential_force_less_spring_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
-        spring_moment_beyond_friction_arm_per_mass=(
+        inelastic_tangential_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
+        extra_spring_moment_in_flat_landing_per_mass=(
             block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop)
         ),
     )  # fmt: skip
@@ -107,17 +107,17 @@ def corner_contact_force(
 
 @njit(**INLINE_OPTIONS)
 def corner_dashpot_and_friction_power_per_mass(
-    corner_force: CornerContactForce, centre_vx: float, centre_vz: float, angular_velocity: float
+    corner_force: CornerContactForceAndNewState, centre_vx: float, centre_vz: float, angular_velocity: float
 ) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = (
         corner_force.normal_force_less_spring_force_per_mass,
-        corner_force.tangential_force_less_spring_force_per_mass,
+        corner_force.inelastic_tangential_force_per_mass,
     )
     power = normal * (centre_vz - corner_force.x_from_centre * angular_velocity) + tangential * (
         centre_vx - corner_force.friction_lever_arm * angular_velocity
     )
-    return power - corner_force.spring_moment_beyond_friction_arm_per_mass * angular_velocity
+    return power - corner_force.extra_spring_moment_in_flat_landing_per_mass * angular_velocity
 
 
 @njit(**INLINE_OPTIONS)

@@ -72,7 +72,7 @@ def block_mechanical_energy_per_mass(block: BlockConstants, state: BlockState, v
 
 
 @njit(**INLINE_OPTIONS)
-def energy_to_tilt_per_mass(block: BlockConstants, tilt_angle_rad: float) -> float:
+def energy_per_mass_to_tilt_block(block: BlockConstants, tilt_angle_rad: float) -> float:
     """Return the energy per mass (m²/s²) that tilts a rigid block from rest to `tilt_angle_rad` (at most α)."""
     angle = min(tilt_angle_rad, block.critical_angle)
     square = angle * angle
@@ -95,7 +95,7 @@ def standing_outcome_is_final(
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
     # weight compresses the spring: g²/2k less energy than in the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_to_tilt_per_mass(
+    if now + 0.5 * GRAVITY * GRAVITY / block.normal_stiffness_per_mass > energy_per_mass_to_tilt_block(
         block, max_abs_angle_so_far_rad
     ):
         return False

@@ -35,7 +35,7 @@ from overturning.dem.kernel.clock import (
     NextStepToAttempt,
     decide_rejection_and_next_step,
 )
-from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, round_to_vector_multiple
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple
 from overturning.dem.time_step import IntegrationScheme
 
 
@@ -102,7 +102,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         ticks_per_sample: float,
     ) -> None:
         """Predict the states of all blocks in parallel at the end of their steps."""
-        for j in range(round_to_vector_multiple(computed_lane_count)):
+        for j in range(assume_vector_multiple(computed_lane_count)):
             block, s, length = (
                 load_block_constants(state, j),
                 load_state(state, j),
@@ -123,7 +123,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         computed_lane_count: int,
     ) -> None:
         """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
-        for j in range(round_to_vector_multiple(computed_lane_count)):
+        for j in range(assume_vector_multiple(computed_lane_count)):
             fine = (
                 load_next_step_to_attempt(state, j).length_in_ticks
                 <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
@@ -179,7 +179,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
         ticks_per_sample: float,
     ) -> None:
         """Compute contact forces of all blocks in parallel, and accept or reject the step of each block."""
-        for j in range(round_to_vector_multiple(computed_lane_count)):
+        for j in range(assume_vector_multiple(computed_lane_count)):
             block, s, attempt, case_step_control = (
                 load_block_constants(state, j),
                 load_state(state, j),
@@ -251,7 +251,7 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     ) -> None:
         """Advance all blocks in parallel by `step_count` time steps."""
         for _ in range(step_count):
-            for j in range(round_to_vector_multiple(computed_lane_count)):
+            for j in range(assume_vector_multiple(computed_lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
                     load_block_constants(state, j), load_state(state, j), load_peaks(state, j),
                     load_energy_account(state, j), load_inertial_accelerations(state, j), with_vertical_base_motion,

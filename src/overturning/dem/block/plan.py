@@ -131,12 +131,12 @@ class BlockSimulationPlan(SimulationPlan):
         )
 
 
-class BlockStepLengths(NamedTuple):
+class StepLengthsByBlock(NamedTuple):
     """Lengths of the time steps of n blocks, arrays of shape (n,)."""
 
     whole_steps_per_sample: NDArray[np.int64]
     """Whole steps per sample."""
-    standing_step_in_whole_steps: NDArray[np.int64]
+    step_while_standing_still_in_whole_steps: NDArray[np.int64]
     """Length of a step while a block stands still on both corners, in whole steps."""
     longest_contact_change_step_s: FloatArray
     """Longest step in which a contact may open or close, s."""
@@ -153,7 +153,7 @@ def block_step_lengths(
     two_xi_omega_of_highest_mode: FloatArray,
     sampling_interval: float,
     rocking_time_constant_by_case_s: FloatArray,
-) -> BlockStepLengths:
+) -> StepLengthsByBlock:
     """Return the lengths of the time steps of blocks, from bounds of ω² and 2ξω of their highest contact mode.
 
     Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and 1/p (s). `sampling_interval` is in
@@ -188,7 +188,7 @@ def block_step_lengths(
     if scheme == IntegrationScheme.CENTRED:
         # If this needs more halvings than allowed, shorten the whole step.
         steps = steps << np.maximum(halvings - BLOCK_STEP_CONTROL.max_step_halvings, 0)
-    return BlockStepLengths(steps, standing, finest, halvings, ratio)
+    return StepLengthsByBlock(steps, standing, finest, halvings, ratio)
 
 
 def plan_block_simulation(
@@ -263,7 +263,7 @@ def plan_block_simulation(
             * width * alpha / period
         ),
         "shortest_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
-        "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.standing_step_in_whole_steps,
+        "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.step_while_standing_still_in_whole_steps,
         "steps_before_doubling_after_contact_change": np.round(
             control.steps_before_length_doubles(square, rate) / step_ratio
         ),

@@ -46,9 +46,9 @@ ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 class BaseAccelerationRampInG(NamedTuple):
     """Base acceleration in g, linear in time until the next sample; slopes are per sampling interval."""
 
-    horizontal_at_origin: float
+    horizontal_in_g_at_time_zero: float
     horizontal_slope_per_sample: float
-    apparent_gravity_at_origin: float
+    apparent_gravity_over_g_at_time_zero: float
     """Apparent gravity over g, 1 + a_up/g."""
     apparent_gravity_slope_per_sample: float
 
@@ -68,8 +68,8 @@ def _base_motion_with_later_origin(
 ) -> BaseAccelerationRampInG:
     """Return a linear base motion as a function of time, in samples, from a time origin that lies later."""
     delay = origin_delay_in_samples
-    ground = base_motion.horizontal_at_origin + base_motion.horizontal_slope_per_sample * delay
-    weight = base_motion.apparent_gravity_at_origin + base_motion.apparent_gravity_slope_per_sample * delay
+    ground = base_motion.horizontal_in_g_at_time_zero + base_motion.horizontal_slope_per_sample * delay
+    weight = base_motion.apparent_gravity_over_g_at_time_zero + base_motion.apparent_gravity_slope_per_sample * delay
     return BaseAccelerationRampInG(
         ground, base_motion.horizontal_slope_per_sample, weight, base_motion.apparent_gravity_slope_per_sample
     )
@@ -85,13 +85,13 @@ def _rocking_side_and_waiting_time(
     """
     remaining = remaining_time_in_samples
     end = _base_motion_with_later_origin(base_motion, remaining)
-    side = -1.0 if base_motion.horizontal_at_origin > 0.0 else 1.0
-    if -side * base_motion.horizontal_at_origin > base_motion.apparent_gravity_at_origin * b_over_h:
+    side = -1.0 if base_motion.horizontal_in_g_at_time_zero > 0.0 else 1.0
+    if -side * base_motion.horizontal_in_g_at_time_zero > base_motion.apparent_gravity_over_g_at_time_zero * b_over_h:
         return side, 0.0
-    side = -1.0 if end.horizontal_at_origin > 0.0 else 1.0
+    side = -1.0 if end.horizontal_in_g_at_time_zero > 0.0 else 1.0
     before, after = (
-        -side * base_motion.horizontal_at_origin - base_motion.apparent_gravity_at_origin * b_over_h,
-        -side * end.horizontal_at_origin - end.apparent_gravity_at_origin * b_over_h,
+        -side * base_motion.horizontal_in_g_at_time_zero - base_motion.apparent_gravity_over_g_at_time_zero * b_over_h,
+        -side * end.horizontal_in_g_at_time_zero - end.apparent_gravity_over_g_at_time_zero * b_over_h,
     )
     return (side, remaining * (before / (before - after))) if after > 0.0 else (0.0, remaining)
 
@@ -112,7 +112,8 @@ def _fill_taylor_series(
     angle, velocity, sine, cosine, acceleration, jerk = series[0], series[1], series[2], series[3], series[4], series[5]
     slope = base_motion.horizontal_slope_per_sample
     for k in range(angle.size - 1):
-        drive = -side * base_motion.horizontal_at_origin * cosine[k] - base_motion.apparent_gravity_at_origin * sine[k]
+        drive = -side * base_motion.horizontal_in_g_at_time_zero * cosine[k]
+        drive -= base_motion.apparent_gravity_over_g_at_time_zero * sine[k]
         if k > 0:
             drive -= side * slope * cosine[k - 1] + base_motion.apparent_gravity_slope_per_sample * sine[k - 1]
         of_sine, of_cosine = 0.0, 0.0

@@ -48,8 +48,8 @@ from overturning.dem.kernel.ground import (
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
+    assume_vector_multiple,
     cache_line_aligned_zeros,
-    round_to_vector_multiple,
 )
 from overturning.dem.kernel.mechanics import (
     FLAT_LANDING_DURATION_IN_DECAY_TIMES,
@@ -211,7 +211,7 @@ def advance_sample_load_motion_and_normalise_rotation(
     """
     across, up = horizontal_acceleration_by_azimuth_m_s2, upward_acceleration_or_none
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
-    for j in range(round_to_vector_multiple(computed_lane_count)):
+    for j in range(assume_vector_multiple(computed_lane_count)):
         s = load_state(state, j)
         state[ROTATION_COSINE_ROW + j], state[ROTATION_SINE_ROW + j] = normalise_cosine_and_sine(s.cos, s.sin)
         begun = next_sample_tick_and_last_upright_time(
@@ -220,7 +220,7 @@ def advance_sample_load_motion_and_normalise_rotation(
         state[CURRENT_SAMPLE_ROW + j], state[TICKS_SINCE_SAMPLE_START_ROW + j], state[LAST_UPRIGHT_TIME_ROW + j] = begun
         state[LAST_UPRIGHT_TICK_ROW + j] = -1.0
     last = across.shape[1] - 3
-    for j in range(round_to_vector_multiple(computed_lane_count)):
+    for j in range(assume_vector_multiple(computed_lane_count)):
         course = load_case_progress(state, j)
         i = min(int(course.current_sample), last)
         # A base that accelerates towards +s pushes the block towards −s.

@@ -88,7 +88,7 @@ class AssumedCornerContact(NamedTuple):
 
     signed_mu_or_zero_if_sticking: float
     """±μ if the corner slides, else 0."""
-    forces_decide_contact_and_slip: bool
+    predicted_forces_decide_contact_and_slip: bool
     """True if the step is fine, so that predicted forces, not the last step, decide about contact and sliding."""
     lands_flat: bool
     """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
@@ -96,7 +96,7 @@ class AssumedCornerContact(NamedTuple):
     """True if the block slides while it lands flat."""
     flat_landing_signed_mu: float
     """±μ of the friction in a flat landing."""
-    friction_moment_factor: float
+    friction_lever_arm_factor: float
     """Factor on the moment of friction that rotates the block; 1 except in a flat landing."""
 
 

@@ -25,7 +25,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    round_to_vector_multiple,
+    assume_vector_multiple,
 )
 from overturning.model.solid import MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
 
@@ -45,7 +45,9 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def one_if_point_rests_on_its_spring(body: BodyConstants, point_state_at_step_start: BodyContactPointState) -> float:
+def one_if_normal_force_is_near_spring_force(
+    body: BodyConstants, point_state_at_step_start: BodyContactPointState
+) -> float:
     """Return 1 if a point penetrates and its normal force differs by less than half from its spring force; else 0."""
     spring = body.point_normal_stiffness_per_mass * point_state_at_step_start.penetration
     return (
@@ -67,7 +69,7 @@ def update_lowest_and_highest_base_vertex(
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z
     below = vertex_belongs_to_base(body, vertex)
-    still = one_if_point_rests_on_its_spring(body, point_state_at_step_start)
+    still = one_if_normal_force_is_near_spring_force(body, point_state_at_step_start)
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
         (height < base_contact_state.lowest_vertex_height_above_centre)
@@ -191,7 +193,7 @@ TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
 def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
     """True if a flat landing (all points of the base in one impact) is under way in any case computed in parallel."""
     number = 0
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         number += 1 if body_base_lands_flat(load_base_contact(body_states, j)) else 0
     return number > 0
 
@@ -209,7 +211,7 @@ def raise_tilting_friction_share_where_body_tips(
     """
     for point in range(0, vertex_array_length, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(assume_vector_multiple(lane_count)):
             body = load_body_constants(body_states, j)
             v = load_state(body_states, j).velocity_relative_to_base
             edge = load_vertex(one, j)
@@ -241,7 +243,7 @@ def compute_base_contact_states(
     """
     if base_is_round:
         # The ends are the lowest and the highest point of the rim.
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(assume_vector_multiple(lane_count)):
             body = load_body_constants(body_states, j)
             ahead = load_point_state_at_step_start(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
             behind = load_point_state_at_step_start(
@@ -269,8 +271,8 @@ def compute_base_contact_states(
                 BaseContactState(
                     0.0,
                     0.0,
-                    one_if_point_rests_on_its_spring(body, ahead),
-                    one_if_point_rests_on_its_spring(body, behind),
+                    one_if_normal_force_is_near_spring_force(body, ahead),
+                    one_if_normal_force_is_near_spring_force(body, behind),
                     landing,
                     longest,
                     tilting,
@@ -278,13 +280,13 @@ def compute_base_contact_states(
             )
         return
     few = base_vertex_count <= MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         store_base_contact(body_states, j, first if few else other)
     for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(assume_vector_multiple(lane_count)):
             of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
             left, least = one[POINT_LANDING_TIME_ROW + j], body_states[SHORTEST_LANDING_TIME_ROW + j]
             body_states[SHORTEST_LANDING_TIME_ROW + j] = left if of_base & (left < least) else least
@@ -302,7 +304,7 @@ def compute_base_contact_states(
         return
     for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(assume_vector_multiple(lane_count)):
             base_contact = load_base_contact(body_states, j)
             store_base_contact(body_states, j, update_lowest_and_highest_base_vertex(
                 load_body_constants(body_states, j), base_contact, load_body_axes(body_states, j), load_vertex(one, j),

@@ -16,7 +16,7 @@ from overturning.dem.body.state import (
     BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityCorrection,
-    ContactForcesAndNegatedDerivatives,
+    ContactForcesAndNegatedVelocityDerivatives,
     InertialAccelerations3D,
     PredictedContactPoint,
     angular_velocity_from_momentum,
@@ -259,7 +259,7 @@ def predict_contact_point(
         body_lands_flat=1.0 if flat else 0.0,
         tilting_share_of_friction_moment=tilting,
         tilting_friction_share_in_flat_landing=base_tilting,
-        landing_time_left_if_touching_now=new_landing,
+        flat_landing_time_left_if_contact_begins_now=new_landing,
     )
 
 
@@ -286,7 +286,7 @@ def contact_force_and_derivatives_of_point(
     predicted_point: PredictedContactPoint,
     point_state_at_step_start: BodyContactPointState,
     predicted_forces_decide_contact: bool,
-) -> ContactForcesAndNegatedDerivatives:
+) -> ContactForcesAndNegatedVelocityDerivatives:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
     The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
@@ -336,7 +336,7 @@ def contact_force_and_derivatives_of_point(
     cz = cross_product(at, Vector3(gxz, gyz, gzz))
     dx, dy = cross_product(at, Vector3(bx.x, by.x, bz.x)), cross_product(at, Vector3(bx.y, by.y, bz.y))
     dz = cross_product(at, Vector3(bx.z, by.z, bz.z))
-    return ContactForcesAndNegatedDerivatives(
+    return ContactForcesAndNegatedVelocityDerivatives(
         f,
         cross_product(at, f),
         Matrix3(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
@@ -354,7 +354,7 @@ def solve_velocity_correction(
     body: BodyConstants,
     state_at_step_start: BodyState,
     predicted_body: BodyPredictedForStepEnd,
-    contact_terms_of_all_points: ContactForcesAndNegatedDerivatives,
+    contact_terms_of_all_points: ContactForcesAndNegatedVelocityDerivatives,
 ) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
     a = contact_terms_of_all_points.half_step_times_force_per_velocity

@@ -43,11 +43,11 @@ from overturning.dem.body.state import (
     BodyVelocityCorrection,
     BodyVertex,
     ContactForceAndMomentSum,
-    ContactForcesAndNegatedDerivatives,
+    ContactForcesAndNegatedVelocityDerivatives,
     ContactPointAtStepStartAndEnd,
     InertialAccelerations3D,
     PredictedContactPoint,
-    StepRejectionFlags,
+    StepRejectionAndSlipAssumptionFlags,
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import (
@@ -59,8 +59,8 @@ from overturning.dem.kernel.clock import (
 from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
+    assume_vector_multiple,
     create_elementwise_tuple_functions,
-    round_to_vector_multiple,
     select,
 )
 
@@ -73,18 +73,18 @@ load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_wri
 load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
 load_energy_account, _, store_energy_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
 load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
+load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndSlipAssumptionFlags)
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
 load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
 load_force_sums_and_derivatives, store_force_sums_and_derivatives, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactForcesAndNegatedDerivatives
+    ContactForcesAndNegatedVelocityDerivatives
 )
 load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BodyVelocityCorrection
 )
 load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
 load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
-add_equations = create_elementwise_tuple_functions(ContactForcesAndNegatedDerivatives).plus
+add_equations = create_elementwise_tuple_functions(ContactForcesAndNegatedVelocityDerivatives).plus
 add_sum = create_elementwise_tuple_functions(ContactForceAndMomentSum).plus
 larger_of = create_elementwise_tuple_functions(BodyContactChangesInStep).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
@@ -106,7 +106,7 @@ SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at their step ends, with constant acceleration and contact moment."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         w = predict_body_at_step_end(
             load_body_constants(body_states, j),
             load_state(body_states, j),
@@ -121,7 +121,7 @@ def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_samp
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
     """Predict penetration, contact and sliding of two opposite vertices of each body at the end of the step."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         body = load_body_constants(body_states, j)
         w = load_predicted_body(body_states, j)
         f = load_body_axes(body_states, j)
@@ -159,7 +159,7 @@ def predict_contact_of_rim_point_pair(
     `unit_component_along_lean` and `unit_component_across_lean` select the points (see
     `rim_point_position_from_centre`).
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         body = load_body_constants(body_states, j)
         w = load_predicted_body(body_states, j)
         f = load_body_axes(body_states, j)
@@ -194,7 +194,7 @@ def add_contact_terms_of_point_pair(
 
     `none_if_first_pair` is None for the first two points of a body: their terms replace those of the last step.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         body, half = load_body_constants(body_states, j), load_predicted_body(body_states, j).half_step_length_s
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
@@ -214,7 +214,7 @@ def add_contact_terms_of_point_pair(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
     """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_velocity_correction(body_states, j, solve_velocity_correction(
             load_body_constants(body_states, j), load_state(body_states, j), load_predicted_body(body_states, j),
             load_force_sums_and_derivatives(body_states, j),
@@ -231,7 +231,7 @@ def compute_point_pair_forces_and_new_states(
 
     `none_if_first_pair` is None for the first two points of a body: their forces replace those of the last step.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         body = load_body_constants(body_states, j)
         w = load_predicted_body(body_states, j)
         d = load_velocity_correction(body_states, j)
@@ -271,7 +271,7 @@ def compute_point_pair_forces_and_new_states(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: float, base_is_round: Any) -> None:
     """Accept (store the new state) or reject each body's attempted step, and choose the length of the next attempt."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         body = load_body_constants(body_states, j)
         s = load_state(body_states, j)
         attempt = load_next_step_to_attempt(body_states, j)
@@ -297,7 +297,9 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         accepted = BodyAfterAcceptedStep(s, load_peaks(body_states, j), load_energy_account(body_states, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
         store_next_step_to_attempt(body_states, j, following)
-        store_rejection(body_states, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
+        store_rejection(
+            body_states, j, StepRejectionAndSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
+        )
         store_state(body_states, j, again, accepted.state)
         store_peaks(body_states, j, again, accepted.peak_values_so_far)
         store_energy_account(body_states, j, again, accepted.energy_account)
@@ -306,7 +308,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         new, rejected = load_state_at_step_end(point_rows, j), load_rejection(body_states, j)
         store_point_state_at_step_start(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(

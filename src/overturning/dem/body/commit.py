@@ -183,7 +183,7 @@ def compute_point_forces(
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - old.penetration if fresh else 1.0)) - half if fresh else 0.0
     landing = (
-        predicted_point.landing_time_left_if_touching_now if fresh else old.remaining_flat_landing_time
+        predicted_point.flat_landing_time_left_if_contact_begins_now if fresh else old.remaining_flat_landing_time
     ) - 2.0 * half
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)

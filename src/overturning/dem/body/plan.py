@@ -78,7 +78,7 @@ class SimulationPlan3D(SimulationPlan):
         up = super().unscaled_upward_acceleration
         return np.zeros(self.motion.sample_count + 3) if up is None else up
 
-    def kernel_input_fields_3d(
+    def kernel_input_fields_common_to_3d_models(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int,
         parallel_case_count: int,
     ) -> dict[str, Any]:  # fmt: skip
@@ -123,7 +123,9 @@ class BodySimulationPlan(SimulationPlan3D):
     ) -> BodyKernelInput:
         """Return the body kernel's input for cases with equal step lengths, each step divided by `step_divisor`."""
         return BodyKernelInput(
-            **self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT),
+            **self.kernel_input_fields_common_to_3d_models(
+                case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT
+            ),
             base_shape_loop_tag=self.base_shape_loop_tag,
             body_constants_by_size=self.body_constants_by_size,
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,

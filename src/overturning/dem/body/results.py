@@ -13,7 +13,7 @@ from overturning.model.variables import INT8_MISSING, MAX_NUMBERED_FACES
 def outcome_variables_of_bodies(
     case_result_rows: NDArray[np.void],
     orientation_azimuth_deg_by_case: FloatArray,
-    orientation_cosines_north_east_by_case: FloatArray,
+    orientation_unit_vector_north_east_by_case: FloatArray,
     face_normals_at_rest_by_case: list[FloatArray],
 ) -> dict[str, Any]:
     """Return the outcomes of n cases by variable name, each of shape (n,), and ``block_steps``: numbers of time steps.
@@ -24,7 +24,7 @@ def outcome_variables_of_bodies(
         Results of the kernel, of type `overturning.dem.body.tables.RESULT_TABLE_DTYPE`, shape (n,).
     orientation_azimuth_deg_by_case : ndarray
         Orientation of each case, degrees, shape (n,).
-    orientation_cosines_north_east_by_case : ndarray
+    orientation_unit_vector_north_east_by_case : ndarray
         Direction cosines of the orientation, north and east, shape (n, 2).
     face_normals_at_rest_by_case : list of ndarray
         Outward normals of the faces of the body at rest, one array of shape (faces, 3) per case.
@@ -55,10 +55,10 @@ def outcome_variables_of_bodies(
             "peak_tilt": tilt_deg_from_squared_sine(case_result_rows["peak_lean_squared_sine"]),
             "overturning_time": np.where(fell, case_result_rows["last_upright_time_if_fallen"], np.nan),
             "peak_slip": case_result_rows["peak_slip"],
-            "residual_slip_north": slip_x * orientation_cosines_north_east_by_case[:, 0]
-            + slip_y * orientation_cosines_north_east_by_case[:, 1],
-            "residual_slip_east": slip_x * orientation_cosines_north_east_by_case[:, 1]
-            - slip_y * orientation_cosines_north_east_by_case[:, 0],
+            "residual_slip_north": slip_x * orientation_unit_vector_north_east_by_case[:, 0]
+            + slip_y * orientation_unit_vector_north_east_by_case[:, 1],
+            "residual_slip_east": slip_x * orientation_unit_vector_north_east_by_case[:, 1]
+            - slip_y * orientation_unit_vector_north_east_by_case[:, 0],
             "residual_twist": np.where(fell, np.nan, twist),
             "peak_penetration": case_result_rows["peak_penetration"],
             "energy_error": case_result_rows["energy_error"],

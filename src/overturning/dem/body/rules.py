@@ -50,7 +50,7 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, cache_line_aligned_zeros, round_to_vector_multiple
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import (
     SettingsOfParallelCases,
     create_lookup_by_type,
@@ -199,7 +199,7 @@ def advance_sample_and_load_base_motion(
     ticks = queue_settings.ticks_per_sample
     interval = queue_settings.sampling_interval
     scale = 1.0 / queue_settings.ticks_per_sample
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         s = load_state(body_states, j)
         store_rotation_quaternion(body_states, j, normalise_quaternion(s.rotation))
         begun = next_sample_tick_and_last_upright_time(
@@ -216,7 +216,7 @@ def advance_sample_and_load_base_motion(
         ) = begun
         body_states[LAST_UPRIGHT_TICK_ROW + j] = -1.0
     last = up.shape[0] - 3
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         course = load_case_progress(body_states, j)
         if body_states[LOADED_SAMPLE_NUMBER_ROW + j] == course.current_sample + 1.0:
             continue

@@ -241,11 +241,11 @@ class PredictedContactPoint(NamedTuple):
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
     tilting_friction_share_in_flat_landing: float
     """Share of the moment of friction that tilts the body if the point slides in a flat landing."""
-    landing_time_left_if_touching_now: float
+    flat_landing_time_left_if_contact_begins_now: float
     """Landing time of the point if it touches now, s."""
 
 
-class StepRejectionFlags(NamedTuple):
+class StepRejectionAndSlipAssumptionFlags(NamedTuple):
     """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
     is_step_rejected: float
@@ -271,7 +271,7 @@ class BodyPredictedForStepEnd(NamedTuple):
     """Half the length of the step, s."""
 
 
-class ContactForcesAndNegatedDerivatives(NamedTuple):
+class ContactForcesAndNegatedVelocityDerivatives(NamedTuple):
     """Sums over a body's contact points for the equations of a step: force, moment, and velocity derivatives, per mass.
 
     The derivatives count with the opposite sign and are multiplied by half the length of the step.
@@ -333,9 +333,9 @@ class BodyContactChangesInStep(NamedTuple):
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
-    BodyTerminationLimits, NextStepToAttempt, StepRejectionFlags, BodyPredictedForStepEnd,
-    ContactForcesAndNegatedDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum, BodyContactChangesInStep,
-    CaseRestLimitAndFlag, LargestTiltNearCaseEnd, SlidingCaseEnd,
+    BodyTerminationLimits, NextStepToAttempt, StepRejectionAndSlipAssumptionFlags, BodyPredictedForStepEnd,
+    ContactForcesAndNegatedVelocityDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum,
+    BodyContactChangesInStep, CaseRestLimitAndFlag, LargestTiltNearCaseEnd, SlidingCaseEnd,
 )  # fmt: skip
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint

@@ -148,7 +148,7 @@ def body_is_still(
 
 @njit(**INLINE_OPTIONS)
 def updated_largest_tilt_ratio_near_case_end(
-    largest_tilt_over_critical_angle_so_far: float,
+    previous_largest_tilt_near_case_end: float,
     case_progress: CaseProgress,
     current_sample: float,
     record_end_sample: float,
@@ -159,14 +159,14 @@ def updated_largest_tilt_ratio_near_case_end(
 
     See `LargestTiltNearCaseEnd`.
 
-    `largest_tilt_over_critical_angle_so_far` is the value at the end of the sample before, `centre_height_above_rest_m`
+    `previous_largest_tilt_near_case_end` is the value at the end of the sample before, `centre_height_above_rest_m`
     the height of the centre above its height at rest.
     """
     if current_sample < 0.5 * (record_end_sample + case_progress.end_sample_if_undecided):
-        return largest_tilt_over_critical_angle_so_far
+        return previous_largest_tilt_near_case_end
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(
-        largest_tilt_over_critical_angle_so_far,
+        previous_largest_tilt_near_case_end,
         1.0 if GRAVITY * centre_height_above_rest_m >= case_progress.overturning_energy else tilt_over_critical_angle,
     )
 

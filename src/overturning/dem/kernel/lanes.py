@@ -180,8 +180,8 @@ def _signature_and_generator_for_lane_rounding(_typing_context: Any, lane_count_
     return types.intp(lane_count_type), generate_rounding_code
 
 
-round_to_vector_multiple: Final[Any] = intrinsic(_signature_and_generator_for_lane_rounding)
-"""``round_to_vector_multiple(n)`` returns n, a positive multiple of 8: LLVM omits the loop for what vectors leave.
+assume_vector_multiple: Final[Any] = intrinsic(_signature_and_generator_for_lane_rounding)
+"""``assume_vector_multiple(n)`` returns n, a positive multiple of 8: LLVM omits the loop for what vectors leave.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
 
@@ -189,12 +189,12 @@ Kernels compute all lanes up to the next multiple of 8. Without it each loop is 
 def _signature_and_generator_for_hiding_number(_typing_context: Any, number_type: Any) -> Any:
     """Return Numba signature and code generator for hiding a number from LLVM, which then unrolls no loop over it."""
 
-    def generate_code_hiding_number(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
+    def generate_code_to_hide_number_from_llvm(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate empty assembler code that returns the number."""
         kind = ir.FunctionType(llvm_arguments[0].type, [llvm_arguments[0].type])
         return builder.asm(kind, "", "=r,0", [llvm_arguments[0]], side_effect=False)
 
-    return number_type(number_type), generate_code_hiding_number
+    return number_type(number_type), generate_code_to_hide_number_from_llvm
 
 
 hide_number_from_llvm: Final[Any] = intrinsic(_signature_and_generator_for_hiding_number)

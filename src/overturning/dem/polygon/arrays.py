@@ -135,7 +135,7 @@ class SceneArrays(NamedTuple):
     """Number of vertices of each piece, shape (pieces,)."""
     piece_face_tables: FloatArray
     """Rows of `Polygon.face_geometry_and_contact_flag_table` by piece, shape (variants, pieces, vertices, 12)."""
-    element_fall_limits: NDArray[np.void]
+    fall_and_support_table: NDArray[np.void]
     """Fall limits, support and overturning energy of each element, shape (variants, elements)."""
     termination_limits: NDArray[np.void]
     """Limits of failure and rest, of type `TERMINATION_LIMITS_DTYPE`, shape (variants,)."""
@@ -167,7 +167,9 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
         lowest_and_last_index_of_rocking_groups=one.lowest_and_last_index_of_rocking_groups,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
-        element_fall_limits=np.stack([fall_limits_supports_and_energies_of_elements(item) for item in scene_variants]),
+        fall_and_support_table=np.stack(
+            [fall_limits_supports_and_energies_of_elements(item) for item in scene_variants]
+        ),
         termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in scene_variants]),
         gravity=one.scene.gravity,
     )
@@ -229,7 +231,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
         ),
         motion_since_contact_tests_paused=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
         slip_and_fall=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
-        rest_position=k.ElementRestPose(
+        rest_position=k.ElementRestPoseAndSlipPoints(
             x - item.centre_of_mass_x,
             z - item.centre_of_mass_z,
             x - support.centre_of_mass_x,
@@ -270,7 +272,7 @@ def _pair_state_at_rest(
             if pair_uses_flat_landing_rule(placed, pair.first_element_index, pair.second_element_index)
             else 0.0,
         ),
-        nearest_faces=k.NearestFaces(
+        nearest_faces=k.NearestFacesAndMotionLimits(
             face_index_of_a=-1.0,
             face_index_of_b=-1.0,
             rotation_to_motion_lever_arm=0.0,

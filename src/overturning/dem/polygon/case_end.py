@@ -10,8 +10,8 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
-    contact_work_of_last_half_step,
     element_kinetic_energy,
+    energy_absorbed_by_contacts_in_last_half_step,
     kinetic_and_gravitational_energy,
     scene_energy,
 )
@@ -44,7 +44,7 @@ MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT: Final = 0.1
 class ElementCountsAndKineticEnergy(NamedTuple):
     """Numbers of free elements of a case that stand, fell and stand for good, their kinetic energy, and two checks."""
 
-    sum_finite_if_state_is_finite: float
+    sum_to_detect_nonfinite_state: float
     """Sum that is finite if the poses and velocities of all elements are."""
     kinetic_energy_of_free_elements: float
     """Kinetic energy of the free elements, J."""
@@ -74,9 +74,9 @@ def case_status(
     """
     case = rows.load_scene_state(case_states, lane)
     v = int(case.scene_variant_index)
-    element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
+    fall_and_support_table, limits = scene_arrays.fall_and_support_table[v], scene_arrays.termination_limits[v]
     check, moving, standing, fallen, safe, slid = store_fall_sides_and_count_elements(
-        case_states, lane, element_fall_limits
+        case_states, lane, fall_and_support_table
     )
     if not np.isfinite(check) or largest_penetration_so_far(case_states, lane, scene_arrays) > limits.max_penetration:
         return CaseStatus.UNSTABLE
@@ -90,7 +90,7 @@ def case_status(
     if standing == 0 or (
         calm
         and no_standing_group_can_move_nor_element_land(
-            case_states, lane, scene_arrays, element_fall_limits, rocking_groups_immovable_from_sample, gap
+            case_states, lane, scene_arrays, fall_and_support_table, rocking_groups_immovable_from_sample, gap
         )
     ):
         return CaseStatus.SIMULATED
@@ -100,7 +100,7 @@ def case_status(
     # and every standing element has at least two loaded points.
     if (
         moving < limits.max_kinetic_energy_at_rest
-        and count_closed_points_of_standing_elements(case_states, lane, scene_arrays, element_fall_limits)
+        and count_closed_points_of_standing_elements(case_states, lane, scene_arrays, fall_and_support_table)
         >= 2 * standing
     ):
         return CaseStatus.SIMULATED
@@ -110,7 +110,7 @@ def case_status(
         fallen == 0
         and not slid
         and all_elements_stand_and_outcomes_are_final(
-            case_states, lane, scene_arrays, element_fall_limits, limits.min_overturning_energy, gap
+            case_states, lane, scene_arrays, fall_and_support_table, limits.min_overturning_energy, gap
         )
     ):
         return CaseStatus.SIMULATED
@@ -119,19 +119,19 @@ def case_status(
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
     if all_free_elements_tilt_less_than_rest_limit(
-        case_states, lane, element_fall_limits
-    ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, element_fall_limits, gap):
+        case_states, lane, fall_and_support_table
+    ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, fall_and_support_table, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
     if update_slide_end_and_check_case_continues(
         case_states, rows.SLIDE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
-        case_states, lane, element_fall_limits, scene_arrays.gravity
+        case_states, lane, fall_and_support_table, scene_arrays.gravity
     )
     return (
         CaseStatus.SIMULATED
-        if still and not any_element_can_still_land(case_states, lane, scene_arrays, element_fall_limits, gap)
+        if still and not any_element_can_still_land(case_states, lane, scene_arrays, fall_and_support_table, gap)
         else CaseStatus.UNDECIDED
     )
 
@@ -254,7 +254,7 @@ def any_element_can_fall_without_base_motion(
         needed = (
             fall_limits_by_element[i].overturning_energy
             if own
-            else 0.01 * weight * (item.rest_position.centre_z - item.rest_position.fallen_below_centre_z)
+            else 0.01 * weight * (item.rest_position.centre_z - item.rest_position.fallen_if_centre_z_below)
         )
         if element_kinetic_energy(item) + lift > needed:
             return True
@@ -339,7 +339,7 @@ def element_stands_safely(element: ElementState, overturning_energy: float) -> b
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_peak_rotation_can_grow(
-    case_states: Any, lane: int, fall_limits_by_element: Any, energy_above_initial_energy: float
+    case_states: Any, lane: int, fall_limits_by_element: Any, scene_energy_above_initial_energy: float
 ) -> bool:
     """True if the scene's energy above its initial energy (J) could rotate an element beyond its peak rotation."""
     for e in range(fall_limits_by_element.size):
@@ -347,7 +347,7 @@ def any_peak_rotation_can_grow(
         reached = larger_peak_rotation_of_both_sides(item) / item.constants.critical_or_fall_angle
         if fall_limits_by_element[e].is_free == 0.0 or reached < 1e-3:
             continue
-        share = min(max(energy_above_initial_energy / fall_limits_by_element[e].overturning_energy, 0.0), 1.0)
+        share = min(max(scene_energy_above_initial_energy / fall_limits_by_element[e].overturning_energy, 0.0), 1.0)
         if 1.0 - np.sqrt(1.0 - share) > reached:
             return True
     return False
@@ -359,19 +359,19 @@ def mark_fallen_and_write_case_results(
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
     v = int(case_states[rows.SCENE_VARIANT_ROW + lane])
-    element_fall_limits, limits = scene_arrays.element_fall_limits[v], scene_arrays.termination_limits[v]
+    fall_and_support_table, limits = scene_arrays.fall_and_support_table[v], scene_arrays.termination_limits[v]
     find_fallen_elements_and_store_side_and_time(
         case_states,
         lane,
         scene_arrays,
-        element_fall_limits,
+        fall_and_support_table,
         MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration,
     )
-    work, absorbed = 0.0, contact_work_of_last_half_step(case_states, lane, scene_arrays)
+    work, absorbed = 0.0, energy_absorbed_by_contacts_in_last_half_step(case_states, lane, scene_arrays)
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
         absorbed += q[rows.ABSORBED_ENERGY_ROW + lane]
-    for e in range(element_fall_limits.size):
+    for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         totals, record = item.step_motion_with_work_and_peaks_so_far, item.slip_and_fall
         work += totals.work_by_base_and_holding_forces_so_far

@@ -27,15 +27,15 @@ from overturning.dem.polygon.equations import (
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_points_with_landing_lever_arms,
+    contact_points_with_flat_landing_lever_arms,
     pair_lands_flat,
     slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
-    AssumedPlanarContactSlip,
     PairRelativeVelocityOrDirection,
     PairVelocityToForceMatrix,
     PlanarContactPointForce,
+    PredictedStretchAndAssumedFriction,
     opening_and_slip_rates,
     sum_contact_point_forces,
     trial_tangential_spring_stretch,
@@ -259,7 +259,7 @@ def add_pair_contact_terms_to_equations(
             first.constants, second.constants,
         )  # fmt: skip
         kind = (fine, pair_lands_flat(law, old, segment, both))
-        point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, both, kind[1])
+        point_1, point_2 = contact_points_with_flat_landing_lever_arms(law, segment, both, kind[1])
         slid_1, slid_2, one, two = (
             pair.signed_friction_coefficient_1,
             pair.signed_friction_coefficient_2,
@@ -271,10 +271,10 @@ def add_pair_contact_terms_to_equations(
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
         rows.store_assumed_slip_at_point_1(
-            pair_state_rows, j, AssumedPlanarContactSlip(g1.tangential_spring_stretch, slid_1)
+            pair_state_rows, j, PredictedStretchAndAssumedFriction(g1.tangential_spring_stretch, slid_1)
         )
         rows.store_assumed_slip_at_point_2(
-            pair_state_rows, j, AssumedPlanarContactSlip(g2.tangential_spring_stretch, slid_2)
+            pair_state_rows, j, PredictedStretchAndAssumedFriction(g2.tangential_spring_stretch, slid_2)
         )
         add_pair_contact_matrix_to_equation_submatrices(
             pair_equation_submatrices,

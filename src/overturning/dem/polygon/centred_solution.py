@@ -19,16 +19,16 @@ from overturning.dem.polygon.centred import step_resolves_contact_vibration
 from overturning.dem.polygon.faces import PlanarContactPoint
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_points_with_landing_lever_arms,
+    contact_points_with_flat_landing_lever_arms,
     pair_lands_flat,
     results_with_slip_corrected_for_friction_work,
     slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
-    AssumedPlanarContactSlip,
     PairRelativeVelocityOrDirection,
     PlanarContactPointForce,
     PlanarContactPointResult,
+    PredictedStretchAndAssumedFriction,
     element_force_sums_with_pair_force_added,
     friction_force_and_its_limit_and_slip_flag,
     opening_and_slip_rates,
@@ -71,7 +71,7 @@ def solved_planar_contact_point(
     contact_law: ContactPointLaw,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
-    predicted_stretch_and_assumed_slip: AssumedPlanarContactSlip,
+    predicted_stretch_and_assumed_slip: PredictedStretchAndAssumedFriction,
     predicted_motion_and_velocity_correction: tuple[PairMotionAndInertia, PairRelativeVelocityOrDirection],
     half_step_time: float,
     step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
@@ -90,7 +90,7 @@ def solved_planar_contact_point(
         contact_point.penetration - half_step_time * more_open,
         predicted_stretch_and_assumed_slip.tangential_spring_stretch + half_step_time * more_slip,
     )
-    touches, was = contact_point.vertex_projects_onto_other_face > 0.0, point_history.contact_vertex_owner_code != OPEN
+    touches, was = contact_point.vertex_projects_onto_other_face > 0.0, point_history.contact_vertex_status_code != OPEN
     inside = (depth > 0.0) & touches
     n = contact_law.normal_stiffness * depth - contact_law.dashpot_coefficient * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
@@ -113,7 +113,7 @@ def solved_planar_contact_point(
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_point.penetration > 0.0)))
-        | (was & (point_history.contact_vertex_owner_code != owner_code_of_contact_vertex(contact_point)))
+        | (was & (point_history.contact_vertex_status_code != owner_code_of_contact_vertex(contact_point)))
     )
     wrong, back = (found != assumed) & loaded, (found * point_history.tangential_force < 0.0) & loaded
     now = PlanarContactPointResult(
@@ -195,7 +195,7 @@ def add_solved_pair_forces_and_store_trial_history(
             first.constants,
             second.constants,
         )
-        point_1, point_2 = contact_points_with_landing_lever_arms(law, segment, solved, kind[1])
+        point_1, point_2 = contact_points_with_flat_landing_lever_arms(law, segment, solved, kind[1])
         history, one, two = pair.history, segment.point_1, segment.point_2
         s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_at_point_1, moves, half, kind)
         s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_at_point_2, moves, half, kind)

@@ -54,9 +54,9 @@ def transfer_contact_history_to_new_faces(
     reset_contact_history(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
-        if old.contact_vertex_owner_code == OPEN:
+        if old.contact_vertex_status_code == OPEN:
             continue
-        mine = old.contact_vertex_owner_code != VERTEX_OF_B
+        mine = old.contact_vertex_status_code != VERTEX_OF_B
         if mine:
             target = new_contact_point_number_of_old_vertex(
                 face_table_of_a, old_face_index_of_a + end, face_a, face_a + 1
@@ -86,7 +86,7 @@ def transfer_contact_history_to_new_faces(
         )
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_point_1_history(pair_state_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
-        if there.contact_vertex_owner_code == OPEN or there.normal_force < n:
+        if there.contact_vertex_status_code == OPEN or there.normal_force < n:
             rows.store_point_1_history(
                 pair_state_rows,
                 lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
@@ -157,7 +157,7 @@ def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
     pair = rows.load_pair_state(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
-        if old.contact_vertex_owner_code != OPEN:
+        if old.contact_vertex_status_code != OPEN:
             n = max(
                 pair.contact_law.normal_stiffness
                 * contact_vertex_position(old, end, pair.history.previous_vertex_positions).depth,
@@ -167,5 +167,5 @@ def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
             rows.store_point_1_history(
                 pair_state_rows,
                 lane + end * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
-                PlanarContactPointHistory(old.tangential_spring_stretch, old.contact_vertex_owner_code, n, t, 0.0),
+                PlanarContactPointHistory(old.tangential_spring_stretch, old.contact_vertex_status_code, n, t, 0.0),
             )

@@ -14,7 +14,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
     PairMotionAndInertia,
-    contact_points_with_landing_lever_arms,
+    contact_points_with_flat_landing_lever_arms,
     pair_lands_flat,
     results_with_slip_corrected_for_friction_work,
     slides_in_landing_and_signed_friction_coefficient,
@@ -111,7 +111,7 @@ def add_pair_forces_and_store_contact_history(
             second.constants,
         )
         held = pair_lands_flat(pair.contact_law, old, segment, PairMotionAndInertia(u, own_a, own_b))
-        point_1, point_2 = contact_points_with_landing_lever_arms(
+        point_1, point_2 = contact_points_with_flat_landing_lever_arms(
             pair.contact_law, segment, PairMotionAndInertia(u, own_a, own_b), held
         )
         flat_one = (

@@ -30,7 +30,7 @@ def kinetic_and_gravitational_energy(case_states: Any, lane: int, scene_arrays: 
     This time is half a step ago in Cundall's scheme, now in the centred scheme.
     """
     total, half = 0.0, rows.load_scene_state(case_states, lane).velocity_lag_behind_pose
-    for e in range(scene_arrays.element_fall_limits.shape[1]):
+    for e in range(scene_arrays.fall_and_support_table.shape[1]):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         if item.constants.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
@@ -44,7 +44,7 @@ def pair_spring_energy(pair: PairState) -> float:
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.point_1 if end == 0 else history.point_2
-        if memory.contact_vertex_owner_code != OPEN:
+        if memory.contact_vertex_status_code != OPEN:
             depth = contact_vertex_position(memory, end, history.previous_vertex_positions).depth
             total += 0.5 * (
                 pair.contact_law.normal_stiffness * depth * depth
@@ -62,7 +62,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_work_of_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
+def energy_absorbed_by_contacts_in_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the work (J) of a scene's contact forces in the time by which velocities lag behind poses (half a step).
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
@@ -74,7 +74,7 @@ def contact_work_of_last_half_step(case_states: Any, lane: int, scene_arrays: An
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         history = pair.history
-        if history.point_1.contact_vertex_owner_code == OPEN and history.point_2.contact_vertex_owner_code == OPEN:
+        if history.point_1.contact_vertex_status_code == OPEN and history.point_2.contact_vertex_status_code == OPEN:
             continue
         later = earlier_vertex_positions(pair, rows.load_element_state(a, lane), rows.load_element_state(b, lane), 0.0)
         for end in range(2):
@@ -84,6 +84,6 @@ def contact_work_of_last_half_step(case_states: Any, lane: int, scene_arrays: An
                 contact_vertex_position(memory, end, later),
             )
             slip = old.position_along_face - new.position_along_face
-            slip = -slip if memory.contact_vertex_owner_code == VERTEX_OF_B else slip
+            slip = -slip if memory.contact_vertex_status_code == VERTEX_OF_B else slip
             work += 0.5 * (memory.normal_force * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

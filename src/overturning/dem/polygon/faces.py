@@ -18,7 +18,7 @@ from overturning.dem.polygon.state import (
 )
 
 
-class ForceLeverArms(NamedTuple):
+class LeverArmsAboutElementCentre(NamedTuple):
     """Signed lever arms of a normal and of a tangential contact force about the centre of an element, m."""
 
     of_normal_force: float
@@ -49,9 +49,9 @@ class PlanarContactPoint(NamedTuple):
     """Penetration a step ago, m."""
     slip_of_a_in_step: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    lever_arms_about_a: ForceLeverArms
+    lever_arms_about_a: LeverArmsAboutElementCentre
     """Lever arms about the centre of a."""
-    lever_arms_about_b: ForceLeverArms
+    lever_arms_about_b: LeverArmsAboutElementCentre
     """Lever arms about the centre of b."""
 
 
@@ -103,9 +103,9 @@ class VertexPositionAndLeverArms(NamedTuple):
     """Depth a step ago, m."""
     slip_of_a_in_step: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    lever_arms_about_a: ForceLeverArms
+    lever_arms_about_a: LeverArmsAboutElementCentre
     """Lever arms about the centre of a."""
-    lever_arms_about_b: ForceLeverArms
+    lever_arms_about_b: LeverArmsAboutElementCentre
     """Lever arms about the centre of b."""
 
 
@@ -183,8 +183,8 @@ def locate_vertex_of_a_at_face_of_b(
         seen,
         previous_step_position.depth,
         previous_step_position.position_along_face - place,
-        ForceLeverArms(own_t, own_n),
-        ForceLeverArms(place, height),
+        LeverArmsAboutElementCentre(own_t, own_n),
+        LeverArmsAboutElementCentre(place, height),
     )
 
 
@@ -213,8 +213,8 @@ def locate_vertex_of_b_at_face_of_a(
         seen,
         previous_step_position.depth,
         place - previous_step_position.position_along_face,
-        ForceLeverArms(place, height),
-        ForceLeverArms(own_t, own_n),
+        LeverArmsAboutElementCentre(place, height),
+        LeverArmsAboutElementCentre(own_t, own_n),
     )
 
 
@@ -284,11 +284,11 @@ def build_planar_contact_point(
         penetration=depth,
         previous_step_penetration=a.previous_step_penetration if vertex_is_of_a else b.previous_step_penetration,
         slip_of_a_in_step=a.slip_of_a_in_step if vertex_is_of_a else b.slip_of_a_in_step,
-        lever_arms_about_a=ForceLeverArms(
+        lever_arms_about_a=LeverArmsAboutElementCentre(
             a.lever_arms_about_a.of_normal_force if vertex_is_of_a else b.lever_arms_about_a.of_normal_force,
             a.lever_arms_about_a.of_tangential_force if vertex_is_of_a else b.lever_arms_about_a.of_tangential_force,
         ),
-        lever_arms_about_b=ForceLeverArms(
+        lever_arms_about_b=LeverArmsAboutElementCentre(
             a.lever_arms_about_b.of_normal_force if vertex_is_of_a else b.lever_arms_about_b.of_normal_force,
             a.lever_arms_about_b.of_tangential_force if vertex_is_of_a else b.lever_arms_about_b.of_tangential_force,
         ),
@@ -384,7 +384,7 @@ def contact_vertex_position(
     face_vertex_positions: VertexPositionsAtOtherFace,
 ) -> VertexPositionAtFace:
     """Return the position of the vertex at which contact point `point_index_0_or_1` lies."""
-    if point_history.contact_vertex_owner_code != VERTEX_OF_B:
+    if point_history.contact_vertex_status_code != VERTEX_OF_B:
         return (
             face_vertex_positions.first_vertex_of_face_a
             if point_index_0_or_1 == 0

@@ -7,7 +7,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
-from overturning.dem.polygon.faces import ContactSegment, ForceLeverArms, PlanarContactPoint
+from overturning.dem.polygon.faces import ContactSegment, LeverArmsAboutElementCentre, PlanarContactPoint
 from overturning.dem.polygon.mechanics import (
     PairRelativeVelocityOrDirection,
     PlanarContactPointResult,
@@ -52,7 +52,9 @@ def contact_point_lands_in_this_impact(
         contact_law.normal_stiffness * contact_point.penetration > contact_law.dashpot_coefficient * sinking
     )
     return (point_history.remaining_flat_landing_time > 0.0) | (
-        (point_history.contact_vertex_owner_code == OPEN) & (contact_point.vertex_projects_onto_other_face > 0.0) & soon
+        (point_history.contact_vertex_status_code == OPEN)
+        & (contact_point.vertex_projects_onto_other_face > 0.0)
+        & soon
     )
 
 
@@ -114,7 +116,7 @@ def relative_rotation_lever_arm(
 
 
 @njit(**INLINE_OPTIONS)
-def contact_point_with_shifted_tangential_force(
+def shift_tangential_force_towards_b(
     contact_point: PlanarContactPoint, shift_towards_b_along_normal: float
 ) -> PlanarContactPoint:
     """Return a contact point whose tangential force acts further towards b, by a signed distance (m) along the normal.
@@ -126,13 +128,13 @@ def contact_point_with_shifted_tangential_force(
         end.vertex_is_of_a, end.vertex_projects_onto_other_face, end.is_in_contact,
         end.normal_towards_a_x, end.normal_towards_a_z,
         end.penetration, end.previous_step_penetration, end.slip_of_a_in_step,
-        ForceLeverArms(arms_a.of_normal_force, arms_a.of_tangential_force - shift_towards_b_along_normal),
-        ForceLeverArms(arms_b.of_normal_force, arms_b.of_tangential_force - shift_towards_b_along_normal),
+        LeverArmsAboutElementCentre(arms_a.of_normal_force, arms_a.of_tangential_force - shift_towards_b_along_normal),
+        LeverArmsAboutElementCentre(arms_b.of_normal_force, arms_b.of_tangential_force - shift_towards_b_along_normal),
     )  # fmt: skip
 
 
 @njit(**INLINE_OPTIONS)
-def contact_points_with_landing_lever_arms(
+def contact_points_with_flat_landing_lever_arms(
     contact_law: ContactPointLaw,
     contact_segment: ContactSegment,
     pair_motion_and_inertia: PairMotionAndInertia,
@@ -168,9 +170,7 @@ def contact_points_with_landing_lever_arms(
     place = -0.5 * (drift * (t1 + t2))
     within = (place - n1) * (place - n2) <= 0.0
     share = 1.0 if slides_one & slides_two & (drift == other) & within else 0.0
-    return contact_point_with_shifted_tangential_force(one, share * t1), contact_point_with_shifted_tangential_force(
-        two, share * t2
-    )
+    return shift_tangential_force_towards_b(one, share * t1), shift_tangential_force_towards_b(two, share * t2)
 
 
 @njit(**INLINE_OPTIONS)
@@ -181,7 +181,7 @@ def results_with_slip_corrected_for_friction_work(
 ) -> tuple[PlanarContactPointResult, PlanarContactPointResult]:
     """Return both contact points' results of a flat landing, slips corrected for friction's changed lever arms.
 
-    With these slips, friction does its work at the lever arms of `contact_points_with_landing_lever_arms`.
+    With these slips, friction does its work at the lever arms of `contact_points_with_flat_landing_lever_arms`.
     """
     (point_1, point_2), (r1, r2), apart = (
         points_with_landing_lever_arms,

@@ -62,7 +62,7 @@ class PairForce(NamedTuple):
     """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
-class AssumedPlanarContactSlip(NamedTuple):
+class PredictedStretchAndAssumedFriction(NamedTuple):
     """Predicted tangential stretch and assumed ±μ (0: sticks) at a contact point in the equations of a step."""
 
     tangential_spring_stretch: float
@@ -182,14 +182,14 @@ def trial_tangential_spring_stretch(
         -((carrier * contact_segment.sine_of_angle_between_faces) * point_history.normal_force)
         - point_history.tangential_force * contact_segment.cosine_of_angle_between_faces
     )
-    share = point_history.tangential_force if point_history.contact_vertex_owner_code == TRANSFERRED else share
+    share = point_history.tangential_force if point_history.contact_vertex_status_code == TRANSFERRED else share
     equivalent = -(share + dashpot_force_opposing_slip) * tangential_compliance
     stretch = (
         point_history.tangential_spring_stretch + contact_point.slip_of_a_in_step
-        if point_history.contact_vertex_owner_code == carrier
+        if point_history.contact_vertex_status_code == carrier
         else equivalent
     )
-    return stretch if point_history.contact_vertex_owner_code != OPEN else 0.0
+    return stretch if point_history.contact_vertex_status_code != OPEN else 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -320,12 +320,12 @@ def contact_point_history_after_step(
     """
     begun = (
         contact_law.flat_landing_duration
-        if other_point_history.contact_vertex_owner_code == OPEN
+        if other_point_history.contact_vertex_status_code == OPEN
         else other_point_history.remaining_flat_landing_time - step_duration
     )
     left = (
         point_history.remaining_flat_landing_time - step_duration
-        if point_history.contact_vertex_owner_code != OPEN
+        if point_history.contact_vertex_status_code != OPEN
         else begun
     )
     carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else OPEN
@@ -346,7 +346,7 @@ def twice_energy_absorbed_at_contact_point(
     value = (point_history.normal_force + point_result.force.normal_force) * (
         point_result.penetration - contact_point.previous_step_penetration
     ) - (point_history.tangential_force + point_result.force.tangential_force) * point_result.slip_of_a_in_step
-    return value if (point_history.contact_vertex_owner_code != OPEN) | point_result.is_in_contact else 0.0
+    return value if (point_history.contact_vertex_status_code != OPEN) | point_result.is_in_contact else 0.0
 
 
 @njit(**INLINE_OPTIONS)

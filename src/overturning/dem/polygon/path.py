@@ -71,12 +71,12 @@ def add_first_case_contact_forces_to_trajectory(
         pair, a, b = rows.load_pair_state(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.point_1 if end == 0 else pair.history.point_2
-            if memory.contact_vertex_owner_code == OPEN:
+            if memory.contact_vertex_status_code == OPEN:
                 continue
             n, tangent, mine = (
                 time_weight_in_sample_mean * memory.normal_force,
                 time_weight_in_sample_mean * memory.tangential_force,
-                memory.contact_vertex_owner_code == VERTEX_OF_A,
+                memory.contact_vertex_status_code == VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
                 contact_vertex_position_from_centre_of_a(pair, a, b, end, mine),
@@ -84,7 +84,7 @@ def add_first_case_contact_forces_to_trajectory(
             )
             at = (
                 2
-                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene_arrays.element_fall_limits.shape[1]
+                + TRAJECTORY_COLUMNS_PER_ELEMENT * scene_arrays.fall_and_support_table.shape[1]
                 + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             )
             trajectory_rows[trajectory_row_index, at + FX] += n * nx + tangent * nz

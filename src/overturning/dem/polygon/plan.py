@@ -59,7 +59,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     split_long_queues: ClassVar[bool] = True
     block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
-    time_column: ClassVar[Any] = (..., TIME)
+    trajectory_time_column_index: ClassVar[Any] = (..., TIME)
     base_acceleration_columns: ClassVar[Any] = ((..., GROUND),)
 
     model: PlanarModel
@@ -71,7 +71,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
-        each = (case_count, self.scene_arrays.element_fall_limits.shape[1])
+        each = (case_count, self.scene_arrays.fall_and_support_table.shape[1])
         return {
             "results": np.zeros(case_count, t.RESULT_TABLE_DTYPE),
             "each": np.zeros(each, t.ELEMENT_RESULT_TABLE_DTYPE),

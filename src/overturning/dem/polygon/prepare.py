@@ -248,7 +248,7 @@ def smallest_free_element_side(elements: Elements) -> float:
 MAX_SINE_BETWEEN_PARALLEL_NORMALS: Final = 0.05
 """Sine of the angle between two normals up to which they count as parallel."""
 
-MIN_TIPPING_ANGLE_RAD: Final = 1e-6
+LARGEST_NEGLECTED_TIPPING_ANGLE_RAD: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
@@ -317,12 +317,12 @@ def _tipping_limits_and_supports(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if freely_standing_element_mask[k] and min(reach) > MIN_TIPPING_ANGLE_RAD:
+        if freely_standing_element_mask[k] and min(reach) > LARGEST_NEGLECTED_TIPPING_ANGLE_RAD:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
             least = 0.0
             fall = item.fall_rotations_to_minus_and_plus_x_rad
-            critical[k] = min(fall) if rests else max(min(reach), MIN_TIPPING_ANGLE_RAD)
+            critical[k] = min(fall) if rests else max(min(reach), LARGEST_NEGLECTED_TIPPING_ANGLE_RAD)
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_of_width_and_height)
     return tips, critical, barrier, support, base

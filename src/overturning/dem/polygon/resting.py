@@ -37,15 +37,15 @@ def element_has_tipped_or_dropped(element: ElementState, fall_limits_of_element:
     """True if an element has rotated beyond the angle from which it can return, or dropped below its fall limit."""
     return bool(
         element_has_tipped(element, fall_limits_of_element)
-        or element.pose.z < element.rest_position.fallen_below_centre_z
+        or element.pose.z < element.rest_position.fallen_if_centre_z_below
     )
 
 
 @njit(**INLINE_OPTIONS)
 def count_closed_contact_points(pair: PairState) -> int:
     """Count the contact points of two elements at which these touch, 0 to 2."""
-    return (1 if pair.history.point_1.contact_vertex_owner_code != OPEN else 0) + (
-        1 if pair.history.point_2.contact_vertex_owner_code != OPEN else 0
+    return (1 if pair.history.point_1.contact_vertex_status_code != OPEN else 0) + (
+        1 if pair.history.point_2.contact_vertex_status_code != OPEN else 0
     )
 
 
@@ -136,7 +136,7 @@ def any_element_can_still_land(
 def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointHistory) -> bool:
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
-        point_history.contact_vertex_owner_code != OPEN
+        point_history.contact_vertex_status_code != OPEN
         and abs(point_history.tangential_force)
         >= MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT * pair.contact_law.friction_coefficient * point_history.normal_force
     )
@@ -195,7 +195,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
     """
     case, height = rows.load_scene_state(case_states, lane), 0.0
     elements, step = (
-        scene_arrays.element_fall_limits[int(case.scene_variant_index)],
+        scene_arrays.fall_and_support_table[int(case.scene_variant_index)],
         case.tick_duration * case.current_attempt.length_in_ticks,
     )
     if case.step_acceptance.is_rejected > 0.0:

@@ -19,7 +19,7 @@ from overturning.dem.kernel.lanes import (
     create_window_slicer,
 )
 from overturning.dem.polygon.faces import ContactSegment
-from overturning.dem.polygon.mechanics import AssumedPlanarContactSlip
+from overturning.dem.polygon.mechanics import PredictedStretchAndAssumedFriction
 from overturning.dem.polygon.state import ElementState, PairHistory, PairState, SceneState, StepContactChangesAsFloats
 
 PARALLEL_CASE_COUNT: Final = 8
@@ -30,8 +30,8 @@ class PairIntermediateStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
     contact_segment: ContactSegment
-    assumed_slip_at_point_1: AssumedPlanarContactSlip
-    assumed_slip_at_point_2: AssumedPlanarContactSlip
+    assumed_slip_at_point_1: PredictedStretchAndAssumedFriction
+    assumed_slip_at_point_2: PredictedStretchAndAssumedFriction
     history_after_step: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
@@ -181,7 +181,8 @@ _slice_pair_rows = create_window_slicer(PAIR_ARRAY_LENGTH, CASE_ARRAY_LENGTH, 1)
 def pair_and_element_rows(case_states: Any, scene_arrays: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
     q = _slice_pair_rows(
-        case_states, scene_arrays.element_fall_limits.shape[1] * ELEMENT_ARRAY_LENGTH + pair_index * PAIR_ARRAY_LENGTH
+        case_states,
+        scene_arrays.fall_and_support_table.shape[1] * ELEMENT_ARRAY_LENGTH + pair_index * PAIR_ARRAY_LENGTH,
     )
     return (
         q,

@@ -114,7 +114,7 @@ step_function_of_scheme = create_lookup_by_type(STEP_FUNCTION_BY_SCHEME_CONSTANT
 def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty arrays for the states and the equations of all cases that are computed in parallel."""
     elements, pairs, initial = (
-        kernel_input.scene_arrays.element_fall_limits.shape[1],
+        kernel_input.scene_arrays.fall_and_support_table.shape[1],
         kernel_input.scene_arrays.pair_element_and_piece_indices.shape[0],
         kernel_input.scene_arrays.initial_state_by_scene_variant,
     )
@@ -151,14 +151,15 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     )
     shapes, elements, limits = (
         view_without_reference_counts(scene_arrays.piece_face_tables),
-        view_without_reference_counts(scene_arrays.element_fall_limits),
+        view_without_reference_counts(scene_arrays.fall_and_support_table),
         view_without_reference_counts(scene_arrays.termination_limits),
     )
     initial = view_without_reference_counts(scene_arrays.initial_state_by_scene_variant)
     return SceneArrays(
         initial_state_by_scene_variant=initial,
         pair_element_and_piece_indices=layout, lowest_and_last_index_of_rocking_groups=parts, piece_vertex_counts=sizes,
-        piece_face_tables=shapes, element_fall_limits=elements, termination_limits=limits, gravity=scene_arrays.gravity,
+        piece_face_tables=shapes, fall_and_support_table=elements, termination_limits=limits,
+        gravity=scene_arrays.gravity,
     )  # fmt: skip
 
 
@@ -177,7 +178,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
     write_initial_case_state(
         state, lane, given, float(v), interval, ticks, kernel_input.scheme_constants.velocity_lag_behind_pose_steps
     )
-    for i in range(scene.element_fall_limits.shape[1]):
+    for i in range(scene.fall_and_support_table.shape[1]):
         e = rows.slice_element_rows(state, i)
         e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane] = e[rows.LAST_TIME_ON_SUPPORT_ROW + lane] = (
             given.first_simulated_sample * interval

@@ -14,7 +14,7 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMP
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history_to_new_faces
 from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.state import NearestFaces, Pose, VertexContactLimitsAlongOppositeFace
+from overturning.dem.polygon.state import NearestFacesAndMotionLimits, Pose, VertexContactLimitsAlongOppositeFace
 
 
 class MostNearlyOppositeFaces(NamedTuple):
@@ -103,7 +103,7 @@ def opposite_face_pair(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def find_nearest_faces(
-    pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, previous_faces: NearestFaces
+    pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, previous_faces: NearestFacesAndMotionLimits
 ) -> MostNearlyOppositeFaces:
     """Return the faces of a and b that face each other: those with the largest separation, then most opposite ones."""
     best = MostNearlyOppositeFaces(
@@ -201,7 +201,9 @@ def update_nearest_faces_and_contact_history(
     rows.store_nearest_faces(
         pair_state_rows,
         lane,
-        NearestFaces(best.face_index_of_a, best.face_index_of_b, lever, max(limit, reach), reach, 0.0, ahead),
+        NearestFacesAndMotionLimits(
+            best.face_index_of_a, best.face_index_of_b, lever, max(limit, reach), reach, 0.0, ahead
+        ),
     )
     if clear > 0.0:
         reset_contact_history(pair_state_rows, lane)

@@ -9,7 +9,7 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import count_closed_contact_points
-from overturning.dem.polygon.state import ElementRestPose, ElementSlipAndFallState, Pose
+from overturning.dem.polygon.state import ElementRestPoseAndSlipPoints, ElementSlipAndFallState, Pose
 
 
 @njit(**INLINE_OPTIONS)
@@ -31,10 +31,10 @@ def shift_rest_pose_with_held_support(element_state_rows: Any, support_state_row
             rows.load_rest_position(element_state_rows, j),
         )
         x, z = pose.x - at.centre_x, pose.z - at.centre_z
-        rows.store_rest_position(element_state_rows, j, ElementRestPose(
+        rows.store_rest_position(element_state_rows, j, ElementRestPoseAndSlipPoints(
             home.base_point_x_in_element_axes, home.base_point_z_in_element_axes,
             home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
-            home.centre_x + x, home.centre_z + z, home.fallen_below_centre_z + z,
+            home.centre_x + x, home.centre_z + z, home.fallen_if_centre_z_below + z,
         ))  # fmt: skip
 
 
@@ -64,7 +64,7 @@ def store_slip_and_last_recoverable_time(
             support, home.base_point_x_in_support_axes, home.base_point_z_in_support_axes
         )
         slip = support.cos * (x - ox) - support.sin * (z - oz)
-        stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fallen_below_centre_z)
+        stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fallen_if_centre_z_below)
         upright = select(
             stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_time_able_to_return_upright
         )
@@ -115,7 +115,7 @@ def update_element_records_and_sample_clock(
     case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Move rest poses with held supports, store slips and last times, and start the next sample where one has ended."""
-    limits = scene_arrays.element_fall_limits[0]
+    limits = scene_arrays.fall_and_support_table[0]
     for i in range(limits.size):
         held = int(limits[i].index_of_held_element_at_stack_bottom)
         if held >= 0 and limits[i].is_free > 0.0:

@@ -13,7 +13,12 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces_and_contact_history
-from overturning.dem.polygon.state import ContactPointLaw, SceneBaseAccelerationInSample, SceneState, StepAcceptance
+from overturning.dem.polygon.state import (
+    ContactPointLaw,
+    SceneBaseAccelerationInSample,
+    SceneState,
+    StepDecisionAndNextAttempt,
+)
 
 CASE_END_TEST_INTERVAL_S: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
@@ -55,7 +60,7 @@ def write_initial_case_state(
             step_control=step_control,
             current_attempt=first,
             contact_changes=rows.zero_contact_changes(),
-            step_acceptance=StepAcceptance(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
+            step_acceptance=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude_factor=case_parameter_row.amplitude_factor,
             rest_acceleration_limit_g=case_parameter_row.rest_acceleration_limit_g,
             current_sample=case_parameter_row.first_simulated_sample,

@@ -30,7 +30,7 @@ class StepContactChangesAsFloats(NamedTuple):
     has_friction_reversal: float
 
 
-class StepAcceptance(NamedTuple):
+class StepDecisionAndNextAttempt(NamedTuple):
     """Decision on an attempted step: accepted or rejected, and the contact assumptions of the next attempt."""
 
     is_rejected: float
@@ -56,7 +56,7 @@ class SceneState(NamedTuple):
     """Length of the present step, and its number of repetitions."""
     contact_changes: StepContactChangesAsFloats
     """Contact changes in the present step."""
-    step_acceptance: StepAcceptance
+    step_acceptance: StepDecisionAndNextAttempt
     """Decision on the present step."""
     amplitude_factor: float
     """Factor on the base accelerations of the record."""
@@ -162,7 +162,7 @@ class ElementSlipAndFallState(NamedTuple):
     """Current slip on the supporting element, m."""
 
 
-class ElementRestPose(NamedTuple):
+class ElementRestPoseAndSlipPoints(NamedTuple):
     """Rest position of an element, and the points of its base and its support between which slip is measured."""
 
     base_point_x_in_element_axes: float
@@ -177,7 +177,7 @@ class ElementRestPose(NamedTuple):
     """Centre at rest, m."""
     centre_z: float
     """Height of the centre at rest, m."""
-    fallen_below_centre_z: float
+    fallen_if_centre_z_below: float
     """Height of the centre below which the element has fallen, m."""
 
 
@@ -209,7 +209,7 @@ class ElementState(NamedTuple):
     step_motion_with_work_and_peaks_so_far: ElementStepMotionWorkAndPeaks
     motion_since_contact_tests_paused: ElementMotionSinceContactTestsPaused
     slip_and_fall: ElementSlipAndFallState
-    rest_position: ElementRestPose
+    rest_position: ElementRestPoseAndSlipPoints
 
 
 class ElementFace(NamedTuple):
@@ -260,7 +260,7 @@ class VertexContactLimitsAlongOppositeFace(NamedTuple):
     """Largest place of b's first vertex, for contact point 2."""
 
 
-class NearestFaces(NamedTuple):
+class NearestFacesAndMotionLimits(NamedTuple):
     """Indices of the nearest faces of elements a and b, and the relative motion for which they remain valid."""
 
     face_index_of_a: float
@@ -302,7 +302,7 @@ class PlanarContactPointHistory(NamedTuple):
 
     tangential_spring_stretch: float
     """Stretch of the tangential spring, m."""
-    contact_vertex_owner_code: float
+    contact_vertex_status_code: float
     """Vertex at the contact point: `OPEN`, `VERTEX_OF_A`, `VERTEX_OF_B` or `TRANSFERRED`."""
     normal_force: float
     """Normal force, N."""
@@ -338,7 +338,7 @@ class PairState(NamedTuple):
     nearest_face_of_b: ElementFace
     contact_vertex_ranges: VertexContactLimitsAlongOppositeFace
     contact_law: ContactPointLaw
-    nearest_faces: NearestFaces
+    nearest_faces: NearestFacesAndMotionLimits
     history: PairHistory
     signed_friction_coefficient_1: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""

@@ -37,7 +37,7 @@ from overturning.dem.polygon.state import (
     Pose,
     PredictedElement,
     SceneState,
-    StepAcceptance,
+    StepDecisionAndNextAttempt,
 )
 from overturning.dem.polygon.suspended_pairs import (
     keep_contact_tests_unless_distant,
@@ -203,7 +203,7 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
             ticks_per_sample,
         )
         rows.store_step_decision(
-            scene_state_rows, j, StepAcceptance(1.0 if again else 0.0, 1.0 if sooner else 0.0, then)
+            scene_state_rows, j, StepDecisionAndNextAttempt(1.0 if again else 0.0, 1.0 if sooner else 0.0, then)
         )
 
 

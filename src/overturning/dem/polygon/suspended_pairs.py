@@ -22,7 +22,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import ElementMotionSinceContactTestsPaused
 
 MOTION_SUM_MARK_OF_ACTIVE_PAIR: Final = -1.0
-"""Value of `ActivePairs.motion_sum_to_resume_contact_tests` for an active pair."""
+"""Value of `ActivePairs.motion_sum_at_next_contact_test` for an active pair."""
 
 
 class ActivePairs(NamedTuple):
@@ -32,7 +32,7 @@ class ActivePairs(NamedTuple):
     """Indices of the pairs tested at each step, ascending, shape (pairs,); the first `active_pair_count` are valid."""
     may_touch_by_pair: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
-    motion_sum_to_resume_contact_tests: Any
+    motion_sum_at_next_contact_test: Any
     """Sum of motions (m) at which each pair is tested again, or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""
     active_pair_count: Any
     """Number of active pairs, shape (1,)."""
@@ -173,12 +173,12 @@ def resume_contact_tests_after_motion(
     tests.
     """
     count, following = 0, np.inf
-    for p in range(active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size):
-        at = active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[p]
+    for p in range(active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size):
+        at = active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p]
         if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not largest_motion_sum_of_two_elements < at:
             q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
             add_element_motions_to_pair_motion(q, a, b)
-            active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
+            active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
         if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
             active_pairs_and_resume_motions.active_pair_indices[count] = p
             count += 1
@@ -188,7 +188,7 @@ def resume_contact_tests_after_motion(
         active_pairs_and_resume_motions.active_pair_count[0],
         active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX],
     ) = count, following
-    if count == active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size:
+    if count == active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size:
         active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[
             LARGEST_MOTION_SUM_INDEX
         ] = active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = 0.0
@@ -201,7 +201,7 @@ def sum_motions_and_resume_contact_tests(
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
     if (
         active_pairs_and_resume_motions.active_pair_count[0]
-        == active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests.size
+        == active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size
     ):
         return
     largest, lever = (
@@ -243,13 +243,13 @@ def keep_contact_tests_unless_distant(
     if slack <= 0.0:
         return True
     subtract_element_motions_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
-    active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[pair_index] = (
+    active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index] = (
         active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + (1.0 - 1e-9) * slack
     )
     active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX] = min(
         active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX],
-        active_pairs_and_resume_motions.motion_sum_to_resume_contact_tests[pair_index],
+        active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index],
     )
     active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = max(
         active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX], lever

@@ -5,7 +5,7 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.body.commit import base_acceleration_stays_below_limit
-from overturning.dem.body.state import StepRejectionFlags, lean_as_squared_sine
+from overturning.dem.body.state import StepRejectionAndSlipAssumptionFlags, lean_as_squared_sine
 from overturning.dem.body.vectors import (
     Vector3,
     extrapolate_vector,
@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, decide_rejection_and_next_step
 from overturning.dem.kernel.lanes import (
     NO_ALIAS_COMPILE_OPTIONS,
-    round_to_vector_multiple,
+    assume_vector_multiple,
     select,
 )
 from overturning.dem.kernel.mechanics import updated_maximum
@@ -65,7 +65,7 @@ SLID_AT_STEP_END_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndE
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Decide whether each stack's step is accepted, advance its clock if so, and choose the next attempt's length."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         attempt = load_next_step_to_attempt(case_rows, j)
         most = load_contact_changes(case_rows, j)
         time = load_clock_within_sample(case_rows, j)
@@ -96,7 +96,9 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             ticks_per_sample,
         )
         store_next_step_to_attempt(case_rows, j, following)
-        store_rejection(case_rows, j, StepRejectionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0))
+        store_rejection(
+            case_rows, j, StepRejectionAndSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
+        )
         store_clock_within_sample(
             case_rows,
             j,
@@ -114,7 +116,7 @@ def store_stone_and_energy_if_step_accepted(
 
     With the lowest stone the losses of the step are added too.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         again = load_rejection(case_rows, j).is_step_rejected > 0.0
         push = load_inertial_acceleration(case_rows, j)
@@ -181,7 +183,7 @@ def store_stone_and_energy_if_step_accepted(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW + j]
         store_joint_state_unless_rejected(
             joint_rows, j, rejected.is_step_rejected > 0.0, load_joint_state_at_step_end(joint_rows, j)
@@ -194,7 +196,7 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_point_state_unless_rejected(
             point_rows,
             j,

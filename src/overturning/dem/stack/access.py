@@ -7,7 +7,7 @@ of joints and points are those before the step, unless the name ends with ``at_s
 
 from typing import Final
 
-from overturning.dem.body.state import InertialAccelerations3D, StepRejectionFlags
+from overturning.dem.body.state import InertialAccelerations3D, StepRejectionAndSlipAssumptionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
@@ -65,7 +65,7 @@ load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_wr
 load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
 load_inertial_acceleration, store_inertial_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
 load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(ContactEnergyLosses)
-load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionFlags)
+load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndSlipAssumptionFlags)
 load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StackRestFlagAndLimits
 )

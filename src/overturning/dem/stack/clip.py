@@ -9,8 +9,8 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
+    assume_vector_multiple,
     create_window_slicer,
-    round_to_vector_multiple,
 )
 from overturning.dem.stack.access import (
     load_base_overhang,
@@ -72,7 +72,7 @@ def clipped_side_with_length(side_part: SidePartInContactPatch, whole_side_lengt
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_clipped_side(side_rows: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_clipped_side(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
 
 
@@ -81,7 +81,7 @@ def clip_base_side_by_lower_side(
     base_side_rows: Any, next_base_corner_rows: Any, lower_side_rows: Any, lane_count: int
 ) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         a = load_point_position(base_side_rows, j)
         b = load_point_position(next_base_corner_rows, j)
         limit = load_face_corner(lower_side_rows, j)
@@ -109,7 +109,7 @@ def add_clipped_base_side_to_patch_perimeter(
     joint_rows: Any, base_side_rows: Any, next_base_corner_rows: Any, lane_count: int
 ) -> None:
     """Store the length of a clipped side of a stone's base, and add it to the contact patch's perimeter."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         a, b = load_point_position(base_side_rows, j), load_point_position(next_base_corner_rows, j)
         clip = clipped_side_with_length(
             load_clipped_side(base_side_rows, j),
@@ -161,7 +161,7 @@ def normal_slope_at_crossing_of_sides(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clear_overhang_and_normal_slopes(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_base_overhang(lower_side_rows, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
 
 
@@ -174,7 +174,7 @@ def clip_lower_side_and_update_overhang(
     lane_count: int,
 ) -> None:
     """Clip a side of the lower face by a side of the upper base; update overhang and normal slopes, in all stacks."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         a, b = load_point_position(base_side_start_corner_rows, j), load_point_position(base_side_end_corner_rows, j)
         c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
         old, rim = load_clipped_side(lower_side_rows, j), load_base_overhang(lower_side_rows, j)
@@ -210,7 +210,7 @@ def add_clipped_lower_side_to_patch_perimeter(
     joint_rows: Any, lower_side_rows: Any, next_lower_corner_rows: Any, lane_count: int
 ) -> None:
     """Store the length of a clipped side of the lower face, and add it to the contact patch's perimeter."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
         clip = clipped_side_with_length(
             load_clipped_side(lower_side_rows, j),

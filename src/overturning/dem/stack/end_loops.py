@@ -19,8 +19,8 @@ from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
+    assume_vector_multiple,
     create_elementwise_tuple_functions,
-    round_to_vector_multiple,
     select,
 )
 from overturning.dem.stack.access import (
@@ -114,7 +114,7 @@ def store_joint_velocity_change_and_clear_sums(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int, none_unless_on_ground: Any
 ) -> None:
     """Store the solved change of a stone's velocity relative to its support; clear their contact's force sums."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         stone, one = load_predicted_stone(upper_stone_rows, j), load_velocity_correction(upper_stone_rows, j)
         if none_unless_on_ground is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
@@ -135,7 +135,7 @@ def store_joint_velocity_change_and_clear_sums(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Compute a contact point's normal force and new state at the step end; add the force to its contact's sums."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         place = load_point_position(point_rows, j)
@@ -159,7 +159,7 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         total = load_point_force_sums(joint_rows, j)
         place = load_point_position(point_rows, j)
         new = load_point_state_at_step_end(point_rows, j)
@@ -183,7 +183,7 @@ def compute_joint_forces_and_add_to_stones(
     none_unless_on_ground: Any,
 ) -> None:
     """Compute force, moment and new state of a stone's contact with its support; add the force to both stones' sums."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         change = load_joint_force_or_velocity_change(joint_rows, j)
         flat = stone_base_lands_flat(load_flat_landing_state(joint_rows, j))
         fine = (
@@ -241,7 +241,7 @@ def mark_joints_that_use_a_non_corner_point(joint_rows: Any, point_rows: Any, la
 
     Such a base extends beyond the rim of the face below.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j] = select(
             point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0,
             1.0,

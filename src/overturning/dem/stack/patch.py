@@ -24,7 +24,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    round_to_vector_multiple,
+    assume_vector_multiple,
     select,
 )
 from overturning.dem.stack.access import (
@@ -123,9 +123,9 @@ def relative_motion_in_contact_frame(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_motion_relative_to_ground(upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
+def predict_lowest_stone_motion_relative_to_ground(upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         store_relative_motion(joint_rows, j, relative_motion_at_lower_face(
@@ -139,7 +139,7 @@ def predict_motion_relative_to_stone_below(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         axes = load_stone_axes(lower_stone_rows, j)
         origin = upper_face_centre(
             load_stone_constants(lower_stone_rows, j), load_predicted_stone(lower_stone_rows, j), axes
@@ -180,7 +180,7 @@ def predict_base_corner_position(
     upper_stone_rows: Any, joint_rows: Any, base_corner_rows: Any, lane_count: int
 ) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         is_still_simulated = upper_stone_rows[IS_SIMULATED_ROW_OFFSET + j]
         place = base_corner_contact_point(
             load_relative_motion(joint_rows, j), load_face_corner(base_corner_rows, j), is_still_simulated
@@ -207,7 +207,7 @@ def include_corner_in_min_rim_distance(
 
     The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         place, limit = load_point_position(base_corner_rows, j), load_face_corner(lower_side_rows, j)
         free = limit.next_side_distance_from_face_centre - (
             limit.next_side_outward_normal_x * place.x_in_joint_frame
@@ -233,7 +233,7 @@ def update_rim_distance_and_check_full_support(
                 joint_rows, slice_contact_point_rows(joint_point_rows, i), side, lane_count
             )
     number = 0
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         number += (
             1
             if (joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j] < 0.0)
@@ -247,7 +247,7 @@ def update_rim_distance_and_check_full_support(
 def any_stack_uses_contact_point(point_rows: Any, lane_count: int) -> bool:
     """True if a contact point has a share of stiffness above 0 in any of the stacks, now or after the last step."""
     number = 0
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         number += (
             1
             if (point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0)
@@ -298,7 +298,7 @@ def place_contact_points_of_lower_side(
 
     They are the corner at which the side starts and both ends of the side after clipping to the upper face.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         frame = load_relative_motion(joint_rows, j)
         c = load_face_corner(lower_side_rows, j)
         d = load_face_corner(next_lower_corner_rows, j)
@@ -330,7 +330,7 @@ def place_contact_points_of_base_side(
     lane_count: int,
 ) -> None:
     """Store the contact points at the ends of a clipped side of a stone's base, with shares of stiffness."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         frame = load_relative_motion(joint_rows, j)
         a = load_point_position(base_side_rows, j)
         b = load_point_position(next_base_corner_rows, j)

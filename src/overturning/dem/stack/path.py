@@ -43,7 +43,7 @@ class StackTrajectory:
 
     rows: FloatArray  # shape (times, 4 + 14 · stones): see the numbers of columns above
     orientation_cosines_north_east: tuple[float, float]  # direction cosines of the orientation, north and east
-    stones_at_rest: list[StackStone]
+    stones_in_initial_position: list[StackStone]
     name_of_element_shown_by_default: str  # name of the element that is shown by default
     critical_angles_rad: FloatArray  # critical angle of each stone, rad, shape (stones,)
 
@@ -56,11 +56,11 @@ class StackTrajectory:
         )
 
         columns = self.rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
-            len(self.rows), len(self.stones_at_rest), TRAJECTORY_COLUMN_COUNT_PER_STONE
+            len(self.rows), len(self.stones_in_initial_position), TRAJECTORY_COLUMN_COUNT_PER_STONE
         )
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
         axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
-        drawn = [stone.drawn_corners_and_edges() for stone in self.stones_at_rest]
+        drawn = [stone.drawn_corners_and_edges() for stone in self.stones_in_initial_position]
         outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
         edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)
         for index, (corners, pairs) in enumerate(drawn):
@@ -105,14 +105,18 @@ class StackTrajectory:
             if item.name != "repeated":
                 values = getattr(results, item.name)[0]
                 dimensions = ("element",) if item.has_element_dimension else ()
-                values = np.reshape(values, (len(self.stones_at_rest),)) if item.has_element_dimension else values
+                values = (
+                    np.reshape(values, (len(self.stones_in_initial_position),))
+                    if item.has_element_dimension
+                    else values
+                )
                 variables[item.name] = (dimensions, item.decode(values), item.cf_attributes)
         coordinates = {
             "time": dataset_variable_tuple("time", self.rows[:, 0], "s", "time after the record's start"),
-            "element": ("element", [stone.name for stone in self.stones_at_rest]),
+            "element": ("element", [stone.name for stone in self.stones_in_initial_position]),
             "enu": ("enu", ["east", "north", "up"]),
         }
-        weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones_at_rest)
+        weight = STANDARD_GRAVITY * sum(stone.mass for stone in self.stones_in_initial_position)
         return variables, coordinates, {"reference": self.name_of_element_shown_by_default, "weight": weight}
 
 

@@ -74,7 +74,7 @@ class StackSimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a 3-D stack of stones."""
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
-    time_column: ClassVar[Any] = (..., 0)
+    trajectory_time_column_index: ClassVar[Any] = (..., 0)
     base_acceleration_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
     ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
@@ -97,7 +97,9 @@ class StackSimulationPlan(SimulationPlan3D):
 
         The steps are shortened by the factor `step_divisor`.
         """
-        queued = self.kernel_input_fields_3d(case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT)
+        queued = self.kernel_input_fields_common_to_3d_models(
+            case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT
+        )
         return StackKernelInput(
             **queued,
             stone_results=result_tables["each"],

@@ -21,8 +21,8 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
+    assume_vector_multiple,
     create_elementwise_tuple_functions,
-    round_to_vector_multiple,
 )
 from overturning.dem.stack.access import (
     load_clock_within_sample,
@@ -140,7 +140,7 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
 
     Contact changes and energy losses of the step are cleared.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         length = load_next_step_to_attempt(case_rows, j).length_in_ticks
         time = load_clock_within_sample(case_rows, j)
         shaking = load_sample_accelerations(case_rows, j)
@@ -168,7 +168,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 
     The prediction is of its pose and velocities.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         constants = load_stone_constants(stone_rows, j)
         state = load_stone_state(stone_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
@@ -189,7 +189,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset landing times, height range and normal force sums of the contact points of two stones, for all stacks."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = (
             0.0 if load_joint_state(joint_rows, j).normal_force > 0.0 else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
@@ -210,7 +210,7 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_landing_times_with_contact_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_flat_landing_state(
             joint_rows,
             j,
@@ -227,7 +227,7 @@ def predict_point_force_and_add_to_joint_sums(
     case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int
 ) -> None:
     """Predict the normal force at a contact point of two stones and add it to their contact's sums, in all stacks."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         place = load_point_position(point_rows, j)
@@ -251,7 +251,7 @@ def predict_joint_friction_and_equations(
     case_rows: Any, upper_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Predict the friction between a stone and its support, and the equation terms of their contact, for all stacks."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         sums = load_normal_force_sums(joint_rows, j)
@@ -272,7 +272,7 @@ def predict_joint_friction_and_equations(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def rotate_joint_equations_to_ground_axes(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         axes = load_joint_frame(joint_rows, j).axes
         store_joint_equations(joint_rows, j, rotate_contact_equations(axes, load_joint_equations(joint_rows, j)))
 
@@ -285,7 +285,7 @@ def eliminate_upper_stone_of_each_stack(
 
     All stacks are treated in parallel.
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         below, origin = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
             load_diagonal_block(upper_stone_rows, j), load_diagonal_block(lower_stone_rows, j),
@@ -302,7 +302,7 @@ def solve_velocity_corrections_of_lowest_stones(
     case_rows: Any, lowest_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         arm = scale_vector(-1.0, load_predicted_stone(lowest_stone_rows, j).centre_position)
         e = solve_velocity_correction_of_lowest_stone(
             load_diagonal_block(lowest_stone_rows, j),
@@ -318,7 +318,7 @@ def solve_velocity_corrections_of_lowest_stones(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def compute_upper_stone_velocity_corrections(upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         solution, below = load_eliminated_solution(upper_stone_rows, j), load_velocity_correction(lower_stone_rows, j)
         e = wrench_plus(
             solution.constant_part_of_correction,

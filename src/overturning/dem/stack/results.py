@@ -14,7 +14,7 @@ def outcome_variables_of_stacks(
     case_result_rows: NDArray[np.void],
     stone_result_rows: NDArray[np.void],
     orientation_azimuth_deg_by_case: FloatArray,
-    orientation_cosines_north_east_by_case: FloatArray,
+    orientation_unit_vector_north_east_by_case: FloatArray,
 ) -> dict[str, Any]:
     """Return the outcomes, and numbers of steps, of n cases with k stones each, by name, shape (n,) or (n, k).
 
@@ -24,7 +24,7 @@ def outcome_variables_of_stacks(
         Results of the cases, shape (n,), and of their stones, shape (n, k).
     orientation_azimuth_deg_by_case : ndarray, shape (n,)
         Orientation of each case, degrees.
-    orientation_cosines_north_east_by_case : ndarray, shape (n, 2)
+    orientation_unit_vector_north_east_by_case : ndarray, shape (n, 2)
         Direction cosines of the orientation, north and east.
     """
     with np.errstate(invalid="ignore", over="ignore"):
@@ -36,7 +36,10 @@ def outcome_variables_of_stacks(
             ),
             360.0,
         )
-        north, east = orientation_cosines_north_east_by_case[:, :1], orientation_cosines_north_east_by_case[:, 1:]
+        north, east = (
+            orientation_unit_vector_north_east_by_case[:, :1],
+            orientation_unit_vector_north_east_by_case[:, 1:],
+        )
         # From the axes of what the stone stands on at the end to those of the orientation.
         cosine, sine = stone_result_rows["support_twist_cosine"], stone_result_rows["support_twist_sine"]
         x = (

@@ -27,7 +27,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    round_to_vector_multiple,
+    assume_vector_multiple,
 )
 from overturning.dem.stack.access import (
     load_base_overhang,
@@ -98,14 +98,14 @@ def add_point_to_contact_normal_sums(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_contact_normal_sums(joint_rows, j, ContactNormalSums(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_base_corner_to_normal_sums(joint_rows: Any, base_corner_rows: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         store_contact_normal_sums(
             joint_rows,
             j,
@@ -116,7 +116,7 @@ def add_base_corner_to_normal_sums(joint_rows: Any, base_corner_rows: Any, lane_
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_rim_points_to_normal_sums(
+def add_rim_points_to_mean_normal_sums(
     joint_rows: Any,
     lower_side_rows: Any,
     previous_lower_side_rows: Any,
@@ -125,7 +125,7 @@ def add_rim_points_to_normal_sums(
     lane_count: int,
 ) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         own, previous = load_face_corner(lower_side_rows, j), load_face_corner(previous_lower_side_rows, j)
         slope_x, slope_y = slopes_of_upper_base_normal(load_relative_motion(joint_rows, j))
         rim, other = load_base_overhang(lower_side_rows, j), load_base_overhang(previous_lower_side_rows, j)
@@ -199,7 +199,7 @@ def contact_frame_with_mean_normal(contact_normal_sums: ContactNormalSums) -> Jo
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         pose = contact_frame_with_mean_normal(load_contact_normal_sums(joint_rows, j))
         place = load_point_position(point_rows, j)
         turned = matrix_times_vector(
@@ -219,7 +219,7 @@ def rotate_contact_frame_to_mean_normal(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         turn = contact_frame_with_mean_normal(load_contact_normal_sums(joint_rows, j))
         pose = load_joint_frame(joint_rows, j)
         old = load_relative_motion(joint_rows, j)
@@ -240,7 +240,7 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
     This is done for all stacks. Such a stone has fallen as soon as a corner of its base is below the rim
     (`base_corner_hangs_below_supporting_face`).
     """
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         rim, axes = load_contact_normal_sums(joint_rows, j), load_stone_axes(upper_stone_rows, j)
         upright = (
             lean_as_squared_sine(axes)
@@ -277,7 +277,7 @@ def sum_contact_normals(
     for i in range(base_corner_count):
         add_base_corner_to_normal_sums(joint_rows, slice_contact_point_rows(joint_point_rows, i), lane_count)
     for k in range(lower_face_corner_count):
-        add_rim_points_to_normal_sums(
+        add_rim_points_to_mean_normal_sums(
             joint_rows,
             slice_contact_point_rows(joint_point_rows, base_corner_count + k),
             slice_contact_point_rows(

@@ -19,7 +19,7 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     upcoming_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, cache_line_aligned_zeros, round_to_vector_multiple
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
 from overturning.dem.stack.access import (
     load_case_progress,
@@ -148,7 +148,7 @@ def advance_sample_and_load_base_motion(
     )  # fmt: skip
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        for j in range(round_to_vector_multiple(lane_count)):
+        for j in range(assume_vector_multiple(lane_count)):
             store_rotation(rows, j, normalise_quaternion(load_stone_state(rows, j).rotation))
             then = (
                 load_case_progress(stack_states, j).current_sample + rows[LAST_UPRIGHT_TICK_ROW + j] * scale
@@ -158,14 +158,14 @@ def advance_sample_and_load_base_motion(
                 then if (rows[LAST_UPRIGHT_TICK_ROW + j] >= 0.0) & present else rows[LAST_UPRIGHT_TIME_ROW + j]
             )
             rows[LAST_UPRIGHT_TICK_ROW + j] = -1.0
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         # The times at which the stones were upright are their own, above.
         begun = next_sample_tick_and_last_upright_time(
             load_case_progress(stack_states, j), stack_states[TICKS_SINCE_SAMPLE_START_ROW + j], -1.0, ticks, interval
         )
         stack_states[CURRENT_SAMPLE_ROW + j], stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] = begun[0], begun[1]
     last = up.shape[0] - 3
-    for j in range(round_to_vector_multiple(lane_count)):
+    for j in range(assume_vector_multiple(lane_count)):
         course = load_case_progress(stack_states, j)
         if stack_states[LOADED_SAMPLE_NUMBER_ROW + j] == course.current_sample + 1.0:
             continue

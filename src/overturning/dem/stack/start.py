@@ -88,7 +88,7 @@ def write_initial_stack_state(
     store_next_step_to_attempt(stack_states, lane, NextStepToAttempt(case_table_row.shortest_step_ticks, steps, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
-        write_initial_stone_state(slice_stone_rows(stack_states, s), lane, stone)
+        write_stone_constants_and_initial_state(slice_stone_rows(stack_states, s), lane, stone)
         write_initial_joint_state(
             stack_states[at : at + size], lane, joints[s], friction_by_joint[s], case_table_row.damping_factor,
             stone.centre_height, stone.nearest_base_side_distance,
@@ -117,7 +117,7 @@ def write_initial_stack_state(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_stone_state(stone_rows: Any, lane: int, stone_table_row: Any) -> None:
+def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_table_row: Any) -> None:
     """Write the constants and the initial state of a stone into column `lane` of its rows of the state array."""
     store_stone_constants(
         stone_rows,

@@ -11,7 +11,11 @@ by the rows of its contact points.
 
 from typing import Final, NamedTuple
 
-from overturning.dem.body.state import InertialAccelerations3D, LoadedBaseMotionSampleNumber, StepRejectionFlags
+from overturning.dem.body.state import (
+    InertialAccelerations3D,
+    LoadedBaseMotionSampleNumber,
+    StepRejectionAndSlipAssumptionFlags,
+)
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, SlidingCaseEnd
@@ -222,7 +226,7 @@ class StoneContactForceSums(NamedTuple):
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
     StackEnergyAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
-    StepRejectionFlags, StackContactChangesInStep, ContactEnergyLosses, Vector3, SlidingCaseEnd
+    StepRejectionAndSlipAssumptionFlags, StackContactChangesInStep, ContactEnergyLosses, Vector3, SlidingCaseEnd
 )  # fmt: skip
 STONE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,

@@ -28,7 +28,7 @@ from overturning.dem.stack.patch import (
     any_stack_uses_contact_point,
     place_contact_points_of_partial_patch,
     predict_base_corner_positions,
-    predict_motion_relative_to_ground,
+    predict_lowest_stone_motion_relative_to_ground,
     predict_motion_relative_to_stone_below,
     update_rim_distance_and_check_full_support,
 )
@@ -203,7 +203,7 @@ def attempt_time_steps_of_stacks(
             joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
             points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
             if s == 0:
-                predict_motion_relative_to_ground(stone, joint, lane_count)
+                predict_lowest_stone_motion_relative_to_ground(stone, joint, lane_count)
                 predict_contact_points_and_patch_forces(
                     case,
                     stone,

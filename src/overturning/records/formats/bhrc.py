@@ -30,7 +30,7 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"\* VOL1", "only volume 1 is read")
-def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
+def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a BHRC file (Iran); return the component and its number of lines."""
     header = HeaderFields.find_fields(
         lines_from_channel_start, HEADER_FIELD_PATTERNS, HEADER_LINE_COUNT, min_line_count=HEADER_LINE_COUNT

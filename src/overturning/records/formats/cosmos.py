@@ -86,7 +86,7 @@ def _parse_number_block_format_and_line_after_block(
 
 
 @decorator_for_reading_all_components(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
-def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
+def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a COSMOS file; return the component and its number of lines."""
     text = lines_from_channel_start.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])

@@ -76,7 +76,7 @@ SAMPLE_BLOCK_HEADING_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
+def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a CSMIP or CGS file (California); return the component and its number of lines."""
     volume = {"U": 1, "C": 2}.get(lines_from_channel_start.lines[0].lstrip()[0].upper())
     if volume is None:

@@ -42,7 +42,7 @@ HEADER_FIELD_PATTERNS: Final[HeaderFieldPatterns] = {
 
 
 @decorator_for_reading_all_components(r"(Unc|C)orrected", "get the file again")
-def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
+def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a GeoNet file (New Zealand); return the component and its number of lines."""
     header = HeaderFields.find_fields(
         lines_from_channel_start, HEADER_FIELD_PATTERNS, HEADER_TEXT_LINE_COUNT, min_line_count=HEADER_LINE_COUNT

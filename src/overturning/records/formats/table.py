@@ -155,17 +155,27 @@ RECORD_FILE_FORMATS: Final = (
     RecordFileFormat("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read_components),
     RecordFileFormat("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read_components),
     RecordFileFormat(
-        "geonet", "GeoNet V1A / V2A", _GEONET_START_PATTERN, geonet.read_component_and_line_count, "GNS Science"
+        "geonet",
+        "GeoNet V1A / V2A",
+        _GEONET_START_PATTERN,
+        geonet.read_component_samples_and_count_lines,
+        "GNS Science",
     ),
     RecordFileFormat(
         "cosmos",
         "COSMOS V0 / V1 / V2",
         rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v",
-        cosmos.read_component_and_line_count,
+        cosmos.read_component_samples_and_count_lines,
     ),
-    RecordFileFormat("usc", "USC volume 1 (Los Angeles)", _USC_START_PATTERN, usc.read_component_and_line_count),
     RecordFileFormat(
-        "csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP_START_PATTERN, csmip.read_component_and_line_count, "CSMIP / CGS"
+        "usc", "USC volume 1 (Los Angeles)", _USC_START_PATTERN, usc.read_component_samples_and_count_lines
+    ),
+    RecordFileFormat(
+        "csmip",
+        "CSMIP / CGS V1, V2, RAW",
+        _CSMIP_START_PATTERN,
+        csmip.read_component_samples_and_count_lines,
+        "CSMIP / CGS",
     ),
     RecordFileFormat("smc", "USGS SMC", _SMC_START_PATTERN, smc.read_components, "USGS"),
     RecordFileFormat("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read_components, "PEER"),
@@ -174,7 +184,7 @@ RECORD_FILE_FORMATS: Final = (
     RecordFileFormat(
         "nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read_components
     ),
-    RecordFileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_component_and_line_count),
+    RecordFileFormat("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read_component_samples_and_count_lines),
     RecordFileFormat("unam-asa", "UNAM ASA 2.0 (Mexico)", _UNAM_ASA_START_PATTERN, unam.read_components),
     RecordFileFormat("csmnc", "CSMNC (China)", _CSMNC_START_PATTERN, csmnc.read_components, "CSMNC"),
     RecordFileFormat("jma", "JMA CSV (Japan)", _JMA_START_PATTERN, jma.read_components),

@@ -53,7 +53,7 @@ MAX_TIME_BETWEEN_SAMPLES_S: Final = 0.1
 @decorator_for_reading_all_components(
     r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file"
 )
-def read_component_and_line_count(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
+def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) -> tuple[RecordComponent, int]:
     """Read one component of a USC volume-1 file (California); return the component and its number of lines."""
     header = HeaderFields.find_fields(
         lines_from_channel_start,

@@ -77,11 +77,11 @@ def _simulate_fall_sides(
     engine_bodies: list[Any],
     ground_acceleration_by_time_step: np.ndarray,
     advance_engine_one_step: Callable[[float], None],
-    stop_after_fall_of_last_body: bool,
+    stop_after_fall_of_last_listed_body: bool,
 ) -> list[int]:
     """Run a physics engine and return the side to which each body falls (±1; 0: none).
 
-    With `stop_after_fall_of_last_body`, end when the last body of the list has fallen.
+    With `stop_after_fall_of_last_listed_body`, end when the last body of the list has fallen.
     """
     sides = [0] * len(engine_bodies)
     for acceleration in ground_acceleration_by_time_step.tolist():
@@ -89,7 +89,7 @@ def _simulate_fall_sides(
         for index, body in enumerate(engine_bodies):
             if sides[index] == 0 and abs(body.angle) > MIN_ROTATION_OF_FALLEN_BODY_RAD:
                 sides[index] = -1 if body.angle > 0 else 1
-        if all(sides) or (stop_after_fall_of_last_body and sides[-1]):
+        if all(sides) or (stop_after_fall_of_last_listed_body and sides[-1]):
             break
     return sides
 
@@ -99,7 +99,7 @@ def fall_sides_in_box2d(
     ground_acceleration_by_time_step: np.ndarray,
     friction: float,
     time_step: float,
-    stop_after_fall_of_last_body: bool = False,
+    stop_after_fall_of_last_listed_body: bool = False,
 ) -> list[int]:
     """Return the side to which each stone falls in Box2D under ground accelerations at its time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
@@ -132,7 +132,9 @@ def fall_sides_in_box2d(
         )
         world.Step(time_step, 30, 10)
 
-    return _simulate_fall_sides(bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_body)
+    return _simulate_fall_sides(
+        bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_listed_body
+    )
 
 
 def fall_sides_in_pymunk(
@@ -140,7 +142,7 @@ def fall_sides_in_pymunk(
     ground_acceleration_by_time_step: np.ndarray,
     friction: float,
     time_step: float,
-    stop_after_fall_of_last_body: bool = False,
+    stop_after_fall_of_last_listed_body: bool = False,
 ) -> list[int]:
     """Return the side to which each stone falls in pymunk under ground accelerations at its time steps."""
     import pymunk as engine
@@ -166,7 +168,9 @@ def fall_sides_in_pymunk(
         space.gravity = (-ground_acceleration, -STANDARD_GRAVITY)
         space.step(time_step)
 
-    return _simulate_fall_sides(bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_body)
+    return _simulate_fall_sides(
+        bodies, ground_acceleration_by_time_step, advance_world, stop_after_fall_of_last_listed_body
+    )
 
 
 def fall_sides_of_single_block_in_mujoco(
@@ -337,7 +341,7 @@ def fall_side_of_block(
 def fall_sides_of_scene(
     engine: FallSidesOfSceneFunction, placed_elements: Iterable[PlacedElement],
     record_acceleration: np.ndarray, sampling_interval: float, friction: float,
-    time_step: float = DEFAULT_TIME_STEP_S, stop_after_fall_of_last_body: bool = False,
+    time_step: float = DEFAULT_TIME_STEP_S, stop_after_fall_of_last_listed_body: bool = False,
 ) -> list[int]:  # fmt: skip
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
@@ -345,7 +349,7 @@ def fall_sides_of_scene(
         resample_acceleration(record_acceleration, sampling_interval, time_step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
         friction,
         time_step,
-        stop_after_fall_of_last_body,
+        stop_after_fall_of_last_listed_body,
     )
 
 

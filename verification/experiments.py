@@ -325,7 +325,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
     }
 
 
-class KernelOutcomes(NamedTuple):
+class FallSidesPeakRotationsAndStepCounts(NamedTuple):
     """Results of a kernel for the cases of all motions, in order: sides, peak rotations over α, and steps."""
 
     fall_sides: NDArray[Any]
@@ -333,17 +333,19 @@ class KernelOutcomes(NamedTuple):
     step_count_by_case: NDArray[Any]
 
 
-def run_planar_blocks(group: CaseGroup, damping_ratio: float, use_scene_kernel: bool) -> KernelOutcomes:
+def run_planar_blocks(
+    group: CaseGroup, damping_ratio: float, use_scene_kernel: bool
+) -> FallSidesPeakRotationsAndStepCounts:
     """Run blocks with the 2-D kernel for single blocks or, if `use_scene_kernel`, with that for scenes."""
     found = simulate_cases(
         gravestone(Contact(damping_ratio=damping_ratio)), *group, NumericalOptions(general=use_scene_kernel)
     )
-    return KernelOutcomes(
+    return FallSidesPeakRotationsAndStepCounts(
         found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps
     )
 
 
-def run_square_prisms(group: CaseGroup, damping_ratio: float) -> KernelOutcomes:
+def run_square_prisms(group: CaseGroup, damping_ratio: float) -> FallSidesPeakRotationsAndStepCounts:
     """Simulate 3-D square prisms, one face of which points along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
@@ -357,7 +359,7 @@ def run_square_prisms(group: CaseGroup, damping_ratio: float) -> KernelOutcomes:
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
     sides, tilts, steps = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return KernelOutcomes(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
+    return FallSidesPeakRotationsAndStepCounts(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
 def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
@@ -371,7 +373,7 @@ def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownBy
         CaseGroup(motion, cases)
         for motion in list(read_motions_of_default_study().values())[:: study_part.every_nth_record]
     ]
-    kernels: dict[str, Callable[[CaseGroup, float], KernelOutcomes]] = {
+    kernels: dict[str, Callable[[CaseGroup, float], FallSidesPeakRotationsAndStepCounts]] = {
         "kernel for single blocks": partial(run_planar_blocks, use_scene_kernel=False),
         "general kernel": partial(run_planar_blocks, use_scene_kernel=True),
         "3-D kernel": run_square_prisms,
@@ -388,7 +390,7 @@ def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownBy
     for damping in (0.5, 1.0, 2.0, DEFAULT_CONTACT_DAMPING_RATIO, 4.0, 6.0, 10.0):
         cells = [f"{damping:g}"]
         for kernel in kernels.values():
-            found = KernelOutcomes(
+            found = FallSidesPeakRotationsAndStepCounts(
                 *map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True))
             )
             stands, away = rocks & (found.fall_sides == 0), np.abs(found.peak_rotations_over_alpha - peak)

@@ -43,7 +43,7 @@ def run_case_groups(
     return ResultsWithProcessorTime(join_results(found), seconds)
 
 
-def peak_rotation_errors_over_alpha(
+def standing_block_peak_rotation_errors_over_alpha(
     flags: Flags,
     peak_rotations_over_alpha: PeakRotationsOverAlpha,
     reference_flags: Flags,
@@ -67,8 +67,8 @@ def median_peak_rotation_error_over_alpha(
     reference_flags: Flags,
     reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> float:
-    """Return the median of `peak_rotation_errors_over_alpha`; NaN if no block stands in both and rocks."""
-    errors = peak_rotation_errors_over_alpha(
+    """Return the median of `standing_block_peak_rotation_errors_over_alpha`; NaN without blocks that stand and rock."""
+    errors = standing_block_peak_rotation_errors_over_alpha(
         flags, peak_rotations_over_alpha, reference_flags, reference_peak_rotations_over_alpha
     )
     return float(np.median(errors)) if errors.size else float("nan")
@@ -104,7 +104,7 @@ class ResultDifference(NamedTuple):
     """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
     counts_of_cases_simulated_in_reference: OutcomeDifferenceCounts
     """Counts over the cases that the reference simulates."""
-    peak_rotation_errors_over_alpha: FloatArray
+    standing_block_peak_rotation_errors_over_alpha: FloatArray
     """Errors of peak rotation, as a share of α."""
     unstable_result_count: int
     computed_steps_times_elements: int
@@ -116,7 +116,7 @@ class ResultDifference(NamedTuple):
 
         `processor_time_s` is the processor time of the results. Wrong flags, and wrong sides (which
         include wrong flags), are percentages of all cases; the errors of peak rotation are those of
-        `peak_rotation_errors_over_alpha`.
+        `standing_block_peak_rotation_errors_over_alpha`.
         """
         flags, sides = wrong_flag_and_outcome_percentages(self.counts_of_all_cases)
         return {
@@ -125,10 +125,10 @@ class ResultDifference(NamedTuple):
             "wrong flags, %": round(flags, 3),
             "wrong sides, %": round(sides, 3),
             "median error of peak rotation": round_to_three_significant_digits(
-                np.median(self.peak_rotation_errors_over_alpha)
+                np.median(self.standing_block_peak_rotation_errors_over_alpha)
             ),
             "90th percentile": round_to_three_significant_digits(
-                np.quantile(self.peak_rotation_errors_over_alpha, 0.9)
+                np.quantile(self.standing_block_peak_rotation_errors_over_alpha, 0.9)
             ),
             "marked": self.unstable_result_count,
             "largest energy error": round_to_three_significant_digits(self.max_relative_energy_error),
@@ -154,7 +154,9 @@ def differences_from_reference_results(
         count_outcome_differences(right, flags),
         count_outcome_differences(right[firm], flags[firm]),
         count_outcome_differences(right[moves], flags[moves]),
-        peak_rotation_errors_over_alpha(flags, results.peak_rotation, right, reference_results.peak_rotation),
+        standing_block_peak_rotation_errors_over_alpha(
+            flags, results.peak_rotation, right, reference_results.peak_rotation
+        ),
         int((results.status == CaseStatus.UNSTABLE).sum()),
         int(results.block_steps.sum()),
         float(results.energy_error[results.status == CaseStatus.SIMULATED].max(initial=0.0)),

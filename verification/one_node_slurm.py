@@ -88,7 +88,7 @@ def run_one_node_slurm(processor_count: int = 2) -> Iterator[None]:
         _wait_until((folder / "munge.socket").exists, folder)
         ending.enter_context(_background_process(["slurmctld", "-D"], folder))
         ending.enter_context(_background_process(["slurmd", "-D", "-N", "one"], folder))
-        _wait_until(lambda: "idle" in _command_output("sinfo", "--noheader", "--format=%T"), folder)
+        _wait_until(lambda: "idle" in _command_output_or_empty_if_failed("sinfo", "--noheader", "--format=%T"), folder)
         yield
 
 
@@ -134,7 +134,7 @@ def _background_process(command: list[str], log_folder: Path) -> Iterator[None]:
                 process.kill()
 
 
-def _command_output(*command: str) -> str:
+def _command_output_or_empty_if_failed(*command: str) -> str:
     """Return the output of a command; empty if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
     return done.stdout if done.returncode == 0 else ""

@@ -24,7 +24,7 @@ MAX_AZIMUTH_DIFFERENCE_DEG: Final = 20.0
 """Difference of two fall azimuths, degrees, up to which they agree."""
 RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE: Final = 0.01
 """Change of amplitude under which a robust case keeps its outcome."""
-RELATIVE_AMPLITUDE_CHANGES_TO_TRY: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
+RELATIVE_AMPLITUDE_CHANGES_TO_MATCH_OTHER_SOLVER: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
 """Changes of amplitude that are searched for the outcome of another solver."""
 LARGE_SLIP_TO_WIDTH_RATIO: Final = 0.1
 """Slip of a standing stone, as a share of the width of its patch, that counts as a cause."""
@@ -91,7 +91,7 @@ def amplitude_change_percent_to_reach_azimuth(case: StackCase, fall_azimuth_deg:
 
     An azimuth of NaN means that the stone stands; the falls are those in this program, within 20° of the azimuth.
     """
-    changes = [sign * change for change in RELATIVE_AMPLITUDE_CHANGES_TO_TRY for sign in (-1.0, 1.0)]
+    changes = [sign * change for change in RELATIVE_AMPLITUDE_CHANGES_TO_MATCH_OTHER_SOLVER for sign in (-1.0, 1.0)]
     for change, found in zip(
         changes, topmost_stone_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
     ):
@@ -111,7 +111,7 @@ def read_outcomes_of_other_solvers() -> pd.DataFrame:
     return found
 
 
-def simulate_and_join_outcomes_of_all_solvers(process_count: int = 2) -> pd.DataFrame:
+def simulate_and_join_stored_outcomes_of_other_solvers(process_count: int = 2) -> pd.DataFrame:
     """Simulate all cases in this program; return its outcomes and the stored ones of the solvers, one row per case."""
     with ProcessPoolExecutor(process_count) as pool:
         own = pd.DataFrame(
@@ -277,7 +277,7 @@ def disagreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence
 
 def publish_agreement_with_solvers() -> None:
     """Compare this program with the stored outcomes; write the table of all cases and the tables of the docs."""
-    table = simulate_and_join_outcomes_of_all_solvers()
+    table = simulate_and_join_stored_outcomes_of_other_solvers()
     write_csv(table, AGREEMENT_TABLE_FILE)
     differ = list(disagreement_table_rows(table))
     drawn = ("", "cases with an outcome", "fall", "robust", "robust ones that fall", "s per case")

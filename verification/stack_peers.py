@@ -46,7 +46,9 @@ def partial_results_path(solver_name: str) -> Path:
     return PARTIAL_RESULT_FOLDER / f"stack-peers-{solver_name.lower()}-{time_step:g}-{digest.hexdigest()[:8]}.jsonl"
 
 
-def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> Iterator[tuple[str, Motion, float]]:
+def label_motion_and_time_step_of_robustness_runs(
+    case: StackCase, time_step: float
+) -> Iterator[tuple[str, Motion, float]]:
     """Yield label, motion and time step of the runs that must agree in a robust case; the first is the nominal one."""
     yield "", case.strong_part_of_scaled_record, time_step
     yield "half the step", case.strong_part_of_scaled_record, 0.5 * time_step
@@ -57,7 +59,9 @@ def nominal_and_perturbed_run_arguments(case: StackCase, time_step: float) -> It
 def outcome_and_robustness_in_solver(solver_name: str, case: StackCase) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether slight changes keep it, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[solver_name], None, "", 0.0
-    for label, motion, time_step in nominal_and_perturbed_run_arguments(case, TIME_STEP_BY_SOLVER_S[solver_name]):
+    for label, motion, time_step in label_motion_and_time_step_of_robustness_runs(
+        case, TIME_STEP_BY_SOLVER_S[solver_name]
+    ):
         begin = time.process_time()
         found = topmost_stone_outcome_in_engine(engine, case.stack, motion, case.orientation_deg, time_step)
         if nominal is None:

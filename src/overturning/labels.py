@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.model.planes import azimuth_gap_mask_and_step, plane_azimuth_period_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
-from overturning.study.scenes import NOMINAL_VARIANT, variant_scene, variant_size_note
+from overturning.study.scenes import NOMINAL_VARIANT, note_on_different_stone_size_of_variant, variant_scene
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def variant_label_in_list_if_not_nominal(cube: "xr.Dataset") -> list[str]:
     name = str(cube.attrs.get("variant", NOMINAL_VARIANT))
     if name == NOMINAL_VARIANT:
         return []
-    sizes = variant_size_note(study_of_cube(cube), name)
+    sizes = note_on_different_stone_size_of_variant(study_of_cube(cube), name)
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
@@ -52,7 +52,7 @@ def note_if_sizes_are_not_those_of_shown_stone(cube: "xr.Dataset") -> str:
     reference = variant_scene(study, variant).size_reference_element_name
     if element_name_to_show(cube) != reference:
         return f"H and B/H are those of the {reference}, not of the {element_name_to_show(cube)}"
-    return variant_size_note(study, variant)
+    return note_on_different_stone_size_of_variant(study, variant)
 
 
 def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:

@@ -49,7 +49,7 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
     found = plan.results_before_simulation()
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.has_too_soft_contacts)
     order = moving[np.argsort(plan.parallel_group_by_case[moving], kind="stable")]
-    for queue in split_into_case_groups(order, plan.parallel_group_by_case, split_long_groups=False):
+    for queue in split_into_case_groups(order, plan.parallel_group_by_case, share_groups_between_two_threads=False):
         found.store_outcomes(queue, plan.simulate_cases_of_group(queue, np.zeros(1, np.int64))[0])
     return CaseResults(
         **{name: values.reshape(len(plans), -1, *values.shape[1:]) for name, values in vars(found).items()}

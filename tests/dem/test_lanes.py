@@ -53,7 +53,7 @@ def compile_tuple_reader_and_writer_for_python(access: TupleReaderAndWriter) -> 
 
 compiled_updated_maximum = njit(lambda peak, value: mechanics.updated_maximum(peak, value))
 compiled_normalise_cosine_and_sine = njit(lambda c, s: mechanics.normalise_cosine_and_sine(c, s))
-compiled_rotate_cosine_and_sine = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine(c, s, turn))
+compiled_rotate_cosine_and_sine = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine_by_small_angle(c, s, turn))
 compiled_clamp_magnitude = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
 TUPLE_ROW_LAYOUT = TupleRowLayout(4, MassTuple, ContactPairTuple)

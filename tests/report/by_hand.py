@@ -429,7 +429,7 @@ ELEMENT_DISPLACEMENT = {
     "percentile_90_slip_if_standing_cm": 2.7, "median_abs_twist_if_standing_deg": 0.4,
     "percentile_90_abs_twist_if_standing_deg": 6.2, "cases_with_fall": 4880,
     "share_of_falls_by_sliding_off": 0.126}  # fmt: skip
-SITE_EFFECT_FINDING = {
+SITE_FALL_RATES_FINDING = {
     "variant": "other", "has_equivalent_linear_layer": True, "layers": [{"thickness_m": 20.0,
     "shear_wave_velocity_m_s": 180.0}],
     "amplitude_factor": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
@@ -484,7 +484,7 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         logistic_fit=None, criteria_scores=None),
     "site": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
-        site_fall_rates=[SITE_EFFECT_FINDING],
+        site_fall_rates=[SITE_FALL_RATES_FINDING],
         contrasts=[variant_comparison_findings(differing_settings=["site"], soil_thickness_of_variant_m=20.0,
         **FALL_RATE_COMPARISON_FINDINGS)],
         unconverged_soil_responses=["other, vale: north not converged"],

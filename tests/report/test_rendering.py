@@ -22,7 +22,7 @@ from overturning.report.render import (
     render_template_as_markdown,
 )
 from overturning.report.terminal import terminal_lines_of_markdown
-from overturning.report.write import ReportFilmTexts
+from overturning.report.write import TextsAboutReportFilm
 from overturning.translation.texts import installed_fonts_of_language
 from tests.report.by_hand import (
     RECORD_FINDING,
@@ -286,7 +286,7 @@ def test_terminal_report_has_sentences_and_aligned_tables() -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_every_report_is_well_formed_without_cube_and_figures(study: str, language: str) -> None:
-    film = ReportFilmTexts("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
+    film = TextsAboutReportFilm("film-1", "Title", "A stone", (("north", "falls"), ("south", "stands")), "rule")
     media = ReportMedia(
         films=[film, film],
         figure_names_by_record={"vale": ("polar/vale", "intensity/vale")},

@@ -12,7 +12,7 @@ from overturning.findings.collect import Findings
 from overturning.findings.standing import StoneSurvivalUnderHazardFindings
 from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.report.render import LANGUAGES, ReportMedia, create_template_environment
-from overturning.report.write import ReportFilmTexts
+from overturning.report.write import TextsAboutReportFilm
 
 FINDINGS_BY_PRINTED_TEMPLATE = {
     "report": Findings,
@@ -98,13 +98,13 @@ class FieldChecker:
 
     def type_of_field(self, owner: Any, part: nodes.Getattr, name: str) -> Any:
         """Return the type of a field of an object; note it if the object has no such field."""
-        if not isinstance(owner, type) or owner not in (ReportMedia, ReportFilmTexts):
+        if not isinstance(owner, type) or owner not in (ReportMedia, TextsAboutReportFilm):
             if not isinstance(owner, type) or not issubclass(owner, BaseModel):
                 return None
             if part.attr in owner.model_fields:
                 return plain_type(owner.model_fields[part.attr].annotation)
         elif part.attr == "films":
-            return list[ReportFilmTexts]
+            return list[TextsAboutReportFilm]
         elif part.attr in get_type_hints(owner):
             return plain_type(get_type_hints(owner)[part.attr])
         if not hasattr(owner, part.attr):

@@ -9,7 +9,7 @@ import pytest
 from overturning.cli import main
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.store import round_to_stored_precision
-from overturning.study.film_options import film_command_parts
+from overturning.study.film_options import film_command_options_and_stone_sizes
 from overturning.study.small import run_study
 from overturning.translation.texts import translate, use_translation_language
 
@@ -40,7 +40,7 @@ def test_the_film_command_reproduces_the_outcome_of_its_cell(
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
     cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **keys)
-    film = film_command_parts(cube)
+    film = film_command_options_and_stone_sizes(cube)
     assert (film["missing"], " ".join(film["options"])) == ("", words)
     direction = "orientation" if "body" in keys else "azimuth"
     sizes = ["--height", str(film["heights"][0]), "--b-over-h", str(film["ratios"][0])]
@@ -57,7 +57,7 @@ def test_the_film_command_reproduces_the_outcome_of_its_cell(
 def test_a_reason_is_given_if_no_film_command_can_reproduce_a_study() -> None:
     record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK_STUDY_SETTINGS, azimuth={"step": 90}, simulation={"time_step": 0.0001})
-    assert film_command_parts(cube)["missing"] == "the study has numerical settings of its own"
+    assert film_command_options_and_stone_sizes(cube)["missing"] == "the study has numerical settings of its own"
 
 
 def test_no_film_command_is_given_for_records_outside_the_project(
@@ -75,10 +75,10 @@ def test_no_film_command_is_given_for_records_outside_the_project(
     study["records"] |= {"table": "table é.tsv", "folder": "data/records"}
     cube.attrs["study"] = json.dumps(study)
     monkeypatch.chdir(tmp_path)
-    missing = film_command_parts(cube)["missing"]
+    missing = film_command_options_and_stone_sizes(cube)["missing"]
     assert missing == "the record table table é.tsv is not in the project's folder"
     with use_translation_language("ja"):
         assert translate(missing) == "記録表 table é.tsv がプロジェクトのフォルダーにない"
     (tmp_path / "table é.tsv").touch()
-    film = film_command_parts(cube)
+    film = film_command_options_and_stone_sizes(cube)
     assert (film["missing"], film["options"]) == ("", ["--table", "'table é.tsv'", "--folder", "data/records"])

@@ -23,7 +23,7 @@ from overturning.study.answers import (
 from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.ensemble import draw_parameter_changes_of_members
-from overturning.study.film_options import film_command_parts
+from overturning.study.film_options import film_command_options_and_stone_sizes
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content
 from overturning.study.recheck import recompute_and_compare_random_cases
@@ -313,7 +313,7 @@ def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Pat
     path.unlink()
     assert load_study_from_file_or_json(study.model_dump_json()) == study
     sizes, attributes = {"height": [0.8], "b_over_h": [0.3]}, {"study": study.model_dump_json(), "variant": "nominal"}
-    film = film_command_parts(xr.Dataset(coords=sizes, attrs=attributes))
+    film = film_command_options_and_stone_sizes(xr.Dataset(coords=sizes, attrs=attributes))
     assert "overturning one --mesh FILE" in film["missing"], "the explorer names the command for a scan"
     with pytest.raises(ConfigError, match="only a mesh"):
         study_from_content(

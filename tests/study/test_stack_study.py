@@ -19,7 +19,7 @@ from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.elements import count_falls_of_each_and_any_element
 from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
 from overturning.study.cube import open_cube, select_element_and_amplitude, study_of_cube
-from overturning.study.film_options import film_command_parts
+from overturning.study.film_options import film_command_options_and_stone_sizes
 from overturning.study.load import study_from_content, study_settings_with_file_names_for_absolute_paths
 from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.sample import read_random_case_sample
@@ -170,7 +170,7 @@ def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
 
 
 def test_film_command_for_a_stack_names_its_scene(loaded_cube: xr.Dataset) -> None:
-    found = film_command_parts(loaded_cube)
+    found = film_command_options_and_stone_sizes(loaded_cube)
     assert found["missing"] == ""
     assert found["options"] == ["--scene", "three-tier"]
 

@@ -31,14 +31,14 @@ friction: [0.5]
 ensemble: {members: 0}
 verification: none
 """
-PARTIAL_RESULT_FILE_PATTERN, MOTION_FILES = "sweep/nominal/*.nc", "motion/*.nc"
+PARTIAL_RESULT_FILE_PATTERN, MOTION_FILE_PATTERN = "sweep/nominal/*.nc", "motion/*.nc"
 FAULT_TEST_STUDY_JOB_COUNT: Final = (
     8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
 )
 TOO_SMALL_FREE_DISK_SPACES_KB: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
-def iterate_jobs_of_running_study(study_process: psutil.Popen) -> Iterator[psutil.Process]:
+def yield_study_jobs_as_they_start(study_process: psutil.Popen) -> Iterator[psutil.Process]:
     """Yield each job (process) of a running study when it begins, until the run ends."""
     seen: set[int] = set()
     while study_process.poll() is None:
@@ -69,7 +69,7 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_after_job_st
     ) -> None:
         """Start a run and kill the process at a random moment."""
         run, chosen = workflow_copy.start(), random_generator.randrange(FAULT_TEST_STUDY_JOB_COUNT)
-        for number, job in enumerate(iterate_jobs_of_running_study(run)):
+        for number, job in enumerate(yield_study_jobs_as_they_start(run)):
             if number == chosen:
                 time.sleep(random_generator.uniform(0.0, max_delay_after_job_start_s))
                 with suppress(psutil.NoSuchProcess):
@@ -124,7 +124,7 @@ def fill_disk_during_run(
     run = psutil.Popen(
         **workflow_copy.subprocess_arguments(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )
-    next(iterate_jobs_of_running_study(run))
+    next(yield_study_jobs_as_they_start(run))
     other = results / "other"
     with other.open("wb") as file:
         os.posix_fallocate(
@@ -157,7 +157,7 @@ def start_second_run_during_first(
 ) -> None:
     """Start a second run in the same folder while a job of the first is suspended."""
     first = workflow_copy.start()
-    for step in iterate_jobs_of_running_study(first):
+    for step in yield_study_jobs_as_they_start(first):
         with suppress(psutil.NoSuchProcess):  # the job has just ended: use the next one
             step.suspend()
             break
@@ -169,7 +169,7 @@ def start_second_run_during_first(
     assert first.wait() == 0
 
 
-def kill_run_and_simulate_clock_set_back(
+def kill_run_and_move_file_times_ahead(
     workflow_copy: StudyWorkflowCopy, random_generator: random.Random, undisturbed_run_time_s: float
 ) -> None:
     """Kill a run, then move all file times two hours ahead, as if the clock had been set back."""
@@ -244,7 +244,7 @@ FAULT_KINDS: Final = (
     FaultKind("disk full", fill_disk_during_run, 2, needs_root_user=True),
     FaultKind("results read-only", run_with_read_only_results, 1, needs_finished_study=True, needs_root_user=True),
     FaultKind("two runs at once", start_second_run_during_first, 2),
-    FaultKind("clock set back", kill_run_and_simulate_clock_set_back, 2),
+    FaultKind("clock set back", kill_run_and_move_file_times_ahead, 2),
     FaultKind("a worker of a dask cluster killed", run_on_dask_and_kill_worker, 2, needs_finished_study=True),
     FaultKind(
         "a partial result truncated",
@@ -264,8 +264,10 @@ FAULT_KINDS: Final = (
         5,
         needs_finished_study=True,
     ),
-    FaultKind("a motion truncated", fault_damaging_file(MOTION_FILES, "cut"), 1, needs_finished_study=True),
-    FaultKind("a byte of a motion changed", fault_damaging_file(MOTION_FILES, "changed"), 1, needs_finished_study=True),
+    FaultKind("a motion truncated", fault_damaging_file(MOTION_FILE_PATTERN, "cut"), 1, needs_finished_study=True),
+    FaultKind(
+        "a byte of a motion changed", fault_damaging_file(MOTION_FILE_PATTERN, "changed"), 1, needs_finished_study=True
+    ),
     FaultKind("a byte of the cube changed", fault_damaging_file("cube.nc", "changed"), 1, needs_finished_study=True),
     FaultKind("a compiled kernel truncated", fault_damaging_file("*.nbc", "cut"), 1, needs_finished_study=True),
     FaultKind(

@@ -165,14 +165,14 @@ def score_table_of_all_orientations(
 
 
 def fall_share_table_by_max_bearing_height(
-    tests: ShakingTableTests, falls_by_max_bearing_height: Mapping[float, NDArray[np.bool_]]
+    tests: ShakingTableTests, falls_by_max_height_of_bearing_points: Mapping[float, NDArray[np.bool_]]
 ) -> str:
     """Return a table of the share of falls by the height up to which points of the base bear load.
 
     The height is that above the lowest points of the base; the falls have shape (tests, orientations).
     """
     lines = []
-    for relief, own in sorted(falls_by_max_bearing_height.items()):
+    for relief, own in sorted(falls_by_max_height_of_bearing_points.items()):
         best = []
         for specimen in SPECIMEN_NUMBERS:
             shares = fall_probability_by_orientation_and_test(own[None])

@@ -176,7 +176,7 @@ class BodyOptions:
 
 
 @dataclass(frozen=True)
-class OutputOptions:
+class FilmAndFigureOptions:
     """Options of `overturning one` for the film and figure files that it writes, and their language."""
 
     film_path: Annotated[

@@ -8,8 +8,8 @@ from overturning.commands.declared import (
     DEFAULT_RECORD_FOLDER,
     DEFAULT_RECORD_TABLE_PATH,
     BodyOptions,
+    FilmAndFigureOptions,
     MotionOptions,
-    OutputOptions,
     PlanarModelOptions,
     RecordFileOptions,
     StoneOptions,
@@ -31,7 +31,7 @@ def simulate_stone_or_scene_under_one_record(
     body_options: BodyOptions,
     planar_model_options: PlanarModelOptions,
     stone_options: StoneOptions,
-    output_options: OutputOptions,
+    output_options: FilmAndFigureOptions,
     file_options: RecordFileOptions,
 ) -> None:
     """Simulate one block, scene or stack under one record; print the outcome, and write a film or figure."""
@@ -308,7 +308,7 @@ def _simulate_body(
     )
 
 
-def _check_film_and_figure_can_be_written(output_options: OutputOptions, body_options: BodyOptions) -> None:
+def _check_film_and_figure_can_be_written(output_options: FilmAndFigureOptions, body_options: BodyOptions) -> None:
     """Raise an error before the simulation if the film or figure could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path

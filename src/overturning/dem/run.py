@@ -142,13 +142,13 @@ def run_cases(
 def split_into_case_groups(
     case_numbers_ordered_by_parallel_group: NDArray[np.int64],
     parallel_group_by_case: NDArray[np.int64],
-    split_long_groups: bool,
+    share_groups_between_two_threads: bool,
 ) -> list[NDArray[np.int64]]:
     """Split cases into groups of at most `MAX_CASES_PER_KERNEL_CALL` cases with equal `parallel_group_by_case`.
 
     `case_numbers_ordered_by_parallel_group` are indices of cases, in the order of their numbers in
-    `parallel_group_by_case`. If `split_long_groups`, 128 or more cases of one number make at least two groups, so that
-    two threads share them.
+    `parallel_group_by_case`. If `share_groups_between_two_threads`, 128 or more cases of one number make at least two
+    groups, so that two threads share them.
     """
     case_groups = []
     for chosen in np.split(
@@ -157,7 +157,8 @@ def split_into_case_groups(
     ):
         if chosen.size:
             count = max(
-                -(-chosen.size // MAX_CASES_PER_KERNEL_CALL), min(2, chosen.size // 64) if split_long_groups else 1
+                -(-chosen.size // MAX_CASES_PER_KERNEL_CALL),
+                min(2, chosen.size // 64) if share_groups_between_two_threads else 1,
             )
             # Interleaved, so that long and short cases are spread evenly.
             case_groups += [chosen[part::count] for part in range(count)]

@@ -300,7 +300,7 @@ def _largest_compass_diameter_pt(row_or_column_length_pt: float, text_lengths_ar
     `text_lengths_around_rims_pt` are the lengths that texts need before and after each compass, shape (compasses, 2).
     """
     count = len(text_lengths_around_rims_pt)
-    gaps = (count - 1) * _least_gap_between_rims_pt(text_lengths_around_rims_pt)
+    gaps = (count - 1) * _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt)
     return (
         float(row_or_column_length_pt - text_lengths_around_rims_pt[0, 0] - text_lengths_around_rims_pt[-1, 1] - gaps)
         / count
@@ -320,11 +320,11 @@ def _compass_left_or_upper_edges_pt(
     count = len(text_lengths_around_rims_pt)
     largest = _largest_compass_diameter_pt(row_or_column_end_pt - row_or_column_start_pt, text_lengths_around_rims_pt)
     spare = count * (largest - compass_diameter_pt) / (count + 1)
-    step = compass_diameter_pt + _least_gap_between_rims_pt(text_lengths_around_rims_pt) + spare
+    step = compass_diameter_pt + _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt) + spare
     return row_or_column_start_pt + text_lengths_around_rims_pt[0, 0] + spare + step * np.arange(count)
 
 
-def _least_gap_between_rims_pt(text_lengths_around_rims_pt: FloatArray) -> float:
+def _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt: FloatArray) -> float:
     """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
     return (
         float(

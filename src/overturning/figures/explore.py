@@ -47,7 +47,7 @@ from overturning.study.cube import (
     find_study_with_title_and_figure_settings,
     study_of_cube,
 )
-from overturning.study.film_options import film_command_parts
+from overturning.study.film_options import film_command_options_and_stone_sizes
 from overturning.study.preflight import MAX_CELLS_OF_SINGLE_EXPLORER_PAGE
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
@@ -101,7 +101,7 @@ def explorer_page_data(
         ENCODED_ROTATION_STEP_DEG if one_in_degrees else ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES
         for one_in_degrees in degrees
     ]
-    first, options = _initial_block_and_element_indices(one, study), film_command_parts(cube)
+    first, options = _initial_block_and_element_indices(one, study), film_command_options_and_stone_sizes(cube)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()

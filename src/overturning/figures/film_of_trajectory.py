@@ -45,7 +45,8 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
     return panel_heading_with_bearing(
-        float(trajectory.attrs[display.direction_attribute_name]), is_3d=display is not _FILM_FUNCTIONS_2D_SCENE
+        float(trajectory.attrs[display.trajectory_direction_attribute_name]),
+        is_3d=display is not _FILM_FUNCTIONS_2D_SCENE,
     )
 
 
@@ -187,7 +188,7 @@ def film_of_trajectories(
 class _FilmFunctionsOfModelKind(NamedTuple):
     """Functions and texts with which a film shows one kind of simulation: a 2-D scene, a 3-D body or a 3-D stack."""
 
-    direction_attribute_name: str  # name of the attribute with the direction, degrees
+    trajectory_direction_attribute_name: str  # name of the attribute with the direction, degrees
     outcome_sentence_of: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
     extract_poses_for_motion_check: Callable[
         ["xr.Dataset"], FloatArray

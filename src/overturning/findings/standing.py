@@ -9,7 +9,7 @@ from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     FALL_RATE_BOUND_PROBABILITY,
-    MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA,
+    MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA,
     SurvivalByStoneClass,
     annual_fall_rate_below_lowest_hazard_level,
     hazard_unit_warning,
@@ -130,7 +130,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
     for *_, one in survival.curves_with_standing_probabilities:
         if (
             one.intensity_measure in doubts
-            and not one.fall_rate_share_outside_fragility_data <= MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA
+            and not one.fall_rate_share_outside_fragility_data <= MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA
         ):
             share = (
                 "no falls"

@@ -173,7 +173,7 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt_rad: f
     tilt of the body's own downward axis.
     """
     n1 = hull.outward_triangle_normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
-    n2 = hull.outward_triangle_normals[hull.triangle_opposite_each_vertex].reshape(-1, 3)
+    n2 = hull.outward_triangle_normals[hull.triangle_sharing_edge_opposite_each_vertex].reshape(-1, 3)
     nearest = _max_downward_cosine_on_great_circle_arcs(n1, n2).reshape(-1, 3)
     reached = nearest > np.cos(max_tilt_rad) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
@@ -207,7 +207,10 @@ def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[n
     hull = _hull_of_checked_convex_vertices(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(
-        hull.triangle_vertex_indices, hull.triangle_opposite_each_vertex, hull.outward_triangle_normals, strict=True
+        hull.triangle_vertex_indices,
+        hull.triangle_sharing_edge_opposite_each_vertex,
+        hull.outward_triangle_normals,
+        strict=True,
     ):
         for k, other in enumerate(neighbours):
             if hull.outward_triangle_normals[other] @ normal < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO:

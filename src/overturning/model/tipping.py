@@ -30,7 +30,7 @@ class ConvexHull(NamedTuple):
     """Vertices, shape (n, 3), m."""
     triangle_vertex_indices: NDArray[np.int64]
     """Vertex indices of each triangle, shape (m, 3), anticlockwise from outside."""
-    triangle_opposite_each_vertex: NDArray[np.int64]
+    triangle_sharing_edge_opposite_each_vertex: NDArray[np.int64]
     """Index of the triangle opposite to each vertex of a triangle, shape (m, 3)."""
     outward_triangle_normals: FloatArray
     """Outward normals of the triangles, shape (m, 3)."""
@@ -188,7 +188,7 @@ def _hull_edge_vertices_and_triangles(hull: ConvexHull) -> tuple[NDArray[np.int6
     """Return the indices of both vertices and of both triangles of each hull edge, two arrays of shape (edges, 2)."""
     ends, sides = [], []
     for k in range(3):
-        one, other = np.arange(len(hull.triangle_vertex_indices)), hull.triangle_opposite_each_vertex[:, k]
+        one, other = np.arange(len(hull.triangle_vertex_indices)), hull.triangle_sharing_edge_opposite_each_vertex[:, k]
         once = one < other
         ends.append(hull.triangle_vertex_indices[once][:, [(k + 1) % 3, (k + 2) % 3]])
         sides.append(np.stack([one, other], axis=1)[once])
@@ -243,7 +243,7 @@ def _final_resting_triangles(hull: ConvexHull, largest_extent: float) -> NDArray
     own = np.arange(len(hull.triangle_vertex_indices))
     onto = np.where(
         np.max(beyond, axis=0) > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * largest_extent,
-        hull.triangle_opposite_each_vertex[own, farthest],
+        hull.triangle_sharing_edge_opposite_each_vertex[own, farthest],
         own,
     )
     for _ in range(len(own).bit_length()):  # each pass doubles the number of edges rolled over

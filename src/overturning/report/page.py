@@ -56,7 +56,7 @@ def render_report_html_page(
     """
     style, script = (read_template_text(name, "report") for name in ("report.css", "report.js"))
     body = "\n".join(
-        _ReportPageBody(
+        _MarkdownToReportPageConverter(
             figure_path_by_name, film_html_by_name, read_label_translations(language)
         ).html_of_markdown_nodes(markdown_tree.children)
     )
@@ -69,7 +69,7 @@ def render_report_html_page(
     )
 
 
-class _ReportPageBody:
+class _MarkdownToReportPageConverter:
     """Converter of a report's Markdown nodes to the HTML inside the ``main`` element of its page.
 
     Attributes

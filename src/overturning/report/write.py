@@ -36,7 +36,7 @@ EXPLORER_FILE_NAME = "explore.html"
 
 
 @dataclass(frozen=True)
-class ReportFilmTexts:
+class TextsAboutReportFilm:
     """Texts that the report shows about a film: name, title, block, panel headings and outcomes, and selection rule.
 
     The rule states how the case was chosen.
@@ -49,12 +49,12 @@ class ReportFilmTexts:
     selection_rule: str
 
 
-def _report_film_texts(film_name: str, illustrative_case: IllustrativeCaseWithFigures) -> ReportFilmTexts:
+def _report_film_texts(film_name: str, illustrative_case: IllustrativeCaseWithFigures) -> TextsAboutReportFilm:
     """Return the texts that the report shows about the film of an illustrative case, in the current language."""
     panels = zip(
         map(translate, illustrative_case.panel_headings), map(translate, illustrative_case.panel_outcomes), strict=True
     )
-    return ReportFilmTexts(
+    return TextsAboutReportFilm(
         film_name,
         translate(illustrative_case.title),
         translate(illustrative_case.block_and_motion_description),

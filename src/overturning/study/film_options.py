@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def film_command_parts(cube: "xr.Dataset") -> dict[str, Any]:
+def film_command_options_and_stone_sizes(cube: "xr.Dataset") -> dict[str, Any]:
     """Return options with which the command `overturning one` films cases of a results cube, and stone sizes.
 
     Returns

@@ -33,9 +33,9 @@ from overturning.study.parts import open_outcome_file_of_chunk, read_record_id_a
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
+    note_on_different_stone_size_of_variant,
     variant_grid,
     variant_model,
-    variant_size_note,
     variant_uses_vertical_motion,
 )
 from overturning.study.schema import Study
@@ -98,9 +98,9 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     _add_record_coordinate_variables(cube, records, variant_uses_vertical_motion(study, variant))
     create_grid_dimensions_and_coordinates(cube, grid)
     cube[model.direction_dimension_name].setncatts(model.azimuth_period_attribute_or_empty)
-    if said := variant_size_note(study, variant):
+    if said := note_on_different_stone_size_of_variant(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
-    own = StudyToSceneSizeConversion.for_variant(study, variant).scene_b_over_h_independent_of_study
+    own = StudyToSceneSizeConversion.for_variant(study, variant).fixed_scene_b_over_h_if_other_reference
     sized = grid if own is None else grid.copy_with_dimension_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
     if (critical := element_critical_angle_coordinate_or_none(model, sized)) is not None:

@@ -33,7 +33,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
         yield from _stack_conflict_messages(study)
     yield from _messages_on_settings_that_need_a_body(study)
     yield from _planar_scene_conflict_messages(study, contacts)
-    yield from _variant_conflict_messages(study)
+    yield from _invalid_variant_messages(study)
     yield from _primary_statistic_conflict_messages(study)
     yield from _research_question_conflict_messages(study)
     for key in ("height", "friction"):
@@ -52,7 +52,7 @@ def _messages_on_settings_that_need_a_body(study: Any) -> Iterator[str]:
             yield f"population.{said[0]}: only 3-D stones have shifts and rotations; give `body`"
 
 
-def _variant_conflict_messages(study: Any) -> Iterator[str]:
+def _invalid_variant_messages(study: Any) -> Iterator[str]:
     """Yield a message for each invalid variant (a repetition of the study with some settings changed)."""
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"

@@ -80,12 +80,12 @@ def simulate_variant(
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
-    if sizes.scene_b_over_h_independent_of_study is None:
+    if sizes.fixed_scene_b_over_h_if_other_reference is None:
         return simulate_grid_and_face_planes_if_rectangular(model, motion, sized, numerics)
     arrays = simulate_grid_and_face_planes_if_rectangular(
         model,
         motion,
-        sized.copy_with_dimension_values(b_over_h=np.array([sizes.scene_b_over_h_independent_of_study])),
+        sized.copy_with_dimension_values(b_over_h=np.array([sizes.fixed_scene_b_over_h_if_other_reference])),
         numerics,
     )
     counts = {name: arrays.pop(name) for name in CASE_COUNTER_NAMES}

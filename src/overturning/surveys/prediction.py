@@ -207,10 +207,11 @@ class SiteFallPrediction(AzimuthSectors):
         `random_outcome_share`; NaN if unknown.
         """
         return _mean_of_known_values(
-            self._standing_and_side_probabilities_by_block(face_azimuths_deg, b_over_h_in_both_planes), averaged_axes=1
+            self._outcome_probabilities_by_height_and_friction(face_azimuths_deg, b_over_h_in_both_planes),
+            averaged_axes=1,
         )
 
-    def _standing_and_side_probabilities_by_block(
+    def _outcome_probabilities_by_height_and_friction(
         self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
@@ -270,7 +271,7 @@ class SiteFallPrediction(AzimuthSectors):
             weight = np.ones(1) if math.isfinite(face) else self.share
             # Shape (blocks, B/H, faces).
             falls = 1.0 - np.stack(
-                [self._standing_and_side_probabilities_by_block(faces, one)[0] for one in shapes], axis=1
+                [self._outcome_probabilities_by_height_and_friction(faces, one)[0] for one in shapes], axis=1
             )
             found = _mean_of_known_values(falls, averaged_axes=(1, 2), weights_along_last_axis=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)

@@ -30,7 +30,7 @@ MAX_HAZARD_FACTOR: Final = 1e6
 """Largest factor on the hazard; if stones survive even this, there is no bound."""
 
 
-MAX_FALL_SHARE_OUTSIDE_FRAGILITY_DATA: Final = 0.9
+MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
 PLAUSIBLE_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT: Final = {

@@ -86,7 +86,7 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
     found = state[: rows.CASE_ARRAY_LENGTH + scene.fall_and_support_table.shape[1] * rows.ELEMENT_ARRAY_LENGTH].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = (
-        workspace.array_owning_state[0]
+        workspace.array_that_owns_state_memory[0]
         + workspace.equation_matrix[0]
         + workspace.nonzero_pattern.later_coupled_element_counts[0]
     )

@@ -29,7 +29,7 @@ from overturning.dem.block.state import (
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
-from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
+from overturning.dem.kernel.mechanics import rotate_cosine_and_sine_by_small_angle
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = (
@@ -82,7 +82,7 @@ def predict_block_at_step_end(
     vx, vz, vw = state.centre_vx + kx, state.centre_vz + kz, state.angular_velocity + kw
     ex, ez, ew = vx + kx, vz + kz, vw + kw
     turn = dt * vw
-    c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
+    c, sn = rotate_cosine_and_sine_by_small_angle(state.cos, state.sin, turn)
     x, z = state.centre_x + dt * vx, state.centre_z + dt * vz
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
@@ -142,7 +142,7 @@ def predict_normal_force_per_mass_and_contact(
 
 
 @njit(**INLINE_OPTIONS)
-def predict_trial_friction_of_corner(
+def predict_corner_tangential_force_and_sliding(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     normal_force_per_mass: float,
@@ -273,10 +273,10 @@ def solve_velocity_corrections(
         predicted_forces_decide_contact_and_slip | (state.left.normal_force_per_mass == 0.0),
         predicted_forces_decide_contact_and_slip | (state.right.normal_force_per_mass == 0.0),
     )
-    guess_l = predict_trial_friction_of_corner(
+    guess_l = predict_corner_tangential_force_and_sliding(
         block, left, nl, AssumedCornerContact(mu_l, fine_l, held, drifts, drift, tilting)
     )
-    guess_r = predict_trial_friction_of_corner(
+    guess_r = predict_corner_tangential_force_and_sliding(
         block, right, nr, AssumedCornerContact(mu_r, fine_r, held, drifts, drift, tilting)
     )
     slid_l, slides_l = signed_friction_coefficient_and_sliding(guess_l, guess_r, on_r)

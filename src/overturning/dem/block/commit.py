@@ -111,7 +111,7 @@ def corner_forces_new_state_and_contact_changes(
         vertical_travel_if_contact_changed_else_zero=abs(sinking) if changed > 0.0 else 0.0,
         signed_mu_or_zero_if_sticking=found,
         has_wrong_slip_assumption=(found != assumed) & loaded,
-        has_slip_reversal=(assumed * ux < 0.0) & loaded,
+        has_velocity_against_assumed_slip=(assumed * ux < 0.0) & loaded,
         has_friction_reversal=(found * previous_corner.tangential_stretch < 0.0) & loaded,
     )
 
@@ -143,7 +143,7 @@ def contact_changes_in_block_step(
             motion_requires_shorter_step=False,
             may_accept_despite_contact_change=gentle,
             has_wrong_slip_assumption=False,
-            has_slip_reversal=False,
+            has_velocity_against_assumed_slip=False,
             has_friction_reversal=False,
             slides_on_all_points=False,
             all_contacts_are_closed=stands,
@@ -160,7 +160,8 @@ def contact_changes_in_block_step(
         motion_requires_shorter_step=False,
         may_accept_despite_contact_change=gentle,
         has_wrong_slip_assumption=wrong,
-        has_slip_reversal=left.has_slip_reversal | right.has_slip_reversal,
+        has_velocity_against_assumed_slip=left.has_velocity_against_assumed_slip
+        | right.has_velocity_against_assumed_slip,
         has_friction_reversal=back,
         slides_on_all_points=slides,
         all_contacts_are_closed=stands,

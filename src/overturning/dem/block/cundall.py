@@ -22,7 +22,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, select
-from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
+from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine_by_small_angle, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 TICKS_PER_STEP: Final = TICKS_PER_WHOLE_STEP
@@ -180,7 +180,7 @@ def advance_block_one_step(
     # Velocities half a step later, position one step later.
     vx, vz, vw = state.centre_vx + dt * ax, state.centre_vz + dt * az, state.angular_velocity + dt * aw
     turn, tick = dt * vw, state.ticks_since_sample_start + TICKS_PER_STEP
-    c, sn = rotate_cosine_and_sine(state.cos, state.sin, turn)
+    c, sn = rotate_cosine_and_sine_by_small_angle(state.cos, state.sin, turn)
     x, z, angle = state.centre_x + dt * vx, state.centre_z + dt * vz, state.angle + turn
     peaks = BlockPeakValues(
         updated_maximum(peaks.max_abs_angle, abs(angle)),

@@ -21,7 +21,7 @@ from overturning.dem.kernel.ending import (
     MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
-    LargestTiltNearCaseEnd,
+    LargestTiltRatioAtEnd,
     updated_largest_tilt_ratio_near_case_end,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
@@ -37,7 +37,7 @@ load_energy_account, load_case_progress = (
 )
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
 ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    LargestTiltNearCaseEnd, "tilt_over_critical_angle"
+    LargestTiltRatioAtEnd, "tilt_over_critical_angle"
 )
 
 

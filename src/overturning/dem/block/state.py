@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltNearCaseEnd
+from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltRatioAtEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
 
@@ -293,7 +293,7 @@ class SolvedCornerContact(NamedTuple):
     """±μ if the corner slips, else 0."""
     has_wrong_slip_assumption: bool
     """True if the corner sticks or slips contrary to the assumption."""
-    has_slip_reversal: bool
+    has_velocity_against_assumed_slip: bool
     """True if the corner was assumed to slide against its velocity (slip reversal)."""
     has_friction_reversal: bool
     """True if its friction had the opposite sign before."""
@@ -321,7 +321,7 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
     BlockEnergyAccount, BlockAccelerationsFromBaseMotion, CaseProgress, BlockPredictedAtStepEnd,
     BlockStepEndVelocityCorrection,
     CaseRestLimitAndFlag,
-    LargestTiltNearCaseEnd,
+    LargestTiltRatioAtEnd,
 )  # fmt: skip
 
 

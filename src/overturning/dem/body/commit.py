@@ -272,7 +272,7 @@ def contact_changes_in_body_step(
         motion_requires_shorter_step=lowest_rim_point_moves_too_far,
         may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
-        has_slip_reversal=largest_contact_changes.has_friction_against_assumed_direction > 0.0,
+        has_velocity_against_assumed_slip=largest_contact_changes.has_friction_against_assumed_direction > 0.0,
         has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,
         slides_on_all_points=slides,
         all_contacts_are_closed=stands,

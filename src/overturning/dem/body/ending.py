@@ -37,7 +37,7 @@ from overturning.dem.kernel.ending import (
     MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
-    LargestTiltNearCaseEnd,
+    LargestTiltRatioAtEnd,
     SlidingCaseEnd,
     body_is_still,
     update_slide_end_and_check_case_continues,
@@ -63,7 +63,7 @@ ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
-LARGEST_LATE_TILT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltNearCaseEnd, "tilt_over_critical_angle")
+LARGEST_LATE_TILT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltRatioAtEnd, "tilt_over_critical_angle")
 SLIDE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(SlidingCaseEnd, "sample_or_zero_before_known")
 
 

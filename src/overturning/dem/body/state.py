@@ -23,7 +23,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltNearCaseEnd, SlidingCaseEnd
+from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltRatioAtEnd, SlidingCaseEnd
 from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
 
@@ -335,7 +335,7 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
     BodyEnergyAndMomentumAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
     BodyTerminationLimits, NextStepToAttempt, StepRejectionAndSlipAssumptionFlags, BodyPredictedForStepEnd,
     ContactForcesAndNegatedVelocityDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum,
-    BodyContactChangesInStep, CaseRestLimitAndFlag, LargestTiltNearCaseEnd, SlidingCaseEnd,
+    BodyContactChangesInStep, CaseRestLimitAndFlag, LargestTiltRatioAtEnd, SlidingCaseEnd,
 )  # fmt: skip
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint

@@ -132,7 +132,7 @@ class StepContactChanges(NamedTuple):
     """True if the step may be accepted although a contact changes, since the contact moves little."""
     has_wrong_slip_assumption: bool
     """True if the sticking or sliding of a point in the solved step differs from the assumption."""
-    has_slip_reversal: bool
+    has_velocity_against_assumed_slip: bool
     """True if a point slides against its velocity (slip reversal)."""
     has_friction_reversal: bool
     """True if the friction of a sliding point had the opposite sign before, so that it changes sign in the step."""
@@ -167,14 +167,14 @@ def decide_rejection_and_next_step(
     wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
     onset = contact_changes.slides_on_all_points & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
     back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample)
-    halved = ((contact_changes.has_slip_reversal | back) & (not shorter)) | (
+    halved = ((contact_changes.has_velocity_against_assumed_slip | back) & (not shorter)) | (
         wrong
         & (
             onset
             | (attempted_step.repeats_with_corrected_sliding >= kernel_step_control.max_repeats_with_corrected_sliding)
         )
     )
-    retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_slip_reversal)
+    retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_velocity_against_assumed_slip)
     shorter = shorter | halved
     longest = (
         case_step_control.longest_step_at_rest_ticks

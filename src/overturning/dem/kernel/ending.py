@@ -47,7 +47,7 @@ class CaseProgress(NamedTuple):
     """Energy needed to overturn: a block or body per mass, m²/s²; a stack, J."""
 
 
-class LargestTiltNearCaseEnd(NamedTuple):
+class LargestTiltRatioAtEnd(NamedTuple):
     """Largest ratio of tilt to critical angle in the second half of the time from the record's end to the case's end.
 
     It is 1 if the body was in the air, above the height at which it balances on its rim.
@@ -157,7 +157,7 @@ def updated_largest_tilt_ratio_near_case_end(
 ) -> float:
     """Return the largest tilt over critical angle in the second half of the time from record end to case end, updated.
 
-    See `LargestTiltNearCaseEnd`.
+    See `LargestTiltRatioAtEnd`.
 
     `previous_largest_tilt_near_case_end` is the value at the end of the sample before, `centre_height_above_rest_m`
     the height of the centre above its height at rest.

@@ -121,12 +121,12 @@ def _signature_and_generator_for_array_view(_typing_context: Any, type_of_array_
 view_without_reference_counts: Final[Any] = intrinsic(_signature_and_generator_for_array_view)
 
 
-def create_window_slicer(window_length: int, first_index: int = 0, stride: int | None = None) -> Any:
+def create_window_slicer(window_length: int, first_window_array_index: int = 0, stride: int | None = None) -> Any:
     """Return a compiled function ``window(array, k)`` that returns the k-th slice of fixed length of an array.
 
-    A slice has `window_length` values from ``first_index + k * stride`` on; `stride` defaults to `window_length`. The
-    array is flat, and references to it are not counted. Unlike an ordinary slice it has no bounds checks, which take
-    long to compile.
+    A slice has `window_length` values from ``first_window_array_index + k * stride`` on; `stride` defaults to
+    `window_length`. The array is flat, and references to it are not counted. Unlike an ordinary slice it has no bounds
+    checks, which take long to compile.
     """
 
     def signature_and_generator_for_slice(
@@ -139,7 +139,8 @@ def create_window_slicer(window_length: int, first_index: int = 0, stride: int |
         def generate_slice_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that returns the slice as an array."""
             length, begin, apart = (
-                context.get_constant(types.intp, n) for n in (window_length, first_index, stride or window_length)
+                context.get_constant(types.intp, n)
+                for n in (window_length, first_window_array_index, stride or window_length)
             )
             view = context.make_array(signature.args[0])(context, builder, value=llvm_arguments[0])
             view.data = builder.gep(view.data, [builder.add(builder.mul(llvm_arguments[1], apart), begin)])

@@ -18,7 +18,9 @@ Within this time the dashpots stop a block of B/H 0.15 or more, heave first and 
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_cosine_and_sine(cosine: float, sine: float, further_rotation_rad: float) -> tuple[float, float]:
+def rotate_cosine_and_sine_by_small_angle(
+    cosine: float, sine: float, further_rotation_rad: float
+) -> tuple[float, float]:
     """Return cosine and sine of an angle after a further rotation by the small angle `further_rotation_rad`."""
     square = further_rotation_rad * further_rotation_rad
     angle_sine = further_rotation_rad * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))

@@ -129,7 +129,7 @@ class SceneArrays(NamedTuple):
     """Rows of a lane at rest, shape (variants, rows)."""
     pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
-    lowest_and_last_index_of_rocking_groups: NDArray[np.int64]
+    lowest_and_last_listed_element_of_rocking_groups: NDArray[np.int64]
     """Lowest and last listed element of each group that can move as one, shape (groups, 2)."""
     piece_vertex_counts: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
@@ -164,11 +164,11 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
     return SceneArrays(
         initial_state_by_scene_variant=np.stack([case_state_column_at_rest(item) for item in scene_variants]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
-        lowest_and_last_index_of_rocking_groups=one.lowest_and_last_index_of_rocking_groups,
+        lowest_and_last_listed_element_of_rocking_groups=one.lowest_and_last_listed_element_of_rocking_groups,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
         fall_and_support_table=np.stack(
-            [fall_limits_supports_and_energies_of_elements(item) for item in scene_variants]
+            [fall_limits_supports_and_overturning_energies(item) for item in scene_variants]
         ),
         termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in scene_variants]),
         gravity=one.scene.gravity,
@@ -262,7 +262,7 @@ def _pair_state_at_rest(
         nearest_face_of_a=face,
         nearest_face_of_b=face,
         contact_vertex_ranges=k.VertexContactLimitsAlongOppositeFace(0.0, 0.0, 0.0, 0.0),
-        contact_law=k.ContactPointLaw(
+        contact_law=k.ContactPointConstants(
             laws.normal_stiffness[pair_index],
             tangential,
             laws.dashpot_coefficient[pair_index],
@@ -275,7 +275,7 @@ def _pair_state_at_rest(
         nearest_faces=k.NearestFacesAndMotionLimits(
             face_index_of_a=-1.0,
             face_index_of_b=-1.0,
-            rotation_to_motion_lever_arm=0.0,
+            lever_arm_for_rotation_in_motion_sum=0.0,
             max_motion_keeping_nearest_faces=settled,
             max_motion_without_contact=-1.0,
             motion_since_face_search=0.0,
@@ -354,7 +354,7 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     )
 
 
-def fall_limits_supports_and_energies_of_elements(prepared_scene: PreparedScene) -> NDArray[np.void]:
+def fall_limits_supports_and_overturning_energies(prepared_scene: PreparedScene) -> NDArray[np.void]:
     """Return fall limits, support and energy to overturn by element: `ELEMENT_FALL_LIMITS_DTYPE`, shape (elements,)."""
     return np.array(
         [

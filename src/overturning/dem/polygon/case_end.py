@@ -151,7 +151,7 @@ def no_standing_group_can_move_nor_element_land(
         case_states,
         lane,
         rocking_groups_immovable_from_sample,
-        scene_arrays.lowest_and_last_index_of_rocking_groups,
+        scene_arrays.lowest_and_last_listed_element_of_rocking_groups,
         sample,
     )
     return bool(
@@ -308,14 +308,14 @@ def remaining_motion_cannot_move_standing_groups(
     case_states: Any,
     lane: int,
     rocking_groups_immovable_from_sample: Any,
-    lowest_and_last_index_of_rocking_groups: Any,
+    lowest_and_last_listed_element_of_rocking_groups: Any,
     current_sample_index: float,
 ) -> bool:
     """True if the base motion from now on cannot lift or slide any group of stacked elements that stands."""
-    for p in range(lowest_and_last_index_of_rocking_groups.shape[0]):
+    for p in range(lowest_and_last_listed_element_of_rocking_groups.shape[0]):
         lowest, last = (
-            rows.slice_element_rows(case_states, lowest_and_last_index_of_rocking_groups[p, 0]),
-            rows.slice_element_rows(case_states, lowest_and_last_index_of_rocking_groups[p, 1]),
+            rows.slice_element_rows(case_states, lowest_and_last_listed_element_of_rocking_groups[p, 0]),
+            rows.slice_element_rows(case_states, lowest_and_last_listed_element_of_rocking_groups[p, 1]),
         )
         if (
             lowest[rows.FALL_SIDE_ROW + lane] == 0.0

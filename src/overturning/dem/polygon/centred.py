@@ -42,7 +42,7 @@ from overturning.dem.polygon.mechanics import (
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.state import (
-    ContactPointLaw,
+    ContactPointConstants,
     PlanarContactPointHistory,
     SceneState,
 )
@@ -79,7 +79,7 @@ add_velocity_to_force_matrices = create_elementwise_tuple_functions(PairVelocity
 
 @njit(**INLINE_OPTIONS)
 def predict_planar_contact_point(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     point_history: PlanarContactPointHistory,
     previous_signed_friction_coefficient: float,
     contact_point: PlanarContactPoint,
@@ -161,7 +161,7 @@ def matrix_of_force_per_velocity(
 
 @njit(**INLINE_OPTIONS)
 def planar_contact_equation_terms(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     half_step_time: float,
     contact_point: PlanarContactPoint,
     predicted_point: PredictedPlanarContactPoint,

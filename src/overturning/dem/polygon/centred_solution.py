@@ -39,7 +39,7 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.state import (
     OPEN,
-    ContactPointLaw,
+    ContactPointConstants,
     PlanarContactPointHistory,
     StepContactChangesAsFloats,
     VertexPositionAtFace,
@@ -60,7 +60,7 @@ class SolvedPlanarContactPoint(NamedTuple):
     """True if the point has opened or closed, or now lies at another vertex."""
     has_wrong_slip_assumption: bool
     """True if the point sticks or slides contrary to the assumption."""
-    has_slip_reversal: bool
+    has_velocity_against_assumed_slip: bool
     """True if the point was assumed to slide against its velocity (slip reversal)."""
     has_friction_reversal: bool
     """True if its friction had the opposite sign before."""
@@ -68,7 +68,7 @@ class SolvedPlanarContactPoint(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def solved_planar_contact_point(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     predicted_stretch_and_assumed_slip: PredictedStretchAndAssumedFriction,
@@ -231,7 +231,8 @@ def add_solved_pair_forces_and_store_trial_history(
         rows.store_contact_changes(scene_state_rows, j, StepContactChangesAsFloats(
             1.0 if changed else old.contact_or_nearest_faces_changed,
             1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
-            1.0 if s1.has_slip_reversal | s2.has_slip_reversal else old.has_slip_reversal,
+            1.0 if s1.has_velocity_against_assumed_slip | s2.has_velocity_against_assumed_slip
+            else old.has_velocity_against_assumed_slip,
             1.0 if slide else old.pair_slides_on_both_points,
             1.0 if s1.has_friction_reversal | s2.has_friction_reversal else old.has_friction_reversal,
         ))  # fmt: skip

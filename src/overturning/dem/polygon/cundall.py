@@ -35,7 +35,7 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.search import update_nearest_faces_and_check_possible_contact
 from overturning.dem.polygon.state import (
-    ContactPointLaw,
+    ContactPointConstants,
     ElementStepMotionWorkAndPeaks,
     PlanarContactPointHistory,
     PlanarMotionOrForce,
@@ -57,7 +57,7 @@ class SceneCundallSchemeConstants(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def planar_contact_point_result_of_cundall_step(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
@@ -211,7 +211,7 @@ def advance_scene_one_step(
     )
     kept = 0
     for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
-        p = active_pairs_and_resume_motions.active_pair_indices[n]
+        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         near = update_nearest_faces_and_check_possible_contact(
             case_states,
@@ -226,7 +226,7 @@ def advance_scene_one_step(
         if near:
             add_pair_forces_and_store_contact_history(q, a, b, case_states)
         if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs_and_resume_motions):
-            active_pairs_and_resume_motions.active_pair_indices[kept] = p
+            active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[kept] = p
             kept += 1
     active_pairs_and_resume_motions.active_pair_count[0] = kept
     for i in range(moves_relative_to_base_by_element.size):

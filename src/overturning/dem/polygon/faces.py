@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
-from overturning.dem.kernel.mechanics import rotate_cosine_and_sine
+from overturning.dem.kernel.mechanics import rotate_cosine_and_sine_by_small_angle
 from overturning.dem.polygon.state import (
     VERTEX_OF_B,
     ElementFace,
@@ -367,7 +367,9 @@ def earlier_vertex_positions(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def pose_extrapolated_back_in_time(element: ElementState, time_before_present: float) -> Pose:
     """Return an element's earlier pose, extrapolated at its present velocity; the field `angle` is not changed."""
-    c, s = rotate_cosine_and_sine(element.pose.cos, element.pose.sin, -time_before_present * element.velocity.angular)
+    c, s = rotate_cosine_and_sine_by_small_angle(
+        element.pose.cos, element.pose.sin, -time_before_present * element.velocity.angular
+    )
     return Pose(
         element.pose.x - time_before_present * element.velocity.x,
         element.pose.z - time_before_present * element.velocity.z,

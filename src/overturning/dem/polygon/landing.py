@@ -15,7 +15,7 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.state import (
     OPEN,
-    ContactPointLaw,
+    ContactPointConstants,
     ElementConstants,
     PairHistory,
     PlanarContactPointHistory,
@@ -33,7 +33,7 @@ class PairMotionAndInertia(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def contact_point_lands_in_this_impact(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     pair_motion_and_inertia: PairMotionAndInertia,
@@ -60,7 +60,7 @@ def contact_point_lands_in_this_impact(
 
 @njit(**INLINE_OPTIONS)
 def pair_lands_flat(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     pair_history: PairHistory,
     contact_segment: ContactSegment,
     pair_motion_and_inertia: PairMotionAndInertia,
@@ -80,7 +80,7 @@ def pair_lands_flat(
 
 @njit(**INLINE_OPTIONS)
 def slides_in_landing_and_signed_friction_coefficient(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     contact_point: PlanarContactPoint,
     relative_velocity_of_a: PairRelativeVelocityOrDirection,
     constants_of_a: ElementConstants,
@@ -135,7 +135,7 @@ def shift_tangential_force_towards_b(
 
 @njit(**INLINE_OPTIONS)
 def contact_points_with_flat_landing_lever_arms(
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     contact_segment: ContactSegment,
     pair_motion_and_inertia: PairMotionAndInertia,
     lands_flat: bool,

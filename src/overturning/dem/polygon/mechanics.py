@@ -9,14 +9,14 @@ from typing import NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
-from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine, updated_maximum
+from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine_by_small_angle, updated_maximum
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint
 from overturning.dem.polygon.state import (
     OPEN,
     TRANSFERRED,
     VERTEX_OF_A,
     VERTEX_OF_B,
-    ContactPointLaw,
+    ContactPointConstants,
     ElementState,
     PairHistory,
     PlanarContactPointHistory,
@@ -138,7 +138,7 @@ def extrapolate_velocity(
 @njit(**INLINE_OPTIONS)
 def extrapolate_pose(pose: Pose, velocity: PlanarMotionOrForce, duration: float) -> Pose:
     """Return the pose of an element after `duration` (s) at constant velocity."""
-    c, s = rotate_cosine_and_sine(pose.cos, pose.sin, duration * velocity.angular)
+    c, s = rotate_cosine_and_sine_by_small_angle(pose.cos, pose.sin, duration * velocity.angular)
     return Pose(
         pose.x + duration * velocity.x, pose.z + duration * velocity.z, pose.angle + duration * velocity.angular, c, s
     )
@@ -279,7 +279,7 @@ def opening_and_slip_rates(
 def friction_force_and_its_limit_and_slip_flag(
     tangential_force_without_friction_limit: float,
     normal_force: float,
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     lands_flat_slides_and_signed_friction: tuple[bool, bool, float],
 ) -> tuple[float, float, bool]:
     """Return the limited friction force (N), its limit μ × normal force (N), and True if the contact slips.
@@ -310,7 +310,7 @@ def contact_point_history_after_step(
     other_point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     point_result: PlanarContactPointResult,
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     step_duration: float,
 ) -> PlanarContactPointHistory:
     """Return the state of a contact point of two elements after a step, from its result and both earlier states.
@@ -355,7 +355,7 @@ def pair_history_after_step(
     contact_segment: ContactSegment,
     face_vertex_positions: VertexPositionsAtOtherFace,
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
-    contact_law: ContactPointLaw,
+    contact_law: ContactPointConstants,
     step_duration: float,
 ) -> PairHistory:
     """Return the contact state of two elements after a step that ends with the given vertex positions."""

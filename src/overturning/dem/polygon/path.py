@@ -23,7 +23,7 @@ from overturning.dem.polygon.state import OPEN, VERTEX_OF_A
 TIME, GROUND = range(2)
 TRAJECTORY_COLUMNS_PER_ELEMENT: Final = 6
 """Columns of an element: x, z, rotation and their rates."""
-FX, FZ, LOAD, LOAD_X, LOAD_Z = range(5)
+FORCE_X, FORCE_Z, NORMAL_FORCE, NORMAL_FORCE_TIMES_X, NORMAL_FORCE_TIMES_Z = range(5)
 TRAJECTORY_COLUMNS_PER_CONTACT_POINT: Final = 5
 """Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
 mean of normal force × place (x, z)."""
@@ -87,11 +87,11 @@ def add_first_case_contact_forces_to_trajectory(
                 + TRAJECTORY_COLUMNS_PER_ELEMENT * scene_arrays.fall_and_support_table.shape[1]
                 + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             )
-            trajectory_rows[trajectory_row_index, at + FX] += n * nx + tangent * nz
-            trajectory_rows[trajectory_row_index, at + FZ] += n * nz - tangent * nx
-            trajectory_rows[trajectory_row_index, at + LOAD] += n
-            trajectory_rows[trajectory_row_index, at + LOAD_X] += n * (a.x + rx)
-            trajectory_rows[trajectory_row_index, at + LOAD_Z] += n * (a.z + rz)
+            trajectory_rows[trajectory_row_index, at + FORCE_X] += n * nx + tangent * nz
+            trajectory_rows[trajectory_row_index, at + FORCE_Z] += n * nz - tangent * nx
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE] += n
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_X] += n * (a.x + rx)
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z] += n * (a.z + rz)
 
 
 def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
@@ -108,7 +108,7 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
     placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
     poses_end = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, TRAJECTORY_COLUMNS_PER_CONTACT_POINT)
-    force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
+    force, load = forces[:, :, [FORCE_X, FORCE_Z]], forces[:, :, [NORMAL_FORCE]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
@@ -128,6 +128,7 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
             len(trajectory_rows), len(placed), TRAJECTORY_COLUMNS_PER_ELEMENT
         ),
         mean_contact_forces_until_next_row=force,
-        contact_force_points=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
+        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X, NORMAL_FORCE_TIMES_Z]]
+        / np.where(load > 0.0, load, np.nan),
         contact_element_names=contacts,
     )

@@ -184,7 +184,7 @@ def plan_scene_simulation(
     )
     # 1/p with p = √(3g/4R).
     slowest = np.sqrt(
-        np.array([item.half_diagonal_of_scene_height_and_max_width for item in variants]) / (0.75 * scene.gravity)
+        np.array([item.half_diagonal_of_scene_height_and_element_width for item in variants]) / (0.75 * scene.gravity)
     )[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude_factor"], table["dashpot_factor"] = cases.amplitude, cases.damping_factor
@@ -201,7 +201,7 @@ def plan_scene_simulation(
     table["longest_step_at_rest_ticks"] = SCENE_STEP_CONTROL.ticks_per_whole_step
     table["long_steps_before_doubling"] = SCENE_STEP_CONTROL.long_steps_before_doubling
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
-    group_count = len(variants[0].lowest_and_last_index_of_rocking_groups)
+    group_count = len(variants[0].lowest_and_last_listed_element_of_rocking_groups)
     groups_immovable_from = np.full((cases.case_count, group_count), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
@@ -226,7 +226,7 @@ def plan_scene_simulation(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
         base_accelerations=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
         first_simulated_sample=first, stays_at_rest=stays_at_rest,
-        has_too_soft_contacts=np.array([item.contacts_too_soft_or_placement_invalid for item in variants])[variant],
+        has_too_soft_contacts=np.array([item.has_too_soft_contacts_or_invalid_placement for item in variants])[variant],
         scene_variants=variants, scene_variant_index_by_case=variant,
         case_table=table, rocking_groups_immovable_from_sample=groups_immovable_from,
         scene_arrays=t.build_scene_arrays(variants),
@@ -252,9 +252,11 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
     for number, item in enumerate(scene_variants):
         of_variant = scene_variant_index_by_case == number
         grip[of_variant] = item.sliding_onset_acceleration_g(friction[of_variant])
-    groups = scene_variants[0].lowest_and_last_index_of_rocking_groups
+    groups = scene_variants[0].lowest_and_last_listed_element_of_rocking_groups
     samples = np.zeros((cases.case_count, len(groups)))
-    alike = all(np.array_equal(item.lowest_and_last_index_of_rocking_groups, groups) for item in scene_variants)
+    alike = all(
+        np.array_equal(item.lowest_and_last_listed_element_of_rocking_groups, groups) for item in scene_variants
+    )
     for group in range(len(groups)):
         uplift = [item.rocking_onset_acceleration_g_by_group[group] if alike else 0.0 for item in scene_variants]
         safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[scene_variant_index_by_case]

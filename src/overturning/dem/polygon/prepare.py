@@ -50,7 +50,7 @@ class PreparedScene:
     max_dashpot_eigenvalue: float  # largest eigenvalue of the dashpots, 1/s
     min_omega_squared_on_springs: float  # smallest eigenvalue of the springs at rest, 1/s²
     rocking_onset_acceleration_g: float  # |a|/g below which no element can start to rock; 0 if unknown
-    lowest_and_last_index_of_rocking_groups: NDArray[np.int64]  # (groups, 2): elements that rock as one
+    lowest_and_last_listed_element_of_rocking_groups: NDArray[np.int64]  # (groups, 2): elements that rock as one
     rocking_onset_acceleration_g_by_group: FloatArray  # (groups,): |a|/g below which a group cannot start to rock
     tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
     smaller_critical_angles_or_fall_angles: (
@@ -108,7 +108,7 @@ class PreparedScene:
         return bool(static_penetration_exceeds_limit(self.mean_static_penetration_of_loaded_pairs, smallest_side).any())
 
     @property
-    def contacts_too_soft_or_placement_invalid(self) -> bool:
+    def has_too_soft_contacts_or_invalid_placement(self) -> bool:
         """True if no case can have an outcome: at rest, penetration is too large, or elements overlap or float."""
         return self.static_penetration_exceeds_limit or not self.has_valid_placement
 
@@ -125,7 +125,7 @@ class PreparedScene:
         return max(float(self.elements[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property
-    def half_diagonal_of_scene_height_and_max_width(self) -> float:
+    def half_diagonal_of_scene_height_and_element_width(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.elements[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
         wide = max(self.elements[k].shape.width for k in self.free_element_indices)
@@ -192,7 +192,7 @@ def prepare_scene(
     ):
         threshold = 0.0  # an element slides by its own weight
     tips, critical, barrier, support, base = _tipping_limits_and_supports(
-        scene, placed, stands, _mask_of_freely_standing_elements(placed, pairs, bearing)
+        scene, placed, stands, _mask_of_elements_with_parallel_contact_normals(placed, pairs, bearing)
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
@@ -265,7 +265,7 @@ def _loaded_contact_points_by_element_and_carrier(
     return result
 
 
-def _mask_of_freely_standing_elements(
+def _mask_of_elements_with_parallel_contact_normals(
     elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
 ) -> NDArray[np.bool_]:
     """Return a mask of the free elements that stand freely: all their loaded contacts have parallel normals.

@@ -155,7 +155,7 @@ _PAIR_FIELD_PATHS = (
     ABSORBED_ENERGY_ROW,
 ) = (PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split())
 ROTATION_TO_MOTION_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
-    PairState, "nearest_faces.rotation_to_motion_lever_arm"
+    PairState, "nearest_faces.lever_arm_for_rotation_in_motion_sum"
 )
 ROW_OFFSET_FROM_POINT_1_TO_POINT_2: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
     PairState, "history.point_2.tangential_spring_stretch"

@@ -94,8 +94,8 @@ class SceneWorkspace(NamedTuple):
     """State, equations and active contacts of the scenes that the kernel simulates in parallel."""
 
     state: Any
-    """Rows of all lanes: a view of `array_owning_state` without reference count."""
-    array_owning_state: Any
+    """Rows of all lanes: a view of `array_that_owns_state_memory` without reference count."""
+    array_that_owns_state_memory: Any
     """Array that owns the memory of `state`."""
     equation_matrix: Any
     """Submatrices of the equations."""
@@ -146,7 +146,7 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = (
         view_without_reference_counts(scene_arrays.pair_element_and_piece_indices),
-        view_without_reference_counts(scene_arrays.lowest_and_last_index_of_rocking_groups),
+        view_without_reference_counts(scene_arrays.lowest_and_last_listed_element_of_rocking_groups),
         view_without_reference_counts(scene_arrays.piece_vertex_counts),
     )
     shapes, elements, limits = (
@@ -157,9 +157,9 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     initial = view_without_reference_counts(scene_arrays.initial_state_by_scene_variant)
     return SceneArrays(
         initial_state_by_scene_variant=initial,
-        pair_element_and_piece_indices=layout, lowest_and_last_index_of_rocking_groups=parts, piece_vertex_counts=sizes,
-        piece_face_tables=shapes, fall_and_support_table=elements, termination_limits=limits,
-        gravity=scene_arrays.gravity,
+        pair_element_and_piece_indices=layout, lowest_and_last_listed_element_of_rocking_groups=parts,
+        piece_vertex_counts=sizes, piece_face_tables=shapes, fall_and_support_table=elements,
+        termination_limits=limits, gravity=scene_arrays.gravity,
     )  # fmt: skip
 
 

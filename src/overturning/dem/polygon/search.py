@@ -137,13 +137,13 @@ def largest_motion_keeping_nearest_faces(
     face_table_of_a: Any,
     face_table_of_b: Any,
     nearest_face_pair: MostNearlyOppositeFaces,
-    rotation_to_motion_lever_arm: float,
+    lever_arm_for_rotation_in_motion_sum: float,
 ) -> float:
     """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
 
     A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * rotation_to_motion_lever_arm * nearest_face_pair.margin_to_next_scalar_product
+    limit = 0.4 * lever_arm_for_rotation_in_motion_sum * nearest_face_pair.margin_to_next_scalar_product
     for k in range(face_table_of_a.shape[0] + face_table_of_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, face_table_of_a, face_table_of_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
@@ -153,7 +153,9 @@ def largest_motion_keeping_nearest_faces(
         )
         limit = min(
             limit,
-            max(room, 0.4 * rotation_to_motion_lever_arm * other.margin_to_next_scalar_product) if agrees else room,
+            max(room, 0.4 * lever_arm_for_rotation_in_motion_sum * other.margin_to_next_scalar_product)
+            if agrees
+            else room,
         )
     return limit
 
@@ -302,10 +304,10 @@ def add_step_motion_and_count_near_and_due_cases(
         )
         used = (
             old.motion_since_face_search + (first.abs_dx_plus_abs_dz_in_step + second.abs_dx_plus_abs_dz_in_step)
-        ) + old.rotation_to_motion_lever_arm * (first.abs_rotation_in_step + second.abs_rotation_in_step)
+        ) + old.lever_arm_for_rotation_in_motion_sum * (first.abs_rotation_in_step + second.abs_rotation_in_step)
         ahead = used + 2.0 * (
             (one.abs_dx_plus_abs_dz_in_step + two.abs_dx_plus_abs_dz_in_step)
-            + old.rotation_to_motion_lever_arm * (one.abs_rotation_in_step + two.abs_rotation_in_step)
+            + old.lever_arm_for_rotation_in_motion_sum * (one.abs_rotation_in_step + two.abs_rotation_in_step)
         )
         pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = used
         pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j] = ahead

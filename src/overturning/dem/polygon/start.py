@@ -14,7 +14,7 @@ from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces_and_contact_history
 from overturning.dem.polygon.state import (
-    ContactPointLaw,
+    ContactPointConstants,
     SceneBaseAccelerationInSample,
     SceneState,
     StepDecisionAndNextAttempt,
@@ -94,7 +94,7 @@ def write_initial_pair_states(
             else case_parameter_row.friction_coefficient_if_law_has_none
         )
         dashpot = law.dashpot_coefficient * case_parameter_row.dashpot_factor
-        rows.store_contact_law(q, lane, ContactPointLaw(
+        rows.store_contact_law(q, lane, ContactPointConstants(
             law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
             law.flat_landing_duration * dashpot / law.normal_stiffness
         ))  # fmt: skip

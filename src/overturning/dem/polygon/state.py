@@ -24,7 +24,7 @@ class StepContactChangesAsFloats(NamedTuple):
     contact_or_nearest_faces_changed: float
     """A contact opened, closed or moved to another vertex, or the nearest faces of a pair changed."""
     has_wrong_slip_assumption: float
-    has_slip_reversal: float
+    has_velocity_against_assumed_slip: float
     pair_slides_on_both_points: float
     """A pair of elements slides on both of its contact points."""
     has_friction_reversal: float
@@ -227,7 +227,7 @@ class ElementFace(NamedTuple):
     """Place of the second end along the tangent, m."""
 
 
-class ContactPointLaw(NamedTuple):
+class ContactPointConstants(NamedTuple):
     """Contact law at a contact point of two elements: springs, dashpot and friction."""
 
     normal_stiffness: float
@@ -267,7 +267,7 @@ class NearestFacesAndMotionLimits(NamedTuple):
     """Index of a's nearest face; −1 before the first search."""
     face_index_of_b: float
     """Index of b's nearest face; −1 before the first search."""
-    rotation_to_motion_lever_arm: float
+    lever_arm_for_rotation_in_motion_sum: float
     """Lever arm that converts a rotation to motion, m."""
     max_motion_keeping_nearest_faces: float
     """Motion before the nearest faces can change, m."""
@@ -337,7 +337,7 @@ class PairState(NamedTuple):
     nearest_face_of_a: ElementFace
     nearest_face_of_b: ElementFace
     contact_vertex_ranges: VertexContactLimitsAlongOppositeFace
-    contact_law: ContactPointLaw
+    contact_law: ContactPointConstants
     nearest_faces: NearestFacesAndMotionLimits
     history: PairHistory
     signed_friction_coefficient_1: float

@@ -173,7 +173,7 @@ def contact_changes_in_scene_step(scene_state: SceneState) -> StepContactChanges
     findings, long = scene_state.contact_changes, not step_resolves_contact_vibration(scene_state)
     wrong, reverse, back = (
         (findings.has_wrong_slip_assumption > 0.0) & long,
-        (findings.has_slip_reversal > 0.0) & long,
+        (findings.has_velocity_against_assumed_slip > 0.0) & long,
         (findings.has_friction_reversal > 0.0) & long,
     )
     return StepContactChanges(
@@ -181,7 +181,7 @@ def contact_changes_in_scene_step(scene_state: SceneState) -> StepContactChanges
         motion_requires_shorter_step=False,
         may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=wrong,
-        has_slip_reversal=reverse,
+        has_velocity_against_assumed_slip=reverse,
         has_friction_reversal=back,
         slides_on_all_points=findings.pair_slides_on_both_points > 0.0,
         all_contacts_are_closed=False,
@@ -245,7 +245,7 @@ def advance_scene_one_step(
     sum_motions_and_resume_contact_tests(case_states, scene_arrays, active_pairs_and_resume_motions, size)
     kept = 0
     for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
-        p = active_pairs_and_resume_motions.active_pair_indices[n]
+        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
         q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
         near[p] = update_nearest_faces_and_check_possible_contact(
             case_states,
@@ -267,12 +267,12 @@ def advance_scene_one_step(
             )
             add_pair_contact_terms_to_equations(q, a, b, case_states, into, fresh)
         if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs_and_resume_motions):
-            active_pairs_and_resume_motions.active_pair_indices[kept] = p
+            active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[kept] = p
             kept += 1
     active_pairs_and_resume_motions.active_pair_count[0] = kept
     solve_velocity_changes_in_place(case_states, equation_submatrices_of_all_cases, nonzero_pattern, size)
     for n in range(kept):
-        p = active_pairs_and_resume_motions.active_pair_indices[n]
+        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
             add_solved_pair_forces_and_store_trial_history(q, a, b, case_states)
@@ -287,7 +287,7 @@ def advance_scene_one_step(
                 scene_arrays.gravity,
             )
     for n in range(kept):
-        p = active_pairs_and_resume_motions.active_pair_indices[n]
+        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
             store_accepted_pair_history(q, case_states)

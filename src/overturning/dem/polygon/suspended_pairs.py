@@ -28,7 +28,7 @@ MOTION_SUM_MARK_OF_ACTIVE_PAIR: Final = -1.0
 class ActivePairs(NamedTuple):
     """Element pairs tested for contact at each step, and the motions at which distant pairs are tested again."""
 
-    active_pair_indices: Any
+    indices_of_pairs_tested_each_step: Any
     """Indices of the pairs tested at each step, ascending, shape (pairs,); the first `active_pair_count` are valid."""
     may_touch_by_pair: Any
     """True for a pair that could touch in this step, shape (pairs,)."""
@@ -109,7 +109,7 @@ def summed_motion_of_pair(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
-    lever = rows.load_nearest_faces(pair_state_rows, lane).rotation_to_motion_lever_arm
+    lever = rows.load_nearest_faces(pair_state_rows, lane).lever_arm_for_rotation_in_motion_sum
     a, b = (
         rows.load_element_state(element_a_state_rows, lane).motion_since_contact_tests_paused,
         rows.load_element_state(element_b_state_rows, lane).motion_since_contact_tests_paused,
@@ -142,7 +142,7 @@ def add_element_motions_to_pair_motion(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def motion_to_contact_and_lever_arm(pair_state_rows: Any) -> tuple[float, float]:
+def min_motion_to_contact_and_max_lever_arm(pair_state_rows: Any) -> tuple[float, float]:
     """Return the motion (m), least of all cases, after which two elements could touch, and lever arm (m); 0, 0 if near.
 
     The lever arm, the largest of all cases, converts rotation to motion.
@@ -180,7 +180,7 @@ def resume_contact_tests_after_motion(
             add_element_motions_to_pair_motion(q, a, b)
             active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
         if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
-            active_pairs_and_resume_motions.active_pair_indices[count] = p
+            active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[count] = p
             count += 1
         else:
             following = min(following, at)
@@ -239,7 +239,7 @@ def keep_contact_tests_unless_distant(
     active_pairs_and_resume_motions: ActivePairs,
 ) -> bool:
     """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
-    slack, lever = motion_to_contact_and_lever_arm(pair_state_rows)
+    slack, lever = min_motion_to_contact_and_max_lever_arm(pair_state_rows)
     if slack <= 0.0:
         return True
     subtract_element_motions_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)

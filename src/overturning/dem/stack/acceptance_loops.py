@@ -82,7 +82,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             motion_requires_shorter_step=False,
             may_accept_despite_contact_change=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
-            has_slip_reversal=most.has_friction_against_assumed_direction > 0.0,
+            has_velocity_against_assumed_slip=most.has_friction_against_assumed_direction > 0.0,
             has_friction_reversal=most.has_friction_reversal > 0.0,
             slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
             all_contacts_are_closed=steady & (most.has_unloaded_point == 0.0) & (most.has_loaded_joint > 0.0),

@@ -15,6 +15,7 @@ from overturning.dem.kernel.lanes import create_elementwise_tuple_functions, cre
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     POINT_ROW_LAYOUT,
+    AssumedJointFrictionInStep,
     BaseOverhangAtSide,
     ContactNormalSums,
     ContactPointPosition,
@@ -24,7 +25,6 @@ from overturning.dem.stack.joint_state import (
     JointConstants,
     JointEquations,
     JointFrameAxesAndOrigin,
-    JointFrictionInStepEquations,
     JointNormalForceSums,
     JointPointAtStepStartAndEnd,
     JointRelativeMotion,
@@ -97,7 +97,7 @@ load_friction_arm_sum, store_friction_arm_sum, _ = JOINT_ROW_LAYOUT.tuple_reader
 )
 load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
 load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
-load_joint_friction, store_joint_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrictionInStepEquations)
+load_joint_friction, store_joint_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(AssumedJointFrictionInStep)
 load_joint_state, store_joint_state, store_joint_state_unless_rejected = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     JointAtStepStartAndEnd, "at_step_start"
 )
@@ -115,7 +115,7 @@ load_joint_state_at_step_end, store_joint_state_at_step_end, _ = JOINT_ROW_LAYOU
 load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
 load_contact_normal_sums, store_contact_normal_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
 load_point_force_sums, store_point_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    SolvedContactForceSums, "sums_of_points_at_step_end"
+    SolvedContactForceSums, "point_force_and_impulse_sums_at_step_end"
 )
 
 load_clipped_side, store_clipped_side, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(SidePartInContactPatch)

@@ -195,9 +195,9 @@ def clip_lower_side_and_update_overhang(
                 max_base_corner_overhang=beyond
                 if beyond > rim.max_base_corner_overhang
                 else rim.max_base_corner_overhang,
-                contact_normal_slope_at_part_begin=slope
+                contact_normal_slope_where_clipped_part_begins=slope
                 if new.begin_side_fraction > old.begin_side_fraction
-                else rim.contact_normal_slope_at_part_begin,
+                else rim.contact_normal_slope_where_clipped_part_begins,
                 contact_normal_slope_at_part_end=slope
                 if new.end_side_fraction < old.end_side_fraction
                 else rim.contact_normal_slope_at_part_end,

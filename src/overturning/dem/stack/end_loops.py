@@ -167,7 +167,7 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, l
         x = place.x_in_joint_frame - total.normal_force_times_x * one
         y = place.y_in_joint_frame - total.normal_force_times_y * one
         arm = (
-            load_friction_arm_sum(joint_rows, j).force_times_pressure_centre_distance
+            load_friction_arm_sum(joint_rows, j).force_times_distance_from_pressure_centre
             + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         )
         store_friction_arm_sum(joint_rows, j, SumOfNormalForceTimesCentreDistance(arm))
@@ -196,7 +196,7 @@ def compute_joint_forces_and_add_to_stones(
             load_joint_friction(joint_rows, j),
             (
                 load_point_force_sums(joint_rows, j),
-                load_friction_arm_sum(joint_rows, j).force_times_pressure_centre_distance,
+                load_friction_arm_sum(joint_rows, j).force_times_distance_from_pressure_centre,
             ),
             (change.force_or_velocity, change.moment_or_angular_velocity),
             load_joint_state(joint_rows, j),

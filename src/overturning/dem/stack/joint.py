@@ -15,10 +15,10 @@ from overturning.dem.body.vectors import Matrix3, Vector3, plus
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.stack.joint_state import (
+    AssumedJointFrictionInStep,
     JointConstants,
     JointContactState,
     JointEquations,
-    JointFrictionInStepEquations,
     JointNormalForceSums,
     JointRelativeMotion,
     JointStepConditions,
@@ -110,7 +110,7 @@ def spring_stretch_after_step(
 def predict_friction(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
     joint_state_at_step_start: JointContactState, step_conditions: JointStepConditions,
-) -> JointFrictionInStepEquations:  # fmt: skip
+) -> AssumedJointFrictionInStep:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations."""
     joint, frame, sums, previous = joint_constants, relative_motion, normal_force_sums, joint_state_at_step_start
     half_step, forces_decide_contact, lands_flat, centre_height = step_conditions
@@ -142,7 +142,7 @@ def predict_friction(
     dt = -slip.twist_times_radius if drifts else direction.twist_times_radius
     cz = centre_height * (1.0 - joint.tilting_friction_share_in_flat_landing) if drifts else 0.0
     in_contact, sliding = (1.0 if loaded else 0.0), (1.0 if loaded & slides else 0.0)
-    return JointFrictionInStepEquations(
+    return AssumedJointFrictionInStep(
         cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentTwistVector(dx, dy, dt)
     )
 
@@ -151,7 +151,7 @@ def predict_friction(
 def joint_equation_terms(
     joint_constants: JointConstants,
     normal_force_sums: JointNormalForceSums,
-    assumed_friction: JointFrictionInStepEquations,
+    assumed_friction: AssumedJointFrictionInStep,
     half_step_length_s: float,
     friction_limiting_normal_force: float,
 ) -> JointEquations:
@@ -290,7 +290,7 @@ def compare_friction_with_assumption(
 @njit(**INLINE_OPTIONS)
 def solve_joint_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion,
-    assumed_friction: JointFrictionInStepEquations,
+    assumed_friction: AssumedJointFrictionInStep,
     point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
     step_conditions: JointStepConditions,

@@ -182,10 +182,10 @@ class JointNormalForceSums(NamedTuple):
 class SumOfNormalForceTimesCentreDistance(NamedTuple):
     """Sum, over the contact points of two stones, of normal force × distance from the centre of pressure, N·m."""
 
-    force_times_pressure_centre_distance: float
+    force_times_distance_from_pressure_centre: float
 
 
-class JointFrictionInStepEquations(NamedTuple):
+class AssumedJointFrictionInStep(NamedTuple):
     """Friction between two stones assumed in a step's equations: point of action, spring stretch, direction."""
 
     friction_application_point_x: float
@@ -259,7 +259,7 @@ class BaseOverhangAtSide(NamedTuple):
 
     max_base_corner_overhang: float
     """Largest distance by which a corner of the upper base lies beyond the side, m."""
-    contact_normal_slope_at_part_begin: float
+    contact_normal_slope_where_clipped_part_begins: float
     """Slope of the contact normal across the side where its clipped part begins; 0 for a vertical normal."""
     contact_normal_slope_at_part_end: float
     """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
@@ -334,13 +334,13 @@ class NormalForceAndEarlyContactImpulseSums(NamedTuple):
 class SolvedContactForceSums(NamedTuple):
     """Sums over all contact points of two stones of normal forces and impulses from a step's solved equations."""
 
-    sums_of_points_at_step_end: NormalForceAndEarlyContactImpulseSums
+    point_force_and_impulse_sums_at_step_end: NormalForceAndEarlyContactImpulseSums
 
 
 JOINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, FlatLandingTimesAndPointHeights,
     JointFrameAxesAndOrigin, ContactNormalSums, JointRelativeMotion, JointNormalForceSums,
-    SumOfNormalForceTimesCentreDistance, JointFrictionInStepEquations, JointEquations, SolvedContactForceSums
+    SumOfNormalForceTimesCentreDistance, AssumedJointFrictionInStep, JointEquations, SolvedContactForceSums
 )  # fmt: skip
 POINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT,

@@ -144,7 +144,7 @@ def repeat_last_row_if_any_stone_fell(
     return np.concatenate([trajectory_rows, more])
 
 
-def fill_in_free_flights(trajectory_rows: FloatArray, stones: list[StackStone]) -> None:
+def fill_in_free_flight_of_fallen_stones(trajectory_rows: FloatArray, stones: list[StackStone]) -> None:
     """Fill in, in each row in which a stone is not simulated, its pose in free flight until it meets the ground.
 
     A stone that has fallen is not simulated any more; its path is drawn only.
@@ -156,12 +156,12 @@ def fill_in_free_flights(trajectory_rows: FloatArray, stones: list[StackStone]) 
         gone = np.flatnonzero(columns[:, index, 13] == 0.0)
         if gone.size:
             begin = max(int(gone[0]) - 1, 0)
-            _fill_in_stone_free_flight(
+            _fill_in_stone_poses_in_free_flight(
                 columns[begin:, index], trajectory_rows[begin:, :TRAJECTORY_COLUMN_COUNT_BEFORE_STONES], stone
             )
 
 
-def _fill_in_stone_free_flight(
+def _fill_in_stone_poses_in_free_flight(
     stone_trajectory_columns: FloatArray, time_and_base_acceleration_columns: FloatArray, stone: StackStone
 ) -> None:
     """Fill in the poses of a stone in free flight after the first row, until the stone meets the ground.

@@ -32,14 +32,14 @@ from overturning.dem.stack.path import (
     TRAJECTORY_COLUMN_COUNT_BEFORE_STONES,
     TRAJECTORY_COLUMN_COUNT_PER_STONE,
     StackTrajectory,
-    fill_in_free_flights,
+    fill_in_free_flight_of_fallen_stones,
     repeat_last_row_if_any_stone_fell,
 )
 from overturning.dem.stack.results import outcome_variables_of_stacks
 from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.stack.statics import (
-    JointConstantsOfStack,
+    ContactSpringsAndPatchesOfStack,
     base_x_offsets_from_support_at_rest,
     eigenvalue_bound_factor_for_inertia_products,
     joint_constants_of_stack,
@@ -170,7 +170,7 @@ class StackSimulationPlan(SimulationPlan3D):
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
         for column in (1, 2, 3):
             longer[new, column] = np.interp(longer[new, 0], samples, at_rest[:, column], right=0.0)
-        fill_in_free_flights(longer, self._stones_of_first_case)
+        fill_in_free_flight_of_fallen_stones(longer, self._stones_of_first_case)
         return longer
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
@@ -209,7 +209,7 @@ def _check_stack_arguments(cases: Cases, numerics: NumericalOptions) -> None:
 
 def _rest_limit_to_onset_acceleration_ratio_by_case(
     stones_by_stack: list[list[StackStone]],
-    joint_constants_by_stack: list[JointConstantsOfStack],
+    joint_constants_by_stack: list[ContactSpringsAndPatchesOfStack],
     stack_index_by_case: NDArray[np.int64],
     dashpot_factor_by_case: FloatArray,
     sampling_interval_s: float,
@@ -238,7 +238,7 @@ def _rest_limit_to_onset_acceleration_ratio_by_case(
     )
 
 
-def _least_overturning_energy_over_joints(joint_constants: JointConstantsOfStack) -> float:
+def _least_overturning_energy_over_joints(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return the smallest energy (J) that overturns all stones above a joint of a stack over its nearest side."""
     return min(
         patch.mass_above
@@ -273,14 +273,14 @@ def _face_corner_table(stones_by_stack: list[list[StackStone]]) -> FloatArray:
     return outlines
 
 
-def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> float:
+def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return an upper bound of the highest squared angular frequency of a stack on its contact springs, 1/s²."""
     scale_factors = scale_factors_for_unit_mass_matrix(stones)
     stiffness = scaled_stiffness_matrix_of_stack_at_rest(stones, joint_constants, scale_factors)
     return highest_eigenvalue(stiffness) * eigenvalue_bound_factor_for_inertia_products(stones)
 
 
-def _longest_rocking_time_constant_s(joint_constants: JointConstantsOfStack) -> float:
+def _longest_rocking_time_constant_s(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
     half_width = joint_constants.min_side_distances_from_mass_centre_above
     return float(rocking_time_constant(2.0 * half_width, 2.0 * joint_constants.mass_centre_heights_above_joints).max())

@@ -139,7 +139,9 @@ def add_rim_points_to_mean_normal_sums(
         # Sides that cross at a small angle would have a horizontal normal.
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
         begin = full * (
-            rim.contact_normal_slope_at_part_begin if rim.contact_normal_slope_at_part_begin < most else most
+            rim.contact_normal_slope_where_clipped_part_begins
+            if rim.contact_normal_slope_where_clipped_part_begins < most
+            else most
         )
         last = full * (rim.contact_normal_slope_at_part_end if rim.contact_normal_slope_at_part_end < most else most)
         loads = add_point_to_contact_normal_sums(

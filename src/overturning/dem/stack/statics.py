@@ -29,7 +29,7 @@ MIN_FALL_TILT_OF_STONE_RAD: Final = np.pi / 3.0
 
 
 @dataclass(frozen=True)
-class JointConstantsOfStack:
+class ContactSpringsAndPatchesOfStack:
     """Contact constants of each stone of a stack with its support, from the lowest stone up."""
 
     joint_table: NDArray[np.void]  # constants, of type `JOINT_TABLE_DTYPE`, without friction; shape (joints,)
@@ -52,7 +52,9 @@ class JointConstantsOfStack:
         return np.array([patch.height_of_centre_of_all_mass_above for patch in self.contact_patches])
 
 
-def joint_constants_of_stack(stones: list[StackStone], contact_properties: VertexContact) -> JointConstantsOfStack:
+def joint_constants_of_stack(
+    stones: list[StackStone], contact_properties: VertexContact
+) -> ContactSpringsAndPatchesOfStack:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
     rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
     above = np.array([patch.mass_above for patch in patches])
@@ -77,13 +79,13 @@ def joint_constants_of_stack(stones: list[StackStone], contact_properties: Verte
         MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH * width,
         MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
     )
-    table = JointConstantsOfStack(rows, penetration, patches)
+    table = ContactSpringsAndPatchesOfStack(rows, penetration, patches)
     _fill_in_contact_loads_at_rest(stones, table)
     return table
 
 
 def stone_constants_and_initial_states_table(
-    stones: list[StackStone], joint_constants: JointConstantsOfStack
+    stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack
 ) -> NDArray[np.void]:
     """Return constants and initial states of a stack's stones at rest, of type `STONE_TABLE_DTYPE`, shape (stones,)."""
     table, level = np.zeros(len(stones), STONE_TABLE_DTYPE), 0.0
@@ -200,7 +202,7 @@ def _relative_displacement_matrix_at_corner(
 
 def scaled_stiffness_matrix_of_stack_at_rest(
     stones: list[StackStone],
-    joint_constants: JointConstantsOfStack,
+    joint_constants: ContactSpringsAndPatchesOfStack,
     unit_mass_scale_factors: FloatArray,
     corner_carries_load_by_joint: list[NDArray[np.bool_]] | None = None,
 ) -> FloatArray:
@@ -241,7 +243,9 @@ def eigenvalue_bound_factor_for_inertia_products(stones: list[StackStone]) -> fl
     return 1.0 / (1.0 - max(correlation))
 
 
-def static_displacements_and_rotations(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> FloatArray:
+def static_displacements_and_rotations(
+    stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack
+) -> FloatArray:
     """Return displacement (m) and rotation (rad) of each stone under its own weight and load, shape (stones, 6).
 
     A corner of a patch whose spring would pull carries nothing; the other corners then carry more.
@@ -268,7 +272,7 @@ def static_displacements_and_rotations(stones: list[StackStone], joint_constants
 
 
 def _penetrations_at_patch_corners(
-    stones: list[StackStone], joint_constants: JointConstantsOfStack, displacements_and_rotations: FloatArray
+    stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack, displacements_and_rotations: FloatArray
 ) -> list[FloatArray]:
     """Return the penetration at the corners of each contact patch of a stack, m; negative at open corners.
 
@@ -285,7 +289,7 @@ def _penetrations_at_patch_corners(
     ]
 
 
-def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> None:
+def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack) -> None:
     """Set each contact's normal force, centre of pressure and mean distance of forces from it, for a stack at rest."""
     depths = _penetrations_at_patch_corners(
         stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
@@ -303,7 +307,7 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: Jo
         row["mean_force_distance_from_pressure_centre"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
 
 
-def spring_energy_at_rest(stones: list[StackStone], joint_constants: JointConstantsOfStack) -> float:
+def spring_energy_at_rest(stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return the energy of the normal springs of all contacts of a stack that stands at rest, J."""
     depths = _penetrations_at_patch_corners(
         stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
@@ -317,7 +321,7 @@ def spring_energy_at_rest(stones: list[StackStone], joint_constants: JointConsta
 
 
 def motion_onset_acceleration_g_by_case(
-    joint_constants: JointConstantsOfStack, friction_by_case_and_joint: FloatArray
+    joint_constants: ContactSpringsAndPatchesOfStack, friction_by_case_and_joint: FloatArray
 ) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 

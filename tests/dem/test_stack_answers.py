@@ -99,7 +99,7 @@ def test_an_overhanging_stone_stays_at_rest_while_its_centre_is_supported(offset
     assert Stack(shaft_off_centre(offset)).rotational_symmetry_period_deg == 360.0
 
 
-def test_an_overhanging_stone_tips_over_the_rim_below_above_the_static_limit() -> None:
+def test_an_overhanging_stone_tips_over_the_rim_only_above_the_static_limit() -> None:
     """The shaft's centre is 0.05 m from the rim and 0.3 m above it: it tips at g/6 towards the rim."""
     below, above = (
         simulate_stack(shaft_off_centre(0.2), acceleration_components_with_plateau(-share / 6.0, 0.0), [0.0], 3.0)

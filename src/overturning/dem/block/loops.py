@@ -157,15 +157,19 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
-    load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused)
+    load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockState, unused_fields=unused
+    )
     load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         NextStepToAttempt, unused_fields=unused
     )
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).store
-    load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
-    load_energy_account, _, store_energy_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount)
+    load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+    load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockEnergyAccount
+    )
     load_predicted_block = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPredictedAtStepEnd, unused_fields=unused).load
     load_velocity_correction = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockStepEndVelocityCorrection, unused_fields=unused
@@ -216,9 +220,9 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
             )
             store_next_step_to_attempt(state, j, attempt)
             store_assumed_slip(state, j, assumed)
-            store_state(state, j, again, accepted.state)
-            store_peaks(state, j, again, accepted.peaks)
-            store_energy_account(state, j, again, accepted.energy_account)
+            store_state_unless_rejected(state, j, again, accepted.state)
+            store_peaks_unless_rejected(state, j, again, accepted.peaks)
+            store_energy_account_unless_rejected(state, j, again, accepted.energy_account)
 
     return accept_or_reject_block_steps
 

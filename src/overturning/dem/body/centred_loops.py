@@ -67,11 +67,13 @@ from overturning.dem.kernel.lanes import (
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
 load_shaking = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
-load_state, _, store_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
+load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
-load_peaks, _, store_peaks = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
-load_energy_account, _, store_energy_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount)
+load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
+load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BodyEnergyAndMomentumAccount
+)
 load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
 load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndSlipAssumptionFlags)
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
@@ -86,10 +88,10 @@ load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_read
 load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
 add_equations = create_elementwise_tuple_functions(ContactForcesAndNegatedVelocityDerivatives).plus
 add_sum = create_elementwise_tuple_functions(ContactForceAndMomentSum).plus
-larger_of = create_elementwise_tuple_functions(BodyContactChangesInStep).largest
+larger_contact_changes = create_elementwise_tuple_functions(BodyContactChangesInStep).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
-load_point_state_at_step_start, _, store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPointAtStepStartAndEnd, "at_step_start"
+load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
+    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start")
 )
 load_predicted_point, store_predicted_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
 load_state_at_step_end, store_state_at_step_end, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
@@ -258,11 +260,11 @@ def compute_point_pair_forces_and_new_states(
         )
         store_state_at_step_end(point_rows, j, next_a)
         store_state_at_step_end(opposite_rows, j, next_b)
-        forces, findings = add_sum(a, b), larger_of(findings_a, findings_b)
+        forces, findings = add_sum(a, b), larger_contact_changes(findings_a, findings_b)
         if none_if_first_pair is not None:
             forces, findings = (
                 add_sum(load_contact_force_sum(body_states, j), forces),
-                larger_of(load_contact_changes(body_states, j), findings),
+                larger_contact_changes(load_contact_changes(body_states, j), findings),
             )
         store_contact_force_sum(body_states, j, forces)
         store_contact_changes(body_states, j, findings)
@@ -300,9 +302,9 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         store_rejection(
             body_states, j, StepRejectionAndSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
-        store_state(body_states, j, again, accepted.state)
-        store_peaks(body_states, j, again, accepted.peak_values_so_far)
-        store_energy_account(body_states, j, again, accepted.energy_account)
+        store_state_unless_rejected(body_states, j, again, accepted.state)
+        store_peaks_unless_rejected(body_states, j, again, accepted.peak_values_so_far)
+        store_energy_account_unless_rejected(body_states, j, again, accepted.energy_account)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -310,7 +312,7 @@ def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows
     """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
     for j in range(assume_vector_multiple(lane_count)):
         new, rejected = load_state_at_step_end(point_rows, j), load_rejection(body_states, j)
-        store_point_state_at_step_start(point_rows, j, rejected.is_step_rejected > 0.0, new)
+        store_point_state_at_step_start_unless_rejected(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
             point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j],

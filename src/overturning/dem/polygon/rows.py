@@ -107,7 +107,7 @@ _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults, "history_after_step"
 )
 
-# Rows that are accessed singly. SECOND is the offset from a row of the history of contact point 1 to that of point 2.
+# Rows that are accessed singly.
 _CASE_FIELD_PATHS = (
     "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
     "interval_index_of_last_case_end_test slide_end.sample_or_zero_before_known current_attempt.length_in_ticks "

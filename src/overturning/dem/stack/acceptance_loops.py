@@ -44,7 +44,7 @@ from overturning.dem.stack.access import (
     store_energy_account_unless_rejected,
     store_joint_state_unless_rejected,
     store_next_step_to_attempt,
-    store_peaks_unless,
+    store_peaks_unless_rejected,
     store_point_state_unless_rejected,
     store_rejection,
     store_stone_state_unless_rejected,
@@ -153,7 +153,7 @@ def store_stone_and_energy_if_step_accepted(
                 contact_moment_per_mass=moment,
             ),
         )
-        store_peaks_unless(stone_rows, j, skip, StonePeakTilt(
+        store_peaks_unless_rejected(stone_rows, j, skip, StonePeakTilt(
             updated_maximum(peaks.peak_lean_squared_sine, lean),
             select(
                 lean < constants.critical_lean_squared_sine_on_contact_at_rest, tick, peaks.last_upright_tick_in_sample

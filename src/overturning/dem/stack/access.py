@@ -52,7 +52,16 @@ from overturning.dem.stack.state import (
     StoneVelocityCorrection,
 )
 
-slice_stone_rows = create_window_slicer(STONE_ROW_LAYOUT.array_length, CASE_ROW_LAYOUT.array_length)
+CASE_ARRAY_LENGTH: Final = CASE_ROW_LAYOUT.array_length
+"""Number of values in the state array that hold the rows of a case without stones and joints, over all lanes."""
+STONE_ARRAY_LENGTH: Final = STONE_ROW_LAYOUT.array_length
+"""Number of values in the state array that hold one stone, over all lanes."""
+JOINT_ARRAY_LENGTH: Final = JOINT_ROW_LAYOUT.array_length
+"""Number of values in the state array that hold one joint without its contact points, over all lanes."""
+POINT_ARRAY_LENGTH: Final = POINT_ROW_LAYOUT.array_length
+"""Number of values in the state array that hold one contact point, over all lanes."""
+
+slice_stone_rows = create_window_slicer(STONE_ARRAY_LENGTH, CASE_ARRAY_LENGTH)
 """Return the rows of a stone."""
 
 load_energy_account, store_energy_account, store_energy_account_unless_rejected = (
@@ -84,7 +93,7 @@ load_eliminated_solution, store_eliminated_solution, _ = STONE_ROW_LAYOUT.tuple_
     EliminatedStoneSolution
 )
 load_fall_state, store_fall_state, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
-load_peaks, store_peaks, store_peaks_unless = STONE_ROW_LAYOUT.tuple_reader_and_writer(StonePeakTilt)
+load_peaks, store_peaks, store_peaks_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(StonePeakTilt)
 load_predicted_stone, store_predicted_stone, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
 load_stone_state, store_stone_state, store_stone_state_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
     StoneState
@@ -129,10 +138,10 @@ load_point_state, _, store_point_state_unless_rejected = POINT_ROW_LAYOUT.tuple_
     JointPointAtStepStartAndEnd, "at_step_start"
 )
 
-add_losses = create_elementwise_tuple_functions(ContactEnergyLosses).plus
-no_losses = create_elementwise_tuple_functions(ContactEnergyLosses).zero
-larger_of = create_elementwise_tuple_functions(StackContactChangesInStep).largest
-no_findings = create_elementwise_tuple_functions(StackContactChangesInStep).zero
+add_energy_losses = create_elementwise_tuple_functions(ContactEnergyLosses).plus
+zero_energy_losses = create_elementwise_tuple_functions(ContactEnergyLosses).zero
+larger_contact_changes = create_elementwise_tuple_functions(StackContactChangesInStep).largest
+no_contact_changes = create_elementwise_tuple_functions(StackContactChangesInStep).zero
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")
 """Array index, in the rows of a stone, at which the flags `StoneFallState.is_still_simulated` start."""

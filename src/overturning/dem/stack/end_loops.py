@@ -1,10 +1,11 @@
 """Loops over the stacks computed in parallel that compute contact forces and states at the end of a step."""
 
 import math
-from typing import Any, Final
+from typing import Any
 
 from numba import njit
 
+from overturning.dem.body.centred import step_is_short_enough_for_predicted_forces
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -15,7 +16,6 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
@@ -26,8 +26,8 @@ from overturning.dem.kernel.lanes import (
 from overturning.dem.stack.access import (
     STIFFNESS_SHARE_ROW_OFFSET,
     USES_NON_CORNER_AT_STEP_END_ROW_OFFSET,
-    add_losses,
-    larger_of,
+    add_energy_losses,
+    larger_contact_changes,
     load_clock_within_sample,
     load_contact_changes,
     load_energy_losses,
@@ -81,8 +81,6 @@ from overturning.dem.stack.state import (
 
 add_point_force_and_impulse = create_elementwise_tuple_functions(NormalForceAndEarlyContactImpulseSums).plus
 zero_point_force_and_impulse = create_elementwise_tuple_functions(NormalForceAndEarlyContactImpulseSums).zero
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
-"""Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -152,8 +150,8 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
         )  # fmt: skip
         store_point_state_at_step_end(point_rows, j, new)
         store_point_force_sums(joint_rows, j, add_point_force_and_impulse(load_point_force_sums(joint_rows, j), end))
-        store_contact_changes(case_rows, j, larger_of(load_contact_changes(case_rows, j), findings))
-        store_energy_losses(case_rows, j, add_losses(load_energy_losses(case_rows, j), losses))
+        store_contact_changes(case_rows, j, larger_contact_changes(load_contact_changes(case_rows, j), findings))
+        store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -186,9 +184,8 @@ def compute_joint_forces_and_add_to_stones(
     for j in range(assume_vector_multiple(lane_count)):
         change = load_joint_force_or_velocity_change(joint_rows, j)
         flat = stone_base_lands_flat(load_flat_landing_state(joint_rows, j))
-        fine = (
-            load_next_step_to_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_step_control(case_rows, j).shortest_step_ticks
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         at_end, early, findings, losses, new = solve_joint_contact(
             load_joint_constants(joint_rows, j),
@@ -208,8 +205,8 @@ def compute_joint_forces_and_add_to_stones(
             ),
         )
         store_joint_state_at_step_end(joint_rows, j, new)
-        store_contact_changes(case_rows, j, larger_of(load_contact_changes(case_rows, j), findings))
-        store_energy_losses(case_rows, j, add_losses(load_energy_losses(case_rows, j), losses))
+        store_contact_changes(case_rows, j, larger_contact_changes(load_contact_changes(case_rows, j), findings))
+        store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
         stone, total = load_predicted_stone(upper_stone_rows, j), load_force_sums(upper_stone_rows, j)
         if none_unless_on_ground is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)

@@ -26,6 +26,10 @@ from overturning.dem.kernel.ending import (
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
+    CASE_ARRAY_LENGTH,
+    JOINT_ARRAY_LENGTH,
+    POINT_ARRAY_LENGTH,
+    STONE_ARRAY_LENGTH,
     load_case_progress,
     load_clock_within_sample,
     load_energy_account,
@@ -42,7 +46,7 @@ from overturning.dem.stack.access import (
     store_energy_account,
     store_fall_state,
 )
-from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT, squared_length
+from overturning.dem.stack.joint_state import squared_length
 from overturning.dem.stack.rest import (
     all_contact_points_carry_load,
     onset_acceleration_g_of_current_stack_state,
@@ -50,7 +54,6 @@ from overturning.dem.stack.rest import (
 )
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
-    STONE_ROW_LAYOUT,
     StackEnergyAccount,
     StoneConstants,
     StoneFallState,
@@ -60,10 +63,6 @@ from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE_ARRAY_LENGTH, STONE_ARRAY_LENGTH, JOINT_ARRAY_LENGTH, POINT_ARRAY_LENGTH = (
-    CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
-    JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
-)  # fmt: skip
 INITIAL_ENERGY_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy")
 CURRENT_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
 SLIDE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(SlidingCaseEnd, "sample_or_zero_before_known")

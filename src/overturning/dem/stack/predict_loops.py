@@ -1,9 +1,10 @@
 """Loops over the stacks computed in parallel that predict a step and solve its equations."""
 
-from typing import Any, Final
+from typing import Any
 
 from numba import njit
 
+from overturning.dem.body.centred import step_is_short_enough_for_predicted_forces
 from overturning.dem.body.state import (
     LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
     rotation_and_angular_velocity_after_step,
@@ -16,7 +17,6 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     scale_vector,
 )
-from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample as push_at
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
@@ -46,8 +46,7 @@ from overturning.dem.stack.access import (
     load_stone_constants,
     load_stone_state,
     load_velocity_correction,
-    no_findings,
-    no_losses,
+    no_contact_changes,
     store_clock_within_sample,
     store_contact_changes,
     store_diagonal_block,
@@ -62,6 +61,7 @@ from overturning.dem.stack.access import (
     store_predicted_stone,
     store_stone_axes,
     store_velocity_correction,
+    zero_energy_losses,
 )
 from overturning.dem.stack.joint import joint_equation_terms, predict_friction
 from overturning.dem.stack.joint_point import (
@@ -95,12 +95,10 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_normal = create_elementwise_tuple_functions(JointNormalForceSums).plus
+add_normal_force_sums = create_elementwise_tuple_functions(JointNormalForceSums).plus
 no_normal = create_elementwise_tuple_functions(JointNormalForceSums).zero
 no_sum = create_elementwise_tuple_functions(StoneContactForceSums).zero
 no_wrench = create_elementwise_tuple_functions(Wrench).zero
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = STACK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
-"""Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -158,8 +156,8 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
                 time.ticks_since_sample_start, 0.5 * (load_stack_limits(case_rows, j).tick_length_s * length)
             ),
         )
-        store_contact_changes(case_rows, j, no_findings())
-        store_energy_losses(case_rows, j, no_losses())
+        store_contact_changes(case_rows, j, no_contact_changes())
+        store_energy_losses(case_rows, j, zero_energy_losses())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -235,15 +233,14 @@ def predict_point_force_and_add_to_joint_sums(
         old = load_point_state(point_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
-        fine = (
-            load_next_step_to_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_step_control(case_rows, j).shortest_step_ticks
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         pressure, on = predicted_force_per_share_and_contact_flag(
             joint, frame, place, old, (fine, stone_base_lands_flat(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
-        store_normal_force_sums(joint_rows, j, add_normal(load_normal_force_sums(joint_rows, j), terms))
+        store_normal_force_sums(joint_rows, j, add_normal_force_sums(load_normal_force_sums(joint_rows, j), terms))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -258,9 +255,8 @@ def predict_joint_friction_and_equations(
         old = load_joint_state(joint_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         flat = stone_base_lands_flat(load_flat_landing_state(joint_rows, j))
-        fine = (
-            load_next_step_to_attempt(case_rows, j).length_in_ticks
-            <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * load_step_control(case_rows, j).shortest_step_ticks
+        fine = step_is_short_enough_for_predicted_forces(
+            load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         foot = load_stone_constants(upper_stone_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, JointStepConditions(half, fine, flat, foot))

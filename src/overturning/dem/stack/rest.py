@@ -23,6 +23,10 @@ from overturning.dem.kernel.ending import (
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
+    CASE_ARRAY_LENGTH,
+    JOINT_ARRAY_LENGTH,
+    POINT_ARRAY_LENGTH,
+    STONE_ARRAY_LENGTH,
     load_fall_state,
     load_flat_landing_state,
     load_joint_constants,
@@ -36,19 +40,14 @@ from overturning.dem.stack.access import (
     load_stone_state,
     slice_stone_rows,
 )
-from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.landing import (
     MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION,
     MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
 )
-from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
+from overturning.dem.stack.state import CASE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
 from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE_ARRAY_LENGTH = CASE_ROW_LAYOUT.array_length
-STONE_ARRAY_LENGTH = STONE_ROW_LAYOUT.array_length
-JOINT_ARRAY_LENGTH = JOINT_ROW_LAYOUT.array_length
-POINT_ARRAY_LENGTH = POINT_ROW_LAYOUT.array_length
 MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
     StackRestFlagAndLimits, "may_be_at_rest_at_sample_start"
 )

@@ -22,6 +22,8 @@ from overturning.dem.kernel.ground import (
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
 from overturning.dem.stack.access import (
+    CASE_ARRAY_LENGTH,
+    STONE_ARRAY_LENGTH,
     load_case_progress,
     load_fall_state,
     load_rest_flag_and_limits,
@@ -35,10 +37,6 @@ from overturning.dem.stack.ending import (
     stone_state_sum_for_finite_check,
     stop_fallen_stones_and_return_status,
     write_stack_results,
-)
-from overturning.dem.stack.joint_state import (
-    JOINT_ROW_LAYOUT,
-    POINT_ROW_LAYOUT,
 )
 from overturning.dem.stack.path import write_stack_trajectory_row
 from overturning.dem.stack.rest import (
@@ -56,10 +54,6 @@ from overturning.dem.stack.state import (
 )
 from overturning.dem.stack.step import attempt_time_steps_of_stacks, state_array_length_per_joint
 
-CASE_ARRAY_LENGTH, STONE_ARRAY_LENGTH, JOINT_ARRAY_LENGTH, POINT_ARRAY_LENGTH = (
-    CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
-    JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
-)  # fmt: skip
 TICKS_SINCE_SAMPLE_START_ROW, CURRENT_SAMPLE_ROW, INITIAL_ENERGY_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_since_sample_start"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),

@@ -10,6 +10,10 @@ from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
+    CASE_ARRAY_LENGTH,
+    JOINT_ARRAY_LENGTH,
+    POINT_ARRAY_LENGTH,
+    STONE_ARRAY_LENGTH,
     slice_stone_rows,
     store_case_progress,
     store_face_corner,
@@ -25,17 +29,13 @@ from overturning.dem.stack.access import (
     store_stone_state,
 )
 from overturning.dem.stack.joint_state import (
-    JOINT_ROW_LAYOUT,
-    POINT_ROW_LAYOUT,
     FaceCorner,
     JointConstants,
     JointContactState,
     TangentTwistVector,
 )
 from overturning.dem.stack.state import (
-    CASE_ROW_LAYOUT,
     PARALLEL_CASE_COUNT,
-    STONE_ROW_LAYOUT,
     StackRestFlagAndLimits,
     StackTickLengthAndLimits,
     StoneConstants,
@@ -44,11 +44,6 @@ from overturning.dem.stack.state import (
     StoneState,
 )
 from overturning.dem.stack.step import state_array_length_per_joint
-
-CASE_ARRAY_LENGTH, STONE_ARRAY_LENGTH, JOINT_ARRAY_LENGTH, POINT_ARRAY_LENGTH = (
-    CASE_ROW_LAYOUT.array_length, STONE_ROW_LAYOUT.array_length,
-    JOINT_ROW_LAYOUT.array_length, POINT_ROW_LAYOUT.array_length,
-)  # fmt: skip
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -11,6 +11,13 @@ from overturning.dem.stack.acceptance_loops import (
     store_joint_states_after_accepted_steps,
     store_stone_and_energy_if_step_accepted,
 )
+from overturning.dem.stack.access import (
+    CASE_ARRAY_LENGTH,
+    JOINT_ARRAY_LENGTH,
+    POINT_ARRAY_LENGTH,
+    STONE_ARRAY_LENGTH,
+    slice_stone_rows,
+)
 from overturning.dem.stack.clip import (
     clip_base_sides_and_add_patch_perimeter,
     clip_lower_sides_and_add_patch_perimeter,
@@ -23,7 +30,6 @@ from overturning.dem.stack.end_loops import (
     mark_joints_that_use_a_non_corner_point,
     store_joint_velocity_change_and_clear_sums,
 )
-from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, POINT_ROW_LAYOUT
 from overturning.dem.stack.patch import (
     any_stack_uses_contact_point,
     place_contact_points_of_partial_patch,
@@ -49,12 +55,6 @@ from overturning.dem.stack.rim import (
     rotate_contact_frame_to_mean_normal,
     sum_contact_normals,
 )
-from overturning.dem.stack.state import CASE_ROW_LAYOUT, STONE_ROW_LAYOUT
-
-CASE_ARRAY_LENGTH = CASE_ROW_LAYOUT.array_length
-STONE_ARRAY_LENGTH = STONE_ROW_LAYOUT.array_length
-JOINT_ARRAY_LENGTH = JOINT_ROW_LAYOUT.array_length
-POINT_ARRAY_LENGTH = POINT_ROW_LAYOUT.array_length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -158,9 +158,7 @@ def store_accepted_stack_states(
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
     case, first = stack_states[:CASE_ARRAY_LENGTH], CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
     for s in range(stone_count):
-        stone = stack_states[
-            CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
-        ]
+        stone = slice_stone_rows(stack_states, s)
         if s == 0:
             store_stone_and_energy_if_step_accepted(case, stone, lane_count, 1)
         else:
@@ -191,14 +189,10 @@ def attempt_time_steps_of_stacks(
     for _ in range(attempted_step_count):
         start_step_and_predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
-            stone = stack_states[
-                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
-            ]
+            stone = slice_stone_rows(stack_states, s)
             predict_stone_motion_and_equations(case, stone, lane_count)
         for s in range(stone_count):
-            stone = stack_states[
-                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
-            ]
+            stone = slice_stone_rows(stack_states, s)
             at = first + s * size
             joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
             points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
@@ -215,9 +209,7 @@ def attempt_time_steps_of_stacks(
                     lane_count,
                 )
             else:
-                lower = stack_states[
-                    CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
-                ]
+                lower = slice_stone_rows(stack_states, s - 1)
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_count_by_stone[s]), int(corner_count_by_stone[s - 1]))
                 predict_contact_points_and_patch_forces(
@@ -225,36 +217,22 @@ def attempt_time_steps_of_stacks(
                 )
                 rotate_joint_equations_to_ground_axes(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
-            stone = stack_states[
-                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
-            ]
-            lower = stack_states[
-                CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
-            ]
+            stone = slice_stone_rows(stack_states, s)
+            lower = slice_stone_rows(stack_states, s - 1)
             eliminate_upper_stone_of_each_stack(
                 case, stone, lower, stack_states[first + s * size : first + s * size + JOINT_ARRAY_LENGTH], lane_count
             )
         solve_velocity_corrections_of_lowest_stones(
             case,
-            stack_states[CASE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + STONE_ARRAY_LENGTH],
+            slice_stone_rows(stack_states, 0),
             stack_states[first : first + JOINT_ARRAY_LENGTH],
             lane_count,
         )
         for s in range(1, stone_count):
-            stone = stack_states[
-                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
-            ]
-            compute_upper_stone_velocity_corrections(
-                stone,
-                stack_states[
-                    CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
-                ],
-                lane_count,
-            )
+            stone = slice_stone_rows(stack_states, s)
+            compute_upper_stone_velocity_corrections(stone, slice_stone_rows(stack_states, s - 1), lane_count)
         for s in range(stone_count):
-            stone = stack_states[
-                CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + (s + 1) * STONE_ARRAY_LENGTH
-            ]
+            stone = slice_stone_rows(stack_states, s)
             at = first + s * size
             joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
             points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
@@ -263,9 +241,7 @@ def attempt_time_steps_of_stacks(
                     case, stone, stone, joint, points, used_point_count_and_indices[s], lane_count, 1
                 )
             else:
-                lower = stack_states[
-                    CASE_ARRAY_LENGTH + (s - 1) * STONE_ARRAY_LENGTH : CASE_ARRAY_LENGTH + s * STONE_ARRAY_LENGTH
-                ]
+                lower = slice_stone_rows(stack_states, s - 1)
                 compute_contact_patch_forces(
                     case, stone, lower, joint, points, used_point_count_and_indices[s], lane_count, None
                 )

@@ -207,7 +207,9 @@ def test_each_used_private_library_name_has_a_listed_reason_and_test() -> None:
     own = frozenset(name for source in sources.values() for name in private_names_defined_in(source))
     found = {name: used for name, source in sources.items() if (used := private_library_names_used_in(source, own))}
     listed = {name: {one for names in groups for one in names} for name, groups in USED_PRIVATE_NAMES_BY_FILE.items()}
-    assert found == listed, "a private name is new, or no longer used: list it in USED with its reason and its guard"
+    assert found == listed, (
+        "a private name is new, or no longer used: list it in USED_PRIVATE_NAMES_BY_FILE with its reason and its guard"
+    )
 
 
 @pytest.mark.parametrize(
@@ -216,7 +218,9 @@ def test_each_used_private_library_name_has_a_listed_reason_and_test() -> None:
 def test_the_test_listed_for_each_private_library_name_exists(guard: str) -> None:
     path, name = guard.split("::")
     text = (ROOT / path).read_text(encoding="utf-8")
-    assert re.search(rf"^def {name}\(", text, re.MULTILINE), "a guard was renamed or removed: change USED"
+    assert re.search(rf"^def {name}\(", text, re.MULTILINE), (
+        "a guard was renamed or removed: change USED_PRIVATE_NAMES_BY_FILE"
+    )
 
 
 @pytest.mark.parametrize(

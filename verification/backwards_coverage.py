@@ -24,7 +24,7 @@ from overturning.findings.survey_commands import SurveyCommandResults
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import write_ground_motion_posterior_figure
-from overturning.report.render import parse_markdown, render_template_as_markdown
+from overturning.report.render import parse_markdown_and_number_figures_and_tables, render_template_as_markdown
 from overturning.report.terminal import plain_text_of_uncollapsed_paragraphs
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE, SurveyInversion
@@ -305,7 +305,7 @@ def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
     write_ground_motion_posterior_figure(result, ROOT / "docs" / "images" / "example-ruin.svg")
     p_value = result.goodness_of_fit_p_value
     fit = f"The check whether any motion of the library fits the survey has the p-value {p_value:.2g}."
-    tree = parse_markdown(
+    tree = parse_markdown_and_number_figures_and_tables(
         render_template_as_markdown(
             SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), template_name="motions"
         )

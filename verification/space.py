@@ -192,7 +192,7 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
         motions[:1], case_grid_values_by_axis={name: values[:1] for name, values in axes.items()}
     )
 
-    def run_cases_and_count_reruns(run_selected_cases: Callable[[Any, int], None], *more: Any) -> None:
+    def run_until_energy_balances_and_count_reruns(run_selected_cases: Callable[[Any, int], None], *more: Any) -> None:
         """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
 
         def run_cases_counting_reruns(case_indices: Any, step_divisor: int) -> None:
@@ -202,7 +202,9 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
 
         rerun_until_energy_balances_or_mark_unstable(run_cases_counting_reruns, *more)
 
-    with mock.patch("overturning.dem.plan.rerun_until_energy_balances_or_mark_unstable", run_cases_and_count_reruns):
+    with mock.patch(
+        "overturning.dem.plan.rerun_until_energy_balances_or_mark_unstable", run_until_energy_balances_and_count_reruns
+    ):
         found, seconds = run_and_measure_min_processor_time(
             partial(simulate_case_grid_under_motions, motions, case_grid_values_by_axis=axes), 1, int
         )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.block.rigid import simulate_rigid_rocking
-from overturning.dem.faces import simulate_grid_and_face_planes_if_rectangular
+from overturning.dem.faces import simulate_grid_and_2d_face_planes_of_rectangle
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import create_case_grid
@@ -105,7 +105,7 @@ def outcomes_of_3d_blocks_and_their_2d_models() -> dict[str, Any]:
     grid = create_case_grid(
         model, [0.6], [0.15, 0.3], orientation_deg=[0.0, 30.0, 90.0], aspect=[1.0, 2.0], friction=[0.6]
     )
-    return simulate_grid_and_face_planes_if_rectangular(model, motion_for_outcome_digests(), grid, NumericalOptions())
+    return simulate_grid_and_2d_face_planes_of_rectangle(model, motion_for_outcome_digests(), grid, NumericalOptions())
 
 
 SOFT_BLOCK = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)

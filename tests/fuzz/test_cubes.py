@@ -20,7 +20,7 @@ from overturning.files import append_checksum
 from overturning.findings.collect import Findings
 from overturning.records.record import Record
 from overturning.report.page import render_report_html_page
-from overturning.report.render import parse_markdown, render_template_as_markdown
+from overturning.report.render import parse_markdown_and_number_figures_and_tables, render_template_as_markdown
 from overturning.study.cube import open_cube, record_sources, record_sources_and_processing_by_id, study_of_cube
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
@@ -170,7 +170,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         )
         data = data | {"sources": [{"record": three, "source": one, "licence": two}]}
         text = render_template_as_markdown(Findings.model_validate(data))
-        return render_report_html_page(parse_markdown(text), three, "en", None, {})
+        return render_report_html_page(parse_markdown_and_number_figures_and_tables(text), three, "en", None, {})
 
     usual = script_tags_and_attributes_in_page(report_page_with_names(["a", "b", "c"]))
 

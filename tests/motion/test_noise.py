@@ -52,7 +52,7 @@ def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
     assert found.band_frequency_hz[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
     middle = (found.band_frequency_hz > 1) & (found.band_frequency_hz < 30)
-    assert np.median(found.signal_to_noise_and_offset_ratio[:, middle]) == pytest.approx(56, rel=0.15)
+    assert np.median(found.signal_over_noise_plus_offset_spectrum[:, middle]) == pytest.approx(56, rel=0.15)
 
 
 @pytest.mark.parametrize("lasting", [12, 3000])
@@ -117,7 +117,7 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
     if found is not None:
         assert found.onset_s >= 15.0 * interval
         assert found.band_frequency_hz[-1] >= 2.0 * found.band_frequency_hz[0] * (1 - 1e-9)
-        assert np.isfinite(found.signal_to_noise_and_offset_ratio).all()
+        assert np.isfinite(found.signal_over_noise_plus_offset_spectrum).all()
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
 
 

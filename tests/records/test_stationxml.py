@@ -12,7 +12,7 @@ from overturning.errors import RecordError
 from overturning.records.check import check_records_in_files
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import (
-    _gain_ratio_to_gain_at_stated_frequency,
+    _gain_at_channel_over_at_stage_frequency,
     acceleration_unit_in_m_s2,
     is_metre_per_second,
 )
@@ -119,10 +119,10 @@ def test_gains_are_not_compared_where_the_response_is_zero():
     stage = PolesZerosResponseStage(
         1, 1.0, 1.0, "M/S", "V", "LAPLACE (HERTZ)", 1.0, [1j, -1j], [-0.1 + 0.1j, -0.1 - 0.1j]
     )
-    assert _gain_ratio_to_gain_at_stated_frequency(stage, 2.0) == 1.0
+    assert _gain_at_channel_over_at_stage_frequency(stage, 2.0) == 1.0
     stage.stage_gain_frequency = 4.0
     gains = [abs((1j * f) ** 2 + 1.0) / abs((1j * f + 0.1) ** 2 + 0.01) for f in (2.0, 4.0)]
-    assert _gain_ratio_to_gain_at_stated_frequency(stage, 2.0) == pytest.approx(gains[0] / gains[1], rel=1e-12)
+    assert _gain_at_channel_over_at_stage_frequency(stage, 2.0) == pytest.approx(gains[0] / gains[1], rel=1e-12)
 
 
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])

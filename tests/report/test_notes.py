@@ -18,7 +18,7 @@ from overturning.records.record import Record, processing_peaks_and_notes_of_rec
 from overturning.report.page import render_report_html_page
 from overturning.report.render import (
     LANGUAGES,
-    parse_markdown,
+    parse_markdown_and_number_figures_and_tables,
     read_label_translations,
     render_template_as_markdown,
     translate_whole_text_by_table,
@@ -55,12 +55,12 @@ def test_report_names_a_clipped_component_and_its_clipped_samples(tmp_path: Path
     count = sum(run.size for run in runs if abs(run[0]) == 1.0 and run.size >= 3)
     assert count > 10
     text = markdown_report_on_record(write_and_read_record_with_north(tmp_path / "x.csv", clipped), language)
-    page = render_report_html_page(parse_markdown(text), "title", language, None, {})
+    page = render_report_html_page(parse_markdown_and_number_figures_and_tables(text), "title", language, None, {})
     elements_of_well_formed_page(page)
     (item,) = (one for one in page.split("<li>") if "clipped:" in one)
     assert item.startswith("vale")
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal".replace("'", "&#x27;") in item
-    unfolded = plain_text_of_uncollapsed_paragraphs(parse_markdown(text))
+    unfolded = plain_text_of_uncollapsed_paragraphs(parse_markdown_and_number_figures_and_tables(text))
     assert any(
         translate_whole_text_by_table("clipped samples", read_label_translations(language)) in one for one in unfolded
     )

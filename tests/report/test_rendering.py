@@ -18,7 +18,7 @@ from overturning.report.render import (
     LANGUAGES,
     ReportMedia,
     escape_markdown,
-    parse_markdown,
+    parse_markdown_and_number_figures_and_tables,
     render_template_as_markdown,
 )
 from overturning.report.terminal import terminal_lines_of_markdown
@@ -81,7 +81,9 @@ def elements_of_well_formed_page(page: str) -> list[tuple[str, dict[str, str | N
 
 def render_markdown_as_html_page(text: str, figures: dict[str, Path] | None = None, films: Any = None) -> str:
     """Render Markdown as an HTML page."""
-    return render_report_html_page(parse_markdown(text), "title", "en", figures, films or {})
+    return render_report_html_page(
+        parse_markdown_and_number_figures_and_tables(text), "title", "en", figures, films or {}
+    )
 
 
 def findings_with_given_names_and_titles(*names: str) -> Findings:
@@ -111,7 +113,9 @@ def tags_of_page_with_harmless_names() -> list[str]:
 def test_hostile_name_changes_no_page_element_and_is_shown_unchanged(
     name: str, tags_of_page_with_harmless_names: list[str]
 ) -> None:
-    tree = parse_markdown(render_template_as_markdown(findings_with_given_names_and_titles(name, name, name)))
+    tree = parse_markdown_and_number_figures_and_tables(
+        render_template_as_markdown(findings_with_given_names_and_titles(name, name, name))
+    )
     assert [
         tag for tag, _ in elements_of_well_formed_page(render_report_html_page(tree, "title", "en", None, {}))
     ] == tags_of_page_with_harmless_names
@@ -147,7 +151,7 @@ def test_report_chapter_of_a_record_links_to_the_record_in_the_explorer() -> Non
 
 @pytest.mark.parametrize("name", HOSTILE_NAMES)
 def test_text_escaped_for_markdown_is_read_back_unchanged(name: str) -> None:
-    (line,) = terminal_lines_of_markdown(parse_markdown(f"x {escape_markdown(name)} y"))
+    (line,) = terminal_lines_of_markdown(parse_markdown_and_number_figures_and_tables(f"x {escape_markdown(name)} y"))
     assert line == f"x {' '.join(name.split(chr(10)))} y"
 
 
@@ -173,7 +177,7 @@ def test_figures_and_tables_are_numbered_except_in_folded_sections(tmp_path: Pat
 
 def test_figures_and_tables_are_numbered_in_the_words_of_the_language() -> None:
     text = '![one](a "A")\n\n::: table Sizes\n| a |\n|--:|\n| 1 |\n:::\n'
-    page = render_report_html_page(parse_markdown(text), "題", "ja", None, {})
+    page = render_report_html_page(parse_markdown_and_number_figures_and_tables(text), "題", "ja", None, {})
     assert "<b>図1.</b> A" in page
     assert "<b>表1.</b> Sizes" in page
     assert "<title>題</title>" in page
@@ -191,7 +195,10 @@ def test_pair_of_figures_in_the_pdf_shows_those_drawn_for_a_phone(tmp_path: Path
     page, phone = tmp_path / "page.svg", tmp_path / "phone.svg"
     for path, width in ((page, 482), (phone, 241)):
         path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="99pt"></svg>', "utf-8")
-    pair, alone = (parse_markdown(text) for text in ('::: pair\n![alt](a "A")\n:::\n', '![alt](a "A")\n'))
+    pair, alone = (
+        parse_markdown_and_number_figures_and_tables(text)
+        for text in ('::: pair\n![alt](a "A")\n:::\n', '![alt](a "A")\n')
+    )
     figures = {"a": page, "narrow/a": phone}
     assert compile_report_pdf(pair, "T", "en", figures) == compile_report_pdf(pair, "T", "en", {"a": phone})
     assert compile_report_pdf(alone, "T", "en", figures) == compile_report_pdf(alone, "T", "en", {"a": page})
@@ -210,7 +217,7 @@ def test_caption_of_a_table_is_on_the_pdf_page_of_the_table() -> None:
     for lines in range(33, 49):
         text = "\n\n".join(["# T", *["Line."] * lines])
         table = "::: table Caption.\n| a | b |\n|---|---|\n| 1 | 2 |\n:::\n"
-        pdf = compile_report_pdf(parse_markdown(f"{text}\n\n{table}"), "T", "en", {})
+        pdf = compile_report_pdf(parse_markdown_and_number_figures_and_tables(f"{text}\n\n{table}"), "T", "en", {})
         (page,) = (one for one in decompressed_pdf_streams(pdf) if b" 8.5 Tf" in one)
         assert b" 8 Tf" in page, lines
         pages.append(b" 17 Tf" in page)
@@ -221,7 +228,7 @@ def test_caption_of_a_table_is_on_the_pdf_page_of_the_table() -> None:
 def test_no_figure_is_above_the_title_of_the_pdf(tmp_path: Path) -> None:
     """The title of the PDF, in letters of 17 pt, is higher on the page than the upper edge of the first figure."""
     (tmp_path / "a.svg").write_text(SMALL_SVG, encoding="utf-8")
-    tree = parse_markdown('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
+    tree = parse_markdown_and_number_figures_and_tables('# Title\n\nShort.\n\n![alt](a "A")\n\n## Next\n\nMore.\n')
     pdf = compile_report_pdf(tree, "T", "en", {"a": tmp_path / "a.svg"})
     (content,) = (one for one in decompressed_pdf_streams(pdf) if b" 17 Tf" in one)
     title = re.search(rb"([\d.]+) cm[^Q]*? 17 Tf", content)
@@ -241,7 +248,10 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
         svg = SMALL_SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
         (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
         return compile_report_pdf(
-            parse_markdown(f'# {texts["text"]}\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"}
+            parse_markdown_and_number_figures_and_tables(f'# {texts["text"]}\n\n![alt](a "A")\n'),
+            "T",
+            "en",
+            {"a": tmp_path / "a.svg"},
         )
 
     assert font not in pdf_with_name()
@@ -252,7 +262,9 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
 def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "a.svg").write_text(SMALL_SVG[:-9], encoding="utf-8")
     with pytest.raises(ResultError, match=r"a\.svg is damaged: delete it, and run the study again"):
-        compile_report_pdf(parse_markdown('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"})
+        compile_report_pdf(
+            parse_markdown_and_number_figures_and_tables('# T\n\n![alt](a "A")\n'), "T", "en", {"a": tmp_path / "a.svg"}
+        )
 
 
 @pytest.mark.parametrize("name", ["answer", "caution", "kicker", "limits", "note", "pair"])
@@ -267,14 +279,16 @@ def test_page_omits_passages_for_print_only_and_the_pdf_is_reproducible(tmp_path
     text = '# T\n\n:::: fold F\nfolded\n\n::::\n\n::: paper\npaper\n\n:::\n\n![alt](a "A")\n\n```\ncode\n```\n'
     figures = {"a": tmp_path / "a.svg"}
     assert "paper</p>" not in render_markdown_as_html_page(text, figures)
-    first, second = (compile_report_pdf(parse_markdown(text), "T", "en", figures) for _ in range(2))
+    first, second = (
+        compile_report_pdf(parse_markdown_and_number_figures_and_tables(text), "T", "en", figures) for _ in range(2)
+    )
     assert first == second
     assert first.startswith(b"%PDF")
 
 
 def test_terminal_report_has_sentences_and_aligned_tables() -> None:
     text = "**One** sentence.\n\n::: table T\n| name | n |\n|---|--:|\n| a | 1 |\n| bcd | 23 |\n:::\n"
-    assert list(terminal_lines_of_markdown(parse_markdown(text))) == [
+    assert list(terminal_lines_of_markdown(parse_markdown_and_number_figures_and_tables(text))) == [
         "One sentence.",
         "",
         "  name   n",
@@ -295,7 +309,9 @@ def test_every_report_is_well_formed_without_cube_and_figures(study: str, langua
         has_rose_of_all_falls=True,
         has_posterior_figures=True,
     )
-    tree = parse_markdown(render_template_as_markdown(handwritten_findings_of_study(study), language, media))
+    tree = parse_markdown_and_number_figures_and_tables(
+        render_template_as_markdown(handwritten_findings_of_study(study), language, media)
+    )
     page = render_report_html_page(tree, study, language, None, {})
     assert f'<html lang="{language}">' in page
     found = elements_of_well_formed_page(page)

@@ -19,7 +19,7 @@ from overturning.report.render import (
     LANGUAGES,
     ReportMedia,
     create_template_environment,
-    parse_markdown,
+    parse_markdown_and_number_figures_and_tables,
     read_label_translations,
     render_template_as_markdown,
     translate_whole_text_by_table,
@@ -91,7 +91,12 @@ def plain_text_of_markdown(markdown: str) -> str:
     """Return the plain text of a Markdown report, with figure captions and without notes on records."""
     markdown = NOTE_BLOCKS.sub("", markdown)
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
-    return "\n".join([*terminal_lines_of_markdown(parse_markdown(markdown)), *(" ".join(pair) for pair in captions)])
+    return "\n".join(
+        [
+            *terminal_lines_of_markdown(parse_markdown_and_number_figures_and_tables(markdown)),
+            *(" ".join(pair) for pair in captions),
+        ]
+    )
 
 
 @cache
@@ -134,7 +139,11 @@ def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, 
     found = handwritten_findings_of_study(study)
     parts = NOTE_BLOCKS.findall(markdown_report_of_handwritten_findings(study, language))
     items = [one for part in parts for one in re.findall("^- .*$", part, re.M)]
-    shown = [line for item in items for line in terminal_lines_of_markdown(parse_markdown(item))]
+    shown = [
+        line
+        for item in items
+        for line in terminal_lines_of_markdown(parse_markdown_and_number_figures_and_tables(item))
+    ]
     for record in found.records:
         assert record.processing is not None
         given = record.processing
@@ -169,7 +178,9 @@ def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str
     def text_outside_collapsed_sections(data: Any) -> str:
         return "\n".join(
             plain_text_of_uncollapsed_paragraphs(
-                parse_markdown(render_template_as_markdown(Findings.model_validate(data), language))
+                parse_markdown_and_number_figures_and_tables(
+                    render_template_as_markdown(Findings.model_validate(data), language)
+                )
             )
         )
 
@@ -422,7 +433,9 @@ def test_a_japanese_report_has_no_english_sentence(study: str) -> None:
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_paragraphs_of_a_japanese_report_contain_no_line_breaks(study: str) -> None:
     """A line break would be shown as a space, which Japanese text does not use."""
-    for node in parse_markdown(markdown_report_of_handwritten_findings(study, "ja")).walk():
+    for node in parse_markdown_and_number_figures_and_tables(
+        markdown_report_of_handwritten_findings(study, "ja")
+    ).walk():
         if node.type == "inline":
             assert not any(one.type == "softbreak" for one in node.children), node.content
             # "**" next to a closing bracket and a letter does not end the bold text.

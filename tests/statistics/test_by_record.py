@@ -7,7 +7,10 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.statistics import by_record
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, fall_vector_sums_by_record
+from overturning.statistics.earthquakes import (
+    fall_axes_from_fault_normal_by_group,
+    fall_counts_and_vector_sums_by_record,
+)
 
 
 @pytest.fixture
@@ -22,10 +25,10 @@ def four_record_cube(make_cube_from_fall_rules, make_sector_fall_rule):
 
 
 def test_statistics_of_records_in_batches_equal_those_of_single_records(four_record_cube, monkeypatch):
-    together = fall_vector_sums_by_record(four_record_cube, "b_over_h")
+    together = fall_counts_and_vector_sums_by_record(four_record_cube, "b_over_h")
     for cells in (1, 2 * four_record_cube["overturned"].size // 4):  # one at a time, and by two
         monkeypatch.setattr(by_record, "TARGET_CASES_PER_READ_BATCH", cells)
-        xr.testing.assert_identical(fall_vector_sums_by_record(four_record_cube, "b_over_h"), together)
+        xr.testing.assert_identical(fall_counts_and_vector_sums_by_record(four_record_cube, "b_over_h"), together)
 
 
 def record_indices_by_group(groups):

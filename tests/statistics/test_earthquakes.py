@@ -11,7 +11,7 @@ from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
     fall_axes_from_fault_normal_by_earthquake,
     first_minus_second_mean_fall_alignment,
-    mean_fall_directions_by_record,
+    mean_fall_directions_and_axes_by_record,
     summarise_fall_axes,
 )
 from overturning.statistics.falls import (
@@ -386,7 +386,7 @@ def test_axis_is_omitted_if_unknown_outcomes_on_one_side_could_impose_it(
     )  # fmt: skip
     unknown = whole["azimuth"].isin([*unknown_planes, *(one + 180 for one in unknown_planes)]) & (whole["record"] == 0)
     cube = whole.assign(overturned=whole["overturned"].where(~unknown))
-    means = mean_fall_directions_by_record(cube)
+    means = mean_fall_directions_and_axes_by_record(cube)
     assert means["is_imposed"].values.tolist() == [imposed, False]
     assert np.isnan(means["mean_axis"].values).tolist() == [imposed, False]
     assert means["mean_axis"].values[1] == pytest.approx(120.0)

@@ -15,7 +15,7 @@ from overturning.statistics.earthquakes import (
     alignments_with_references_by_record_group,
     azimuth_away_from_epicentre,
     fall_axes_from_fault_normal_by_earthquake,
-    fall_vector_sums_by_record,
+    fall_counts_and_vector_sums_by_record,
     summarise_fall_axes,
 )
 from overturning.statistics.falls import (
@@ -195,7 +195,7 @@ def test_rose_without_falls_has_empty_sectors() -> None:
 
 def test_alignment_is_the_mean_cosine_of_angles_from_falls_to_reference() -> None:
     cube, reference = random_3d_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
-    sums = fall_vector_sums_by_record(cube, "b_over_h")
+    sums = fall_counts_and_vector_sums_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
         for part in (slice(None), slice(1, 2), slice(0, 2)):
             found = mean_cosine_and_sine_to_reference(sums.isel(b_over_h=part).sum("b_over_h"), reference, axial=axial)[

@@ -17,7 +17,7 @@ from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import (
     StoneDimensions,
     case_count_and_processor_time_s,
-    note_on_stones_broader_than_simulated,
+    note_on_stones_simulated_with_smaller_d_over_b,
 )
 from overturning.surveys.stone_outcomes import shipped_stone_outcomes_of_motion, simulate_outcomes_of_sizes
 from overturning.surveys.stones import Stone
@@ -86,9 +86,9 @@ def test_note_counts_stones_broader_than_the_largest_simulated_aspect(
     aspects: tuple[float, ...], note: str | None
 ) -> None:
     unknown = Stone(True, math.nan, False)
-    assert note_on_stones_broader_than_simulated([unknown, *(standing_stone(0.9, one, 0.1) for one in aspects)]) == (
-        (note,) if note else ()
-    )
+    assert note_on_stones_simulated_with_smaller_d_over_b(
+        [unknown, *(standing_stone(0.9, one, 0.1) for one in aspects)]
+    ) == ((note,) if note else ())
 
 
 def test_only_stones_within_the_documented_limits_have_shipped_outcomes(

@@ -24,11 +24,11 @@ from verification.shaking_table.scan import (
 from verification.shaking_table.scan_page import (
     SCAN_MODEL_NAME,
     fall_share_table_by_max_bearing_height,
-    fitted_orientation_table,
     scan_orientation_model,
     score_table,
     score_table_of_all_orientations,
     scores_on_unseen_tests,
+    table_of_orientation_chosen_by_each_fit,
 )
 
 TRUE_YAW_INDEX = 7
@@ -98,7 +98,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     assert (own["low"] <= own["value"] + 0.02).all()
     assert score_table(rows).count("\n") == 1 + 2 * 2 * 2
     assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
-    assert "first half of the motions" in fitted_orientation_table(tests, shares)
+    assert "first half of the motions" in table_of_orientation_chosen_by_each_fit(tests, shares)
     lines = fall_share_table_by_max_bearing_height(
         tests, {scan.MAX_HEIGHTS_OF_BEARING_POINTS_M[0]: fell[0], scan.SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: fell[1]}
     ).splitlines()

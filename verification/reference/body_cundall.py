@@ -69,7 +69,7 @@ from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
     TupleRowLayout,
     cache_line_aligned_zeros,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
 )
 from overturning.dem.kernel.mechanics import clamped_friction_stretch_and_whether_slips, updated_maximum
 from overturning.dem.kernel.queue import run_case_queue
@@ -118,7 +118,7 @@ class ContactForceAndLargestPenetration(NamedTuple):
     """Largest penetration, m."""
 
 
-sum_of_wrenches_per_mass = create_elementwise_tuple_functions(ContactWrenchPerMass).plus
+sum_of_wrenches_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).plus
 
 
 class ContactPoint(NamedTuple):
@@ -356,7 +356,7 @@ load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_wri
 CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndLargestPenetration)
 CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
 load_contact_totals, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactForceAndLargestPenetration)
-zero_wrench_per_mass = create_elementwise_tuple_functions(ContactWrenchPerMass).zero
+zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).zero
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
 load_peaks, load_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).load,
@@ -439,7 +439,7 @@ def add_vertex_contact_forces(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def add_rim_contact_forces(
+def add_contact_forces_at_opposite_rim_points(
     state: Any,
     contact_total_rows: Any,
     first_point_rows: Any,
@@ -547,7 +547,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
 
     @njit(**ALLOCATING_INLINE_OPTIONS)
     def advance_bodies_by_sampling_interval(
-        base_shape_loop_tag: Any,  # noqa: ARG001
+        marker_whose_type_selects_base_shape_loop: Any,  # noqa: ARG001
         state: Any,
         vertex_rows: Any,
         contact_point_count: int,
@@ -572,7 +572,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
-                    add_rim_contact_forces(state, acting, one, other, lane_count, ahead, 1.0 - ahead)
+                    add_contact_forces_at_opposite_rim_points(state, acting, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
                     add_vertex_contact_forces(state, acting, one, other, lane_count)
             advance_all_bodies(state, acting, lane_count)
@@ -607,8 +607,8 @@ class CundallSimulationPlan(body_plan.BodySimulationPlan):
     queue_function: ClassVar[Any] = staticmethod(run_cundall_case_queue)
 
     @property
-    def base_shape_loop_tag(self) -> Any:
-        """Marker whose type selects the loops; see `BodySimulationPlan.base_shape_loop_tag`."""
+    def marker_whose_type_selects_base_shape_loop(self) -> Any:
+        """Marker whose type selects the loops; see `BodySimulationPlan.marker_whose_type_selects_base_shape_loop`."""
         return CundallRoundBaseLoopTag() if self.solids_by_size[0].rim_radius > 0 else CundallPolygonalBaseLoopTag()
 
 

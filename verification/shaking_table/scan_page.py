@@ -129,7 +129,9 @@ def score_table(one_score_per_row: pd.DataFrame) -> str:
     return markdown_table(("split", "specimen", "model", "fitted numbers", *SCORE_NAMES, "tests"), lines)
 
 
-def fitted_orientation_table(tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray) -> str:
+def table_of_orientation_chosen_by_each_fit(
+    tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
+) -> str:
     """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
     names = {
         "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
@@ -239,7 +241,7 @@ def main(
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table-scan.csv")
     insert_markdown_between_markers_in_docs({
         "shaking-table-scan-scores": score_table(rows),
-        "shaking-table-scan-fits": fitted_orientation_table(tests, shares),
+        "shaking-table-scan-fits": table_of_orientation_chosen_by_each_fit(tests, shares),
         "shaking-table-scan-orientations": score_table_of_all_orientations(tests, shares),
         "shaking-table-scan-relief": fall_share_table_by_max_bearing_height(tests, by_relief)
     })  # fmt: skip

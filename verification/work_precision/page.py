@@ -106,7 +106,7 @@ def _share_with_interval(count: float, total: float) -> str:
     return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
 
 
-def _number_text(value: float, as_percentage: bool = False) -> str:
+def _format_two_significant_digits(value: float, as_percentage: bool = False) -> str:
     """Return a number, or with `as_percentage` a share in %, with two significant digits as text; "–" if missing."""
     if not np.isfinite(value):
         return "–"
@@ -120,8 +120,8 @@ def _error_table_cells_of_row(error_row: Any) -> tuple[str, ...]:
     return (
         _share_with_interval(error_row.wrong_flags, error_row.cases),
         _share_with_interval(error_row.wrong_sides, error_row.fallen),
-        _number_text(error_row.rotation_error),
-        _number_text(error_row.boundary_shift, as_percentage=True),
+        _format_two_significant_digits(error_row.rotation_error),
+        _format_two_significant_digits(error_row.boundary_shift, as_percentage=True),
     )
 
 
@@ -225,8 +225,8 @@ def _rigid_error_table(rows: pd.DataFrame) -> str:
             f"{at.seconds_per_case:.2g}",
             _share_with_interval(at.wrong_flags, at.cases) if counted else "–",
             f"{at.wrong_sides:.0f} of {at.fallen:.0f}" if counted else "–",
-            _number_text(at.rotation_error),
-            _number_text(at.slip_error, as_percentage=True),
+            _format_two_significant_digits(at.rotation_error),
+            _format_two_significant_digits(at.slip_error, as_percentage=True),
         ))  # fmt: skip
     return markdown_table(head, lines)
 

@@ -262,12 +262,14 @@ def _compare_falls_shifts_and_twists_and_write_results(
 
 def _print_results_with_template(results: "BaseModel", report_template_name: str) -> None:
     """Print results as plain text, formatted by one of the templates of the report."""
-    from overturning.report.render import parse_markdown, render_template_as_markdown
+    from overturning.report.render import parse_markdown_and_number_figures_and_tables, render_template_as_markdown
     from overturning.report.terminal import terminal_lines_of_markdown
 
     print(
         *terminal_lines_of_markdown(
-            parse_markdown(render_template_as_markdown(results, template_name=report_template_name))
+            parse_markdown_and_number_figures_and_tables(
+                render_template_as_markdown(results, template_name=report_template_name)
+            )
         ),
         sep="\n",
     )
@@ -318,7 +320,7 @@ def infer_motion_from_survey(
         StoneOutcomeProbabilities,
         case_count_and_processor_time_s,
         dimensions_of_survey_stones,
-        note_on_stones_broader_than_simulated,
+        note_on_stones_simulated_with_smaller_d_over_b,
     )
     from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
@@ -327,7 +329,7 @@ def infer_motion_from_survey(
     check_outputs_are_separate_files({"--figure": figure, "--output": output}, [stones, *(motion_files or ())])
     rows, notes, doubts = read_fallen_and_standing_stones_notes_and_warnings(stones)
     kinds = dimensions_of_survey_stones(rows, str(stones))
-    for note in (*notes, *doubts, *note_on_stones_broader_than_simulated(rows)):
+    for note in (*notes, *doubts, *note_on_stones_simulated_with_smaller_d_over_b(rows)):
         print(note)
     library = candidate_motions(
         read_records_and_make_ids_unique(motion_files or ()), only_user_records=only_given_motions

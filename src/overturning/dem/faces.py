@@ -20,7 +20,7 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 
-def simulate_grid_and_face_planes_if_rectangular(
+def simulate_grid_and_2d_face_planes_of_rectangle(
     model: Model, motion: Motion, grid: CaseGrid, numerics: NumericalOptions
 ) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; if the body is a rectangle in 3-D, also in the vertical planes of its faces.

@@ -8,7 +8,7 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
-from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_by_record
+from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_and_axes_by_record
 from overturning.statistics.falls import overturning_indicator
 from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2
 from overturning.units import GAL
@@ -59,7 +59,7 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
             "axes: nothing to draw: the planes are one, or a sector of the circle, so their axis is that of the falls; "
             "give azimuths of a range of 180°, or draw the figure rose"
         )
-    if bool(mean_fall_directions_by_record(cube)["is_imposed"].any()):
+    if bool(mean_fall_directions_and_axes_by_record(cube)["is_imposed"].any()):
         raise ArgumentError(
             "axes: nothing to draw: the unknown outcomes are spread unevenly over the circle, so the axis of the falls "
             "is that of the other azimuths; `status` in the cube gives the cause of each"

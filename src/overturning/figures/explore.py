@@ -143,7 +143,8 @@ def explorer_page_data(
         "chance": 1 / ENCODED_PROBABILITY_STEP_COUNT},
         "ensemble": ensemble_fall_or_fall_towards_probability(one) is not None,
         "film": options | {
-            "missing": translate(options["missing"]), "options": options["options"] + _film_language_option_words()
+            "missing": translate(options["missing"]),
+            "options": options["options"] + _film_command_language_option_and_value(),
         },
         "colours": {
             "probability": PROBABILITY_COLOUR_STOPS, "stands": STANDS_COLOUR, "hatch": HATCH_COLOUR,
@@ -157,7 +158,7 @@ def explorer_page_data(
     }  # fmt: skip
 
 
-def _film_language_option_words() -> list[str]:
+def _film_command_language_option_and_value() -> list[str]:
     """Return the words that make `overturning film` use the language of the page: option and value; [] for English."""
     return [] if current_language() == ENGLISH else ["--language", current_language()]
 

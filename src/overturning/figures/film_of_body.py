@@ -54,7 +54,7 @@ def _standing_stones_sentence(trajectory_by_stone: list["xr.Dataset"]) -> str:
         > MAX_TILT_COSINE_AND_RAD_PER_S_AT_REST
     )
 
-    def largest_value_and_stone_name(value_by_stone: list[float]) -> tuple[float, str]:
+    def value_of_largest_magnitude_and_stone_name(value_by_stone: list[float]) -> tuple[float, str]:
         """Return the largest absolute value, and the name of its stone if there are several."""
         place = int(np.argmax(np.abs(value_by_stone)))
         return value_by_stone[place], str(trajectory_by_stone[place]["element"].item()) if len(
@@ -62,9 +62,9 @@ def _standing_stones_sentence(trajectory_by_stone: list["xr.Dataset"]) -> str:
         ) > 1 else ""
 
     return standing_body_sentence(
-        largest_value_and_stone_name([float(one["peak_tilt"]) for one in trajectory_by_stone]),
-        largest_value_and_stone_name([float(one["residual_twist"]) for one in trajectory_by_stone]),
-        largest_value_and_stone_name(
+        value_of_largest_magnitude_and_stone_name([float(one["peak_tilt"]) for one in trajectory_by_stone]),
+        value_of_largest_magnitude_and_stone_name([float(one["residual_twist"]) for one in trajectory_by_stone]),
+        value_of_largest_magnitude_and_stone_name(
             [float(np.hypot(one["residual_slip_north"], one["residual_slip_east"])) for one in trajectory_by_stone]
         ),
         still_moves=bool(moves),

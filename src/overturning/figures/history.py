@@ -299,7 +299,7 @@ def _draw_signal_to_noise_ratio(
     for row, (name, colour) in enumerate(zip(component_names, SERIES_COLOURS, strict=False)):
         panel.plot(
             signal_noise_spectra.band_frequency_hz,
-            signal_noise_spectra.signal_to_noise_and_offset_ratio[row],
+            signal_noise_spectra.signal_over_noise_plus_offset_spectrum[row],
             color=colour,
             linewidth=1.0,
             label=name,

@@ -25,7 +25,7 @@ from overturning.figures.style import (
 )
 from overturning.records.fault_trace import FaultTracePiecesInLatLonDeg, parse_fault_trace
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
-from overturning.statistics.earthquakes import mean_fall_directions_by_record
+from overturning.statistics.earthquakes import mean_fall_directions_and_axes_by_record
 from overturning.study.cube import record_sources
 from overturning.units import EARTH_RADIUS_KM
 
@@ -100,8 +100,8 @@ def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeMapContent]:
     """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
     Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
-    table states it without a source. The axis is the mean axis of `mean_fall_directions_by_record`, if the resultant
-    is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
+    table states it without a source. The axis is the mean axis of `mean_fall_directions_and_axes_by_record`, if the
+    resultant is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = (
@@ -112,7 +112,7 @@ def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeMapContent]:
         return []
     said = {row["id"]: row for row in record_sources(cube)}
     about = [said.get(name, {}) for name in ids.tolist()]
-    means = mean_fall_directions_by_record(cube)
+    means = mean_fall_directions_and_axes_by_record(cube)
     clear = means["axis_resultant"].to_numpy() >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     axes = np.where(clear, means["mean_axis"].to_numpy(), np.nan).tolist()
     strikes = ((cube["fault_normal"].to_numpy().astype(np.float64) - 90.0) % 360.0).tolist()

@@ -230,7 +230,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
     """Compute the axis of falls relative to the fault normal, and their mean cos 2Δ from it, by group of records."""
     cube, groups = results.reference_element_cube, []
     lengths, own = (
-        results.mean_fall_directions_by_record["axis_resultant"].to_numpy(),
+        results.mean_fall_directions_and_axes_by_record["axis_resultant"].to_numpy(),
         block_selection_rule_for_cube(cube),
     )
     members, word = (

@@ -139,7 +139,7 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
 
 def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     """Choose the records of which the report shows polar maps of falls, and the height and friction of these maps."""
-    cube, means = results.reference_element_cube, results.mean_fall_directions_by_record
+    cube, means = results.reference_element_cube, results.mean_fall_directions_and_axes_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))

@@ -181,13 +181,13 @@ class StudyResults:
         return variant_scene(self.study).free_element_names
 
     @cached_property
-    def mean_fall_directions_by_record(self) -> xr.Dataset:
+    def mean_fall_directions_and_axes_by_record(self) -> xr.Dataset:
         """Mean direction and mean axis of the falls under each record, with their mean resultant lengths.
 
         Only blocks of `mask_of_blocks_for_direction_statistics` count. All are missing if the simulated planes of the
         study allow one axis only, or if the axis may reflect only where outcomes are unknown (``is_imposed``).
         """
-        return earthquakes.mean_fall_directions_by_record(self.reference_element_cube)
+        return earthquakes.mean_fall_directions_and_axes_by_record(self.reference_element_cube)
 
     @cached_property
     def fall_axes_by_record_group(self) -> dict[str, xr.Dataset]:
@@ -260,13 +260,13 @@ class StudyResults:
 
         The falls have none if each block falls in every direction or in none.
         """
-        resultant = self.mean_fall_directions_by_record["axis_resultant"].to_numpy()
+        resultant = self.mean_fall_directions_and_axes_by_record["axis_resultant"].to_numpy()
         return bool((resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION).any())
 
     @property
     def ids_of_records_with_imposed_fall_axis(self) -> list[str]:
         """Ids of the records whose mean fall axis may reflect only at which azimuths outcomes are unknown."""
-        imposed = self.mean_fall_directions_by_record["is_imposed"].to_numpy()
+        imposed = self.mean_fall_directions_and_axes_by_record["is_imposed"].to_numpy()
         return [name.id for name, one in zip(self.record_ids_and_names, imposed, strict=True) if one]
 
     @property

@@ -229,7 +229,7 @@ def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFa
     cube, intensity, found = (
         results.reference_element_cube,
         results.intensity_measures,
-        results.mean_fall_directions_by_record,
+        results.mean_fall_directions_and_axes_by_record,
     )
     azimuth, processing = intensity["azimuth"].to_numpy(), processing_findings_by_record_id(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)

@@ -96,7 +96,7 @@ class RigidSolid:
         )
 
     @property
-    def lowest_vertex_tolerance_to_base_height_range(self) -> float:
+    def lowest_vertex_tolerance_over_base_height_range(self) -> float:
         """Largest height difference of vertices that count as lowest in a tilted base, over the base's height range.
 
         For a regular polygon the lowest vertices are both ends of the edge over which it leans, or a single vertex.

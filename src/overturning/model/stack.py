@@ -16,7 +16,7 @@ from overturning.model.grid import CaseGrid
 from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.space import ThreeDimensionalModel
-from overturning.model.stack_checks import check_scene_is_stack
+from overturning.model.stack_checks import check_scene_can_be_simulated_as_3d_stack
 from overturning.model.stack_stones import POLYGON_SIDES_FOR_CIRCLE, StackStone, stack_stones
 from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_OUTCOME_VARIABLES, OutcomeVariable
@@ -84,7 +84,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
             raise ArgumentError(f"scene: {self.scene!r}; give a scene, such as load_scene('three-tier')")
         if not isinstance(self.contact, VertexContact):
             raise ArgumentError(f"contact: {self.contact!r}; a stack in 3-D has a VertexContact")
-        check_scene_is_stack(self.scene)
+        check_scene_can_be_simulated_as_3d_stack(self.scene)
 
     outcome_variables: ClassVar = STACK_OUTCOME_VARIABLES
     ensemble_variables: ClassVar = tuple(

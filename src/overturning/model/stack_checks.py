@@ -26,7 +26,7 @@ MIN_GROUND_MARGIN_AROUND_STACK_M: Final = 5.0
 In 3-D the ground is a plane without end, from which no stone can slide off."""
 
 
-def check_scene_is_stack(scene: Scene) -> None:
+def check_scene_can_be_simulated_as_3d_stack(scene: Scene) -> None:
     """Raise an `ArgumentError` with the reasons if a scene cannot be simulated as a 3-D stack of stones."""
     if faults := reasons_scene_is_no_stack(scene):
         raise ArgumentError(

@@ -39,7 +39,7 @@ class SignalNoiseSpectra:
     )
 
     @property
-    def signal_to_noise_and_offset_ratio(self) -> FloatArray:
+    def signal_over_noise_plus_offset_spectrum(self) -> FloatArray:
         """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
         return self.signal_amplitude_per_root_duration / np.hypot(
             self.noise_amplitude_per_root_duration, self.offset_step_amplitude_per_root_duration

@@ -66,24 +66,28 @@ def _rotate_samples_to_north_east(
 def assemble_record(
     components: Sequence[RecordComponent],
     record_id: str,
-    declared_properties: DeclaredFileProperties | None = None,
+    user_declared_properties: DeclaredFileProperties | None = None,
     **replaced_fields: Any,
 ) -> Record:
     """Assemble one record from the components of one sensor: two horizontal ones and at most one vertical one.
 
-    The components may be in any order. `declared_properties` gives axis directions and ``trust_data``, which accepts
-    contradictions of header and data, different lengths and implausible amplitudes. `replaced_fields` replace fields of
-    the files (station, event, licence…). A vertical axis of unknown sense is left out unless its sense is declared. A
-    `RecordError` names all reasons against the record: missing or repeated components, an unknown axis, a sensor that
-    was not declared, different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g
-    or 1000 cm/s or below 0.0001 g.
+    The components may be in any order. `user_declared_properties` gives axis directions and ``trust_data``, which
+    accepts contradictions of header and data, different lengths and implausible amplitudes. `replaced_fields` replace
+    fields of the files (station, event, licence…). A vertical axis of unknown sense is left out unless its sense is
+    declared. A `RecordError` names all reasons against the record: missing or repeated components, an unknown axis, a
+    sensor that was not declared, different rates, starts or lengths, a header's peak that contradicts the data, a
+    motion above 5 g or 1000 cm/s or below 0.0001 g.
     """
-    declared_properties = declared_properties or DeclaredFileProperties()
-    refusals = AssemblyRefusalCollector(trust_contradictions=declared_properties.trust_data)
+    user_declared_properties = user_declared_properties or DeclaredFileProperties()
+    refusals = AssemblyRefusalCollector(trust_contradictions=user_declared_properties.trust_data)
     name = components[0].file_name if components else record_id
-    components, notes = _orient_or_omit_vertical_components_with_notes(components, declared_properties.vertical_sense)
+    components, notes = _orient_or_omit_vertical_components_with_notes(
+        components, user_declared_properties.vertical_sense
+    )
     notes += [
-        note for component in components if (note := _note_on_ignored_user_properties(component, declared_properties))
+        note
+        for component in components
+        if (note := _note_on_ignored_user_properties(component, user_declared_properties))
     ]
     notes += dict.fromkeys(
         note for component in components if (note := note_on_sensor_high_in_structure(component.sensor_location))
@@ -91,19 +95,21 @@ def assemble_record(
     differences = _relative_header_peak_difference_by_axis(components, refusals)
     by_files = [c for c in components if not c.vertical_sense]
     with refusals.suppress_record_error_and_keep_reasons():
-        components = _order_components_set_azimuths_and_check(components, declared_properties.azimuths_deg, name)
+        components = _order_components_set_azimuths_and_check(components, user_declared_properties.azimuths_deg, name)
         notes += non_perpendicular_axes_notes(components)
         notes += _declared_azimuth_mismatch_notes(components, by_files)
     if not components:
         refusals.raise_collected_reasons()
     window = _cut_to_window_and_check_samples(components, refusals, notes)
     refusals.raise_collected_reasons()
-    azimuths = [((c.azimuth_deg or 0.0) + declared_properties.correction_deg) % 360.0 for c in window[:2]]
+    azimuths = [((c.azimuth_deg or 0.0) + user_declared_properties.correction_deg) % 360.0 for c in window[:2]]
     north, east = _rotate_samples_to_north_east(
         window[0].acceleration, azimuths[0], window[1].acceleration, azimuths[1]
     )
     first = window[0]
-    extra = _extra_record_metadata(window, declared_properties, notes, differences, refusals.trusted_contradictions)
+    extra = _extra_record_metadata(
+        window, user_declared_properties, notes, differences, refusals.trusted_contradictions
+    )
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
     if first.sensor_position == "borehole":
@@ -190,7 +196,7 @@ def _cut_to_window_and_check_samples(
 
 def _extra_record_metadata(
     components_in_common_window: Sequence[RecordComponent],
-    declared_properties: DeclaredFileProperties,
+    user_declared_properties: DeclaredFileProperties,
     notes: list[str],
     relative_header_peak_difference_by_axis: dict[str, float],
     contradictions_accepted_by_user: Sequence[str],
@@ -213,7 +219,7 @@ def _extra_record_metadata(
         if relative_header_peak_difference_by_axis
         else {}
     )
-    if declared_properties.trust_data:
+    if user_declared_properties.trust_data:
         by_reader = [text for c in components_in_common_window for text in c.extra_metadata.get("trusted", ())]
         extra |= {"trusted_data": True, "trusted": [*by_reader, *contradictions_accepted_by_user]}
     extra |= (
@@ -221,16 +227,16 @@ def _extra_record_metadata(
         if (notes := [*notes, *dict.fromkeys(n for c in components_in_common_window for n in c.notes)])
         else {}
     )
-    borehole = ["borehole sensor"] if declared_properties.sensor == "borehole" else []
+    borehole = ["borehole sensor"] if user_declared_properties.sensor == "borehole" else []
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
-    stated = [] if declared_properties.azimuths_deg is None else components_in_common_window
+    stated = [] if user_declared_properties.azimuths_deg is None else components_in_common_window
     azimuths = [
         f"axis {c.axis_name!r} of {c.file_name} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None
     ]
     extra["declared"] = [
         *extra.get("declared", ()),
         *azimuths,
-        *declared_properties.declared_axis_property_texts,
+        *user_declared_properties.declared_axis_property_texts,
         *borehole,
     ]
     return extra
@@ -241,18 +247,20 @@ def station_name_with_word_borehole(station_name: str) -> str:
     return station_name if "borehole" in station_name.lower() else f"{station_name} (borehole)".strip()
 
 
-def _note_on_ignored_user_properties(component: RecordComponent, declared_properties: DeclaredFileProperties) -> str:
+def _note_on_ignored_user_properties(
+    component: RecordComponent, user_declared_properties: DeclaredFileProperties
+) -> str:
     """Return a note if a unit, rate or state given by the user is ignored, since the file states another; else ""."""
     said = (
-        [f"unit {declared_properties.unit}"]
-        if declared_properties.unit not in (None, component.user_declared_unit)
+        [f"unit {user_declared_properties.unit}"]
+        if user_declared_properties.unit not in (None, component.user_declared_unit)
         else []
     )
-    if declared_properties.processed not in (None, component.is_already_corrected):
-        said.append("processed" if declared_properties.processed else "raw")
+    if user_declared_properties.processed not in (None, component.is_already_corrected):
+        said.append("processed" if user_declared_properties.processed else "raw")
     interval = component.sampling_interval
-    if abs((declared_properties.sampling_interval_s or interval) - interval) > 1e-3 * interval:
-        said.append(f"{declared_properties.sampling_interval_s:g} s")
+    if abs((user_declared_properties.sampling_interval_s or interval) - interval) > 1e-3 * interval:
+        said.append(f"{user_declared_properties.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis_name!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file_name} states its own" if said else ""
 

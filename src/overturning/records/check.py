@@ -40,7 +40,7 @@ class RecordCheckResult:
 
 
 def check_records_in_files(
-    paths: Sequence[Path], declared_properties: DeclaredFileProperties | None = None
+    paths: Sequence[Path], user_declared_properties: DeclaredFileProperties | None = None
 ) -> list[RecordCheckResult]:
     """Read the components in files and folders, group them into records, and check each record.
 
@@ -49,8 +49,10 @@ def check_records_in_files(
     are checked.
     """
     sources, findings = _read_source_files_and_refusals(paths)
-    declared_properties = (declared_properties or DeclaredFileProperties()).with_station_xml_from_files(sources)
-    records = [source for source in sources if source not in declared_properties.stationxml_files]
+    user_declared_properties = (user_declared_properties or DeclaredFileProperties()).with_station_xml_from_files(
+        sources
+    )
+    records = [source for source in sources if source not in user_declared_properties.stationxml_files]
     skipped = [source for source in records if holds_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
@@ -61,18 +63,18 @@ def check_records_in_files(
         for source in skipped
     ]
     components, refused = _read_components_of_chosen_sensor_and_refusals(
-        [source for source in records if source not in skipped], declared_properties
+        [source for source in records if source not in skipped], user_declared_properties
     )
     findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components, located = read_components_and_paths_of_file_and_siblings(paths[0], declared_properties)
+        components, located = read_components_and_paths_of_file_and_siblings(paths[0], user_declared_properties)
     groups = group_components_by_record(components)
-    return findings + [_check_record(group, groups, located, declared_properties) for group in groups]
+    return findings + [_check_record(group, groups, located, user_declared_properties) for group in groups]
 
 
 def _read_components_of_chosen_sensor_and_refusals(
-    source_files: Sequence[SourceFile], declared_properties: DeclaredFileProperties
+    source_files: Sequence[SourceFile], user_declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
     """Read the components of the sensor that the user chose (default: all); return also a result per refused file."""
     components: list[RecordComponent] = []
@@ -80,8 +82,8 @@ def _read_components_of_chosen_sensor_and_refusals(
     refused = []
     for source in source_files:
         try:
-            for one in read_components([source], declared_properties):
-                (components if declared_properties.sensor in (None, one.sensor_position) else others).append(one)
+            for one in read_components([source], user_declared_properties):
+                (components if user_declared_properties.sensor in (None, one.sensor_position) else others).append(one)
         except OverturningError as problem:
             refused.append(RecordCheckResult((source.name,), refusal_or_skip_reason=str(problem)))
     if others and not components:
@@ -90,7 +92,7 @@ def _read_components_of_chosen_sensor_and_refusals(
             RecordCheckResult(
                 files,
                 refusal_or_skip_reason=f"of the {others[0].sensor_position} sensor; "
-                f"{declared_properties.sensor} is declared",
+                f"{user_declared_properties.sensor} is declared",
             )
         )
     return components, refused
@@ -100,15 +102,15 @@ def _check_record(
     components: Sequence[RecordComponent],
     components_of_each_record_in_files: Sequence[Sequence[RecordComponent]],
     all_file_paths: Sequence[Path],
-    declared_properties: DeclaredFileProperties,
+    user_declared_properties: DeclaredFileProperties,
 ) -> RecordCheckResult:
     """Check one record, given its components; the result has the assembled record, or the reason for refusing it."""
     files = tuple(dict.fromkeys(c.file_name for c in components))
     try:
-        record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declared_properties)
+        record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), user_declared_properties)
         own = [path for path in all_file_paths if path.name in files]
         record = copy_record_with_added_notes(
-            record, notes_if_other_file_has_vertical_component(own, components, declared_properties) if own else []
+            record, notes_if_other_file_has_vertical_component(own, components, user_declared_properties) if own else []
         )
         return RecordCheckResult(
             files, tuple(components), record, record_after_default_processing=process_record(record, None)

@@ -23,7 +23,7 @@ EXTENSIONS_OF_TABLES_AND_TEXTS_IN_ARCHIVES: Final = frozenset(("csv", "doc", "do
 
 
 def read_components(
-    files_and_archives: Iterable[SourceFile], declared_properties: DeclaredFileProperties
+    files_and_archives: Iterable[SourceFile], user_declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
     """Read all components from files and archives; the format of each file is detected from its content.
 
@@ -32,8 +32,8 @@ def read_components(
     """
     files_and_archives = list(files_and_archives)
     packed = list(_unpacked_files_with_their_archives(files_and_archives))
-    declared_properties = declared_properties.with_station_xml_from_files(member for member, _ in packed)
-    named = find_format_by_name("csv" if declared_properties.columns else declared_properties.format)
+    user_declared_properties = user_declared_properties.with_station_xml_from_files(member for member, _ in packed)
+    named = find_format_by_name("csv" if user_declared_properties.columns else user_declared_properties.format)
     is_csv = named is not None and named.name == "csv"
     components: list[RecordComponent] = []
     left_out: dict[SourceFile, str] = {}
@@ -41,7 +41,7 @@ def read_components(
     reasons = RecordRefusalReasons()
     for member, file in packed:
         in_archive = member is not file
-        if member in declared_properties.stationxml_files:
+        if member in user_declared_properties.stationxml_files:
             continue
         if in_archive and (member.extension in NON_RECORD_EXTENSIONS or holds_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION_REASON
@@ -49,7 +49,7 @@ def read_components(
             tables.append(member)
         else:
             with reasons.suppress_record_error_and_keep_reasons():
-                components += _read_file_components(member, named, declared_properties)
+                components += _read_file_components(member, named, user_declared_properties)
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file_name).suffix.lower().lstrip(".") for one in components}
     for member in tables:
@@ -57,12 +57,14 @@ def read_components(
             left_out[member] = "its format is not recognised"
         else:
             with reasons.suppress_record_error_and_keep_reasons():
-                _read_file_components(member, named, declared_properties)
+                _read_file_components(member, named, user_declared_properties)
     with reasons.suppress_record_error_and_keep_reasons():
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
-        if files_and_archives and not any(member not in declared_properties.stationxml_files for member, _ in packed):
+        if files_and_archives and not any(
+            member not in user_declared_properties.stationxml_files for member, _ in packed
+        ):
             what = "StationXML alone" if packed else "an archive without files"
             raise RecordError(
                 f"{' '.join(file.name for file in files_and_archives)}: {what}; name the file of a record, too"
@@ -90,7 +92,7 @@ def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
 def _read_file_components(
     source_file: SourceFile,
     required_format_or_none: RecordFileFormat | None,
-    declared_properties: DeclaredFileProperties,
+    user_declared_properties: DeclaredFileProperties,
 ) -> list[RecordComponent]:
     """Read the components of one file; its format is the required one, or detected from the content if that is None."""
     if not source_file.data.strip(b"\0 \r\n\t"):
@@ -103,7 +105,9 @@ def _read_file_components(
         raise RecordError(
             f"{source_file.name}: not a {required_format_or_none.title} file; check `format` in the record table"
         )
-    return (required_format_or_none or detect_format(source_file)).read_components(source_file, declared_properties)
+    return (required_format_or_none or detect_format(source_file)).read_components(
+        source_file, user_declared_properties
+    )
 
 
 def _drop_raw_versions_and_add_omission_notes(

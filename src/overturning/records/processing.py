@@ -123,7 +123,7 @@ def choose_highpass_corner_hz_and_reason(record: Record) -> tuple[float, str]:
         shortest = shortest_usable_noise_window_s(record.sampling_interval)
         return FALLBACK_HIGHPASS_CORNER_HZ, f"no noise of {shortest:g} s before the onset to compare with"
     window = f"noise of the first {found.onset_s:.1f} s"
-    ratio = found.signal_to_noise_and_offset_ratio.min(axis=0)
+    ratio = found.signal_over_noise_plus_offset_spectrum.min(axis=0)
     best = int(ratio.argmax())
     below = np.flatnonzero(ratio[: best + 1] < MIN_SIGNAL_TO_NOISE_RATIO)
     if ratio[best] < MIN_SIGNAL_TO_NOISE_RATIO:
@@ -133,7 +133,7 @@ def choose_highpass_corner_hz_and_reason(record: Record) -> tuple[float, str]:
         )
     elif below.size:
         corner, last = float(found.band_frequency_hz[below[-1] + 1]), below[-1]
-        row = int(found.signal_to_noise_and_offset_ratio[:, last].argmin())
+        row = int(found.signal_over_noise_plus_offset_spectrum[:, last].argmin())
         what = (
             "offset that the shock leaves"
             if found.offset_step_amplitude_per_root_duration[row, last]

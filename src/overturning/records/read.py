@@ -132,14 +132,14 @@ def _drop_empty_values(metadata_value_by_name: dict[str, Any]) -> dict[str, Any]
 def _assemble_record_of_chosen_sensor(
     components: Sequence[RecordComponent],
     record_id: str,
-    declared_properties: DeclaredFileProperties,
+    user_declared_properties: DeclaredFileProperties,
     **replaced_fields: Any,
 ) -> Record:
     """Assemble a record from the components of the sensor that the user chose (default: the one at the surface).
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
-    reasons, sensor = RecordRefusalReasons(), declared_properties.sensor or "surface"
+    reasons, sensor = RecordRefusalReasons(), user_declared_properties.sensor or "surface"
     chosen = [c for c in components if c.sensor_position == sensor]
     records = group_components_by_record(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
@@ -157,7 +157,7 @@ def _assemble_record_of_chosen_sensor(
                 f"record table, --sensor {other}, sensor={other!r} in Python), or give the files of the {sensor} sensor"
             )
     with reasons.suppress_record_error_and_keep_reasons():
-        record = assemble_record(chosen or components, record_id, declared_properties, **replaced_fields)
+        record = assemble_record(chosen or components, record_id, user_declared_properties, **replaced_fields)
     reasons.raise_collected_reasons()
     others = [c for c in components if c.sensor_position != sensor]
     if sum(not c.vertical_sense for c in others) >= 2:  # They are a complete record of another sensor.
@@ -168,24 +168,24 @@ def _assemble_record_of_chosen_sensor(
 
 def read_record_without_processing(
     path: Path | str | Sequence[Path | str],
-    declared_properties: DeclaredFileProperties | None = None,
+    user_declared_properties: DeclaredFileProperties | None = None,
     record_id: str | None = None,
 ) -> Record:
     """Read a record without processing: from one file and those of its record next to it, or from several files."""
-    declared_properties = declared_properties or DeclaredFileProperties()
+    user_declared_properties = user_declared_properties or DeclaredFileProperties()
     several = path if isinstance(path, Sequence) and not isinstance(path, str | bytes) else [path]
     paths = [convert_argument_to_path("paths", one) for one in several]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
-        components = read_components(map(read_source_file, paths), declared_properties)
+        components = read_components(map(read_source_file, paths), user_declared_properties)
     else:
-        components, paths = read_components_and_paths_of_file_and_siblings(paths[0], declared_properties)
+        components, paths = read_components_and_paths_of_file_and_siblings(paths[0], user_declared_properties)
     record = _assemble_record_of_chosen_sensor(
-        components, record_id or paths[0].name.split(".")[0].lower(), declared_properties
+        components, record_id or paths[0].name.split(".")[0].lower(), user_declared_properties
     )
     return copy_record_with_added_notes(
-        record, notes_if_other_file_has_vertical_component(paths, components, declared_properties)
+        record, notes_if_other_file_has_vertical_component(paths, components, user_declared_properties)
     )
 
 
@@ -195,26 +195,26 @@ def copy_record_with_added_notes(record: Record, notes: Sequence[str]) -> Record
 
 
 def notes_if_other_file_has_vertical_component(
-    paths: Sequence[Path], components: Sequence[RecordComponent], declared_properties: DeclaredFileProperties
+    paths: Sequence[Path], components: Sequence[RecordComponent], user_declared_properties: DeclaredFileProperties
 ) -> list[str]:
     """Return a note if a record has no vertical component, although a file in its folder contains this component."""
     if (
         len(components) < 2
-        or declared_properties.columns
-        or declared_properties.vertical_sense == "none"
+        or user_declared_properties.columns
+        or user_declared_properties.vertical_sense == "none"
         or any(map(is_vertical_component, components))
     ):
         return []
     for path in find_similarly_named_files(paths):
         with suppress(OverturningError):
-            found = read_components([read_source_file(path)], declared_properties)
+            found = read_components([read_source_file(path)], user_declared_properties)
             if any(is_vertical_component(one) and belongs_to_record(components, one) for one in found):
                 return [f"vertical component left out: {path.name} in the same folder holds it; name it too"]
     return []
 
 
 def read_components_and_paths_of_file_and_siblings(
-    path: Path, declared_properties: DeclaredFileProperties
+    path: Path, user_declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[Path]]:
     """Read components from a file; if it has only one, also those of the same record from files next to it.
 
@@ -222,10 +222,10 @@ def read_components_and_paths_of_file_and_siblings(
     """
     first = read_source_file(path)
     stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declared_properties = declared_properties.with_station_xml_from_files(map(read_source_file, stationxml))
-    components = read_components([first], declared_properties)
+    user_declared_properties = user_declared_properties.with_station_xml_from_files(map(read_source_file, stationxml))
+    components = read_components([first], user_declared_properties)
     stations = (
-        {file.name for file in declared_properties.stationxml_files}
+        {file.name for file in user_declared_properties.stationxml_files}
         if components[0].format_name in ("miniseed", "sac")
         else set()
     )
@@ -240,9 +240,9 @@ def read_components_and_paths_of_file_and_siblings(
     for other in alike:
         # Ignore neighbours that are damaged or no records.
         with suppress(RecordError):
-            components += read_components([read_source_file(other)], declared_properties)
+            components += read_components([read_source_file(other)], user_declared_properties)
     components = group_components_by_record(components)[0]
-    if declared_properties.azimuths_deg is not None:
+    if user_declared_properties.azimuths_deg is not None:
         _check_file_order_fits_declared_azimuths(path, components)
     found = {component.file_name for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
@@ -281,7 +281,7 @@ def read(
     *,
     record_id: str | None = None,
     processing: "Sequence[Step | dict[str, Any]] | None" = None,
-    **declared_properties: Any,
+    **user_declared_properties: Any,
 ) -> Record:
     """Read a record from a file, an archive, or several files that belong together, and process it as a study does.
 
@@ -295,7 +295,7 @@ def read(
     processing : sequence of steps, optional
         As in a study, ``[{"step": "highpass", "corner_hz": 0.1}]``. Default: mean removal, taper and high-pass filter
         for raw records; no step for records that their agency has processed.
-    **declared_properties
+    **user_declared_properties
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal",
         or by file "a_n.txt=north:gal a_e.txt=east:gal"),
         ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
@@ -322,7 +322,7 @@ def read(
     except ValidationError as problem:
         lines = describe_invalid_keys(problem, ProcessingSteps, lambda steps: ["processing", *steps])
         raise ArgumentError("\n       ".join(lines)) from None
-    record = read_record_without_processing(paths, DeclaredFileProperties(**declared_properties), record_id)
+    record = read_record_without_processing(paths, DeclaredFileProperties(**user_declared_properties), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
     return round_to_stored_precision(process_record(record, steps))

@@ -38,7 +38,7 @@ def render_report_html_page(
     Parameters
     ----------
     markdown_tree : SyntaxTreeNode
-        Text of the report, from `render.parse_markdown`.
+        Text of the report, from `render.parse_markdown_and_number_figures_and_tables`.
     page_title : str
         Title of the page.
     language : str

@@ -35,7 +35,7 @@ def compile_report_pdf(
     Parameters
     ----------
     markdown_tree : SyntaxTreeNode
-        Text of the report, from `render.parse_markdown`.
+        Text of the report, from `render.parse_markdown_and_number_figures_and_tables`.
     document_title : str
         Title of the document.
     language : str

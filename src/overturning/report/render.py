@@ -126,7 +126,7 @@ def escape_markdown(template_value: Any) -> Markup:
     return Markup("".join(f"\\{one}" if one in MARKDOWN_SPECIAL_CHARACTERS else one for one in text))
 
 
-def parse_markdown(markdown_text: str) -> SyntaxTreeNode:
+def parse_markdown_and_number_figures_and_tables(markdown_text: str) -> SyntaxTreeNode:
     """Parse the report's Markdown to a syntax tree; number figures and tables outside collapsible sections.
 
     A paragraph with nothing but an image becomes a node with ``meta["figure"]``: its number, None inside a fold. A

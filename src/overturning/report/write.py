@@ -18,7 +18,11 @@ from overturning.report.drawings import (
 )
 from overturning.report.page import render_report_html_page
 from overturning.report.paper import compile_report_pdf
-from overturning.report.render import ReportMedia, parse_markdown, render_template_as_markdown
+from overturning.report.render import (
+    ReportMedia,
+    parse_markdown_and_number_figures_and_tables,
+    render_template_as_markdown,
+)
 from overturning.study.schema import Study
 from overturning.translation.texts import (
     check_language_is_known,
@@ -118,7 +122,7 @@ def write_report(
             has_rose_of_all_falls="rose" in figures and bool(found.cases.share_overturned),
         )
         title = translate_whole_text_by_table(found.study.title, read_label_translations(language))
-        tree = parse_markdown(render_template_as_markdown(found, language, media))
+        tree = parse_markdown_and_number_figures_and_tables(render_template_as_markdown(found, language, media))
         with atomic_write(html_path) as part:
             page = render_report_html_page(tree, title, language, figures, films)
             part.write_text(page, encoding="utf-8")

@@ -319,14 +319,13 @@ def score_overturning_criteria(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> Ove
             MeanOverEarthquakes(
                 len(counts), float(of(counts)), *bootstrap_interval(of, counts, statistic_bounds=(-1.0, 1.0))
             )
-            for of in (_peirce_skill_over_all_blocks, _weighted_mean_skill_over_blocks)
+            for of in (_peirce_skill_over_all_blocks, _skill_within_blocks_weighted_by_outcome_variance)
         )
         valid_counts = count_predictions_by_earthquake_and_block(predicts_fall_by_case, weight * valid)
         if rule_name == SLENDERNESS_ONLY_RULE_NAME:  # 0 within blocks by definition, not by chance
             within = replace(within, interval_low=math.nan, interval_high=math.nan)
-        return PredictionRuleScore(
-            rule_name, rule_in_words, overall, skill, within, float(_weighted_mean_skill_over_blocks(valid_counts)),
-        )  # fmt: skip
+        weighted_skill = float(_skill_within_blocks_weighted_by_outcome_variance(valid_counts))
+        return PredictionRuleScore(rule_name, rule_in_words, overall, skill, within, weighted_skill)
 
     predictions = [pga >= one.pga_limit_m_s2_function(height, slender, ratio) for one in OVERTURNING_CRITERIA]
     rules = [
@@ -356,7 +355,8 @@ def _best_minus_other_skill_by_name(counts_by_criterion_name: dict[str, FloatArr
     (earthquakes, blocks, 4).
     """
     skills = {
-        name: float(_weighted_mean_skill_over_blocks(counts)) for name, counts in counts_by_criterion_name.items()
+        name: float(_skill_within_blocks_weighted_by_outcome_variance(counts))
+        for name, counts in counts_by_criterion_name.items()
     }
     if not np.isfinite([*skills.values()]).all():
         return {}
@@ -364,7 +364,9 @@ def _best_minus_other_skill_by_name(counts_by_criterion_name: dict[str, FloatArr
 
     def first_minus_second_skill(counts_of_criterion_pair: FloatArray) -> FloatArray:
         first, second = np.split(counts_of_criterion_pair, 2, axis=-1)
-        return _weighted_mean_skill_over_blocks(first) - _weighted_mean_skill_over_blocks(second)
+        return _skill_within_blocks_weighted_by_outcome_variance(
+            first
+        ) - _skill_within_blocks_weighted_by_outcome_variance(second)
 
     pairs = {
         name: np.concatenate([counts_by_criterion_name[best], counts], axis=-1)
@@ -387,7 +389,9 @@ def _peirce_skill_over_all_blocks(prediction_counts_by_earthquake_and_block: Flo
     return np.asarray(counts.peirce_skill_score)
 
 
-def _weighted_mean_skill_over_blocks(prediction_counts_by_earthquake_and_block: FloatArray) -> FloatArray:
+def _skill_within_blocks_weighted_by_outcome_variance(
+    prediction_counts_by_earthquake_and_block: FloatArray,
+) -> FloatArray:
     """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
     The weight of a block is f(1 − f), where f is the share of cells of a block that fall. The skill of a block that

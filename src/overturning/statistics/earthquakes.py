@@ -47,7 +47,7 @@ BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
 """Smallest and largest possible difference between two cosines."""
 
 
-def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+def fall_counts_and_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Sum falls and fall vectors for each record, over azimuths and the blocks that direction statistics use.
 
     Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`, and
@@ -63,7 +63,7 @@ def fall_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     return made.transpose("record", *kept_dims)
 
 
-def mean_fall_directions_by_record(cube: xr.Dataset) -> xr.Dataset:
+def mean_fall_directions_and_axes_by_record(cube: xr.Dataset) -> xr.Dataset:
     """Compute mean direction and mean axis of falls under each record, over the blocks that direction statistics use.
 
     For these blocks see `mask_of_blocks_for_direction_statistics`. The variables are those of `mean_fall_directions`,
@@ -108,7 +108,7 @@ def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str)
         (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below
         `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
     """
-    sums = fall_vector_sums_by_record(cube, *kept_dims)
+    sums = fall_counts_and_vector_sums_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
             ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))
@@ -346,7 +346,7 @@ def alignments_with_references_by_record_group(
     index_slices_along_b_over_h : sequence of slice
         Ranges of positions along B/H; not given: each B/H separately.
     """
-    sums = fall_vector_sums_by_record(cube, "b_over_h")
+    sums = fall_counts_and_vector_sums_by_record(cube, "b_over_h")
     parts = index_slices_along_b_over_h or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {

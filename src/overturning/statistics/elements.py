@@ -232,7 +232,10 @@ def _count_two_stone_falls_of_record(
     fell, other_fell = known & (this != 0), known & (that != 0)
     both, (way, other_way) = (
         fell & other_fell,
-        (_fall_azimuths_or_2d_sides_deg(c) for c in (record_cube_of_this_stone, record_cube_of_other_stone)),
+        (
+            _fall_azimuths_deg_from_motion_azimuth_if_2d(c)
+            for c in (record_cube_of_this_stone, record_cube_of_other_stone)
+        ),
     )
     same = both & (angle_between_azimuths(way, other_way) <= 45.0)
     when, other_when = (
@@ -243,7 +246,7 @@ def _count_two_stone_falls_of_record(
     return [float(known.sum()), *(float((cells * weight_by_case).sum()) for cells in counted)]
 
 
-def _fall_azimuths_or_2d_sides_deg(record_cube: xr.Dataset) -> FloatArray:
+def _fall_azimuths_deg_from_motion_azimuth_if_2d(record_cube: xr.Dataset) -> FloatArray:
     """Return the fall azimuth of each simulated case, degrees; in 2-D relative to the azimuth of the motion.
 
     For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.faces import simulate_grid_and_face_planes_if_rectangular
+from overturning.dem.faces import simulate_grid_and_2d_face_planes_of_rectangle
 from overturning.dem.numerics import NumericalOptions, ProgressCallback
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
@@ -81,8 +81,8 @@ def simulate_variant(
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
     if sizes.fixed_scene_b_over_h_if_other_reference is None:
-        return simulate_grid_and_face_planes_if_rectangular(model, motion, sized, numerics)
-    arrays = simulate_grid_and_face_planes_if_rectangular(
+        return simulate_grid_and_2d_face_planes_of_rectangle(model, motion, sized, numerics)
+    arrays = simulate_grid_and_2d_face_planes_of_rectangle(
         model,
         motion,
         sized.copy_with_dimension_values(b_over_h=np.array([sizes.fixed_scene_b_over_h_if_other_reference])),

@@ -140,7 +140,7 @@ def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) 
     return kinds
 
 
-def note_on_stones_broader_than_simulated(stones: Sequence[Stone]) -> tuple[str, ...]:
+def note_on_stones_simulated_with_smaller_d_over_b(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
     shapes = [(stone.stone_count, stone.b_over_h_in_both_planes) for stone in stones if not stone.has_round_plan]
     most = LARGEST_FACTOR_BEYOND_GRID * SIMULATED_D_OVER_B[-1]

@@ -1,8 +1,9 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
 The step of one block has three parts, as in docs/method.md: `predict_block_at_step_end` and
-`solve_velocity_corrections` are here, `corner_forces_new_state_and_contact_changes` and `complete_block_step` in
-`overturning.dem.block.commit`. `overturning.dem.block.loops` has the loops over the blocks.
+`solve_velocity_corrections` are here, `corner_forces_new_state_and_contact_changes` and
+`compute_block_state_after_step_if_accepted` in `overturning.dem.block.commit`. `overturning.dem.block.loops` has the
+loops over the blocks.
 """
 
 import math

@@ -224,7 +224,7 @@ def time_since_contact_closed_minus_half_step_or_zero(
 
 
 @njit(**INLINE_OPTIONS)
-def complete_block_step(
+def compute_block_state_after_step_if_accepted(
     block: BlockConstants,
     previous_step: BlockAfterAttemptedStep,
     predicted_block: BlockPredictedAtStepEnd,

@@ -215,7 +215,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
                 mu_if_sliding, fine, both, attempt.repeats_with_corrected_sliding > 0.0, sooner
             )
             accepted = BlockAfterAttemptedStep(s, load_peaks(state, j), load_energy_account(state, j))
-            accepted = commit.complete_block_step(
+            accepted = commit.compute_block_state_after_step_if_accepted(
                 block, accepted, w, d, both, length, with_vertical_base_motion, with_friction
             )
             store_next_step_to_attempt(state, j, attempt)

@@ -60,7 +60,7 @@ from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     assume_vector_multiple,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
     select,
 )
 
@@ -86,9 +86,9 @@ load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_
 )
 load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
 load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
-add_equations = create_elementwise_tuple_functions(ContactForcesAndNegatedVelocityDerivatives).plus
-add_sum = create_elementwise_tuple_functions(ContactForceAndMomentSum).plus
-larger_contact_changes = create_elementwise_tuple_functions(BodyContactChangesInStep).largest
+add_equations = create_tuple_sum_difference_and_maximum_functions(ContactForcesAndNegatedVelocityDerivatives).plus
+add_sum = create_tuple_sum_difference_and_maximum_functions(ContactForceAndMomentSum).plus
+larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(BodyContactChangesInStep).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start")
@@ -324,12 +324,13 @@ def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows
 def build_time_stepping_loop(base_is_round: bool) -> Any:
     """Return the compiled time-stepping loop for bodies with a round rim (`base_is_round`) or with base vertices.
 
-    The type of its argument `base_shape_loop_tag` makes the compiled names of the two variants differ.
+    The type of its argument `marker_whose_type_selects_base_shape_loop` makes the compiled names of the two variants
+    differ.
     """
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
     def attempt_time_steps(
-        base_shape_loop_tag: Any,  # noqa: ARG001
+        marker_whose_type_selects_base_shape_loop: Any,  # noqa: ARG001
         body_states: Any,
         vertex_rows: Any,
         vertex_count: int,

@@ -114,7 +114,7 @@ class BodySimulationPlan(SimulationPlan3D):
     )
 
     @property
-    def base_shape_loop_tag(self) -> Any:
+    def marker_whose_type_selects_base_shape_loop(self) -> Any:
         """Empty tuple whose type selects the compiled time loop: for a round base, or for a base with vertices."""
         return RoundBaseLoopTag() if self.solids_by_size[0].rim_radius > 0 else PolygonalBaseLoopTag()
 
@@ -126,7 +126,7 @@ class BodySimulationPlan(SimulationPlan3D):
             **self.kernel_input_fields_common_to_3d_models(
                 case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT
             ),
-            base_shape_loop_tag=self.base_shape_loop_tag,
+            marker_whose_type_selects_base_shape_loop=self.marker_whose_type_selects_base_shape_loop,
             body_constants_by_size=self.body_constants_by_size,
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
@@ -205,7 +205,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.sample_count
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, pace = steps_per_sample_and_step_control(
+    steps, pace = longest_steps_per_sample_and_step_control(
         numerics, square[which], dashpot * modes[which], interval, period[which]
     )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
@@ -317,7 +317,7 @@ def _rest_acceleration_limit_g_by_case(
     )  # fmt: skip
 
 
-def steps_per_sample_and_step_control(
+def longest_steps_per_sample_and_step_control(
     numerics: NumericalOptions,
     contact_omega_squared_by_case: FloatArray,
     contact_two_xi_omega_by_case: FloatArray,

@@ -48,7 +48,7 @@ from overturning.dem.kernel.ground import (
     GroundMotion,
     count_skippable_samples,
     is_rest_check_sample,
-    upcoming_motion_is_below_rest_limit,
+    next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import (
@@ -89,7 +89,7 @@ class BodyKernelInput(NamedTuple):
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground_motion: GroundMotion
-    base_shape_loop_tag: Any
+    marker_whose_type_selects_base_shape_loop: Any
     """Value whose type, a key of `LOOP_BY_BASE_SHAPE_TAG`, selects the time loop."""
     body_constants_by_size: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
@@ -234,7 +234,7 @@ def attempt_steps_until_next_check(
     """Attempt time steps of all bodies until the next end test; return the first one's trajectory and its row count."""
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings = kernel_input.settings
-    marker = kernel_input.base_shape_loop_tag
+    marker = kernel_input.marker_whose_type_selects_base_shape_loop
     count = kernel_input.vertices_and_base_edges_by_size.shape[1]
     base = kernel_input.base_vertex_count
     if trajectory_buffer.shape[0] > 0:
@@ -350,7 +350,7 @@ def skip_quiet_samples_of_resting_cases(
         now = course.current_sample + over
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST_AT_SAMPLE_START_ROW + j] > 0.0 and is_rest_check_sample(now)
-        quiet = quiet and upcoming_motion_is_below_rest_limit(
+        quiet = quiet and next_window_motion_is_below_rest_limit(
             ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
         )
         if quiet and body_rests_upright_on_all_base_vertices(state, workspace.vertex_rows, count, base, j, rest_limit):

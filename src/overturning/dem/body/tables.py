@@ -208,7 +208,7 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
             "critical_lean_squared_sine": reach**2 / (reach**2 + foot**2),
             "fall_tilt_cosine": np.round(np.cos(fallen), 12),
             "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
-            "extreme_vertex_tolerance_to_height_range": body.lowest_vertex_tolerance_to_base_height_range,
+            "extreme_vertex_tolerance_to_height_range": body.lowest_vertex_tolerance_over_base_height_range,
         }
         for name, value in values.items():
             table[index][name] = value

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_elementwise_tuple_functions
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_tuple_sum_difference_and_maximum_functions
 
 
 class Vector3(NamedTuple):
@@ -50,9 +50,12 @@ class Matrix3(NamedTuple):
     zz: float
 
 
-plus, minus = create_elementwise_tuple_functions(Vector3).plus, create_elementwise_tuple_functions(Vector3).minus
-matrix_plus = create_elementwise_tuple_functions(Matrix3).plus
-matrix_minus = create_elementwise_tuple_functions(Matrix3).minus
+plus, minus = (
+    create_tuple_sum_difference_and_maximum_functions(Vector3).plus,
+    create_tuple_sum_difference_and_maximum_functions(Vector3).minus,
+)
+matrix_plus = create_tuple_sum_difference_and_maximum_functions(Matrix3).plus
+matrix_minus = create_tuple_sum_difference_and_maximum_functions(Matrix3).minus
 
 
 @njit(**INLINE_OPTIONS)

@@ -145,7 +145,7 @@ def is_rest_check_sample(current_sample: float) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def upcoming_motion_is_below_rest_limit(
+def next_window_motion_is_below_rest_limit(
     ground_motion: GroundMotion,
     motion_row: int,
     current_sample: float,
@@ -185,10 +185,10 @@ def count_skippable_samples(
 ) -> int:
     """Return the number of samples from the current one on, in whole blocks, in which a body at rest stays at rest.
 
-    The other parameters are those of `upcoming_motion_is_below_rest_limit`.
+    The other parameters are those of `next_window_motion_is_below_rest_limit`.
     """
     count = 0
-    while upcoming_motion_is_below_rest_limit(
+    while next_window_motion_is_below_rest_limit(
         ground_motion, motion_row, current_sample + count, amplitude_factor, rest_acceleration_limit_g
     ):
         count += SAMPLES_PER_REST_CHECK_BLOCK

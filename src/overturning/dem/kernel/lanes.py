@@ -93,7 +93,9 @@ def cache_line_aligned_zeros(length: int) -> Any:
     return numbers[skip : skip + length]
 
 
-def _signature_and_generator_for_array_view(_typing_context: Any, type_of_array_or_tuple_of_arrays: Any) -> Any:
+def _signature_and_generator_of_uncounted_array_view(
+    _typing_context: Any, type_of_array_or_tuple_of_arrays: Any
+) -> Any:
     """Return Numba signature and code generator of a view of one or more arrays that counts no references to them.
 
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
@@ -118,7 +120,7 @@ def _signature_and_generator_for_array_view(_typing_context: Any, type_of_array_
     return type_of_array_or_tuple_of_arrays(type_of_array_or_tuple_of_arrays), generate_view_code
 
 
-view_without_reference_counts: Final[Any] = intrinsic(_signature_and_generator_for_array_view)
+view_without_reference_counts: Final[Any] = intrinsic(_signature_and_generator_of_uncounted_array_view)
 
 
 def create_window_slicer(window_length: int, first_window_array_index: int = 0, stride: int | None = None) -> Any:
@@ -227,7 +229,7 @@ class ElementwiseTupleFunctions(NamedTuple):
 
 
 @cache
-def create_elementwise_tuple_functions(tuple_type: type) -> ElementwiseTupleFunctions:
+def create_tuple_sum_difference_and_maximum_functions(tuple_type: type) -> ElementwiseTupleFunctions:
     """Return compiled functions that add, subtract or compare two named tuples of a type element by element."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 

@@ -16,7 +16,7 @@ from overturning.dem.polygon.energy import (
     scene_energy,
 )
 from overturning.dem.polygon.resting import (
-    all_free_elements_tilt_less_than_rest_limit,
+    all_free_elements_tilt_far_below_critical_angle,
     any_element_can_still_land,
     count_closed_points_of_standing_elements,
     element_has_tipped,
@@ -118,7 +118,7 @@ def case_status(
         return CASE_NOT_ENDED
     # Upright elements that slide are simulated until friction has stopped them.
     sliding_time = 0.0
-    if all_free_elements_tilt_less_than_rest_limit(
+    if all_free_elements_tilt_far_below_critical_angle(
         case_states, lane, fall_and_support_table
     ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, fall_and_support_table, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)

@@ -17,7 +17,7 @@ from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
 )
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.equations import (
@@ -74,7 +74,7 @@ class PredictedPlanarContactPoint(NamedTuple):
     """True if a normal force pushes the point out while it slides."""
 
 
-add_velocity_to_force_matrices = create_elementwise_tuple_functions(PairVelocityToForceMatrix).plus
+add_velocity_to_force_matrices = create_tuple_sum_difference_and_maximum_functions(PairVelocityToForceMatrix).plus
 
 
 @njit(**INLINE_OPTIONS)

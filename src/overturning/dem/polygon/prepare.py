@@ -20,9 +20,9 @@ from overturning.dem.polygon.statics import (
     compute_pair_contact_laws,
     contact_points_at_rest_with_derivatives,
     largest_spring_and_dashpot_eigenvalues,
+    loaded_points_with_small_inclinations_ignored,
     lowest_omega_squared_on_springs,
     static_equilibrium,
-    supporting_contact_points,
 )
 from overturning.model.geometry import (
     ConvexPiecePair,
@@ -180,7 +180,7 @@ def prepare_scene(
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal_stiffness, laws.tangential_stiffness)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
-    bearing = supporting_contact_points(scene, placed, pairs, joints, loaded)
+    bearing = loaded_points_with_small_inclinations_ignored(scene, placed, pairs, joints, loaded)
     stands = _loaded_contact_points_by_element_and_carrier(placed, pairs, bearing)
     threshold, parts, safe = rocking_onset_acceleration_g_of_scene_and_groups(placed, stands)
     if equilibrium is None or any(item.element.kind == "held" for item in placed):

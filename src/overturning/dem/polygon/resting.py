@@ -175,7 +175,7 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_free_elements_tilt_less_than_rest_limit(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
+def all_free_elements_tilt_far_below_critical_angle(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
     """True if every free element is tilted by less than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
     for i in range(fall_limits_by_element.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)

@@ -15,7 +15,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
     TupleRowLayout,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
     create_window_slicer,
 )
 from overturning.dem.polygon.faces import ContactSegment
@@ -55,7 +55,7 @@ _, store_vertical_base_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer
 _, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "current_attempt")
 _, store_step_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "step_acceptance")
 _, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "contact_changes")
-zero_contact_changes = create_elementwise_tuple_functions(StepContactChangesAsFloats).zero
+zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(StepContactChangesAsFloats).zero
 load_element_state, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
 load_pose, store_pose, store_pose_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
 _, store_velocity, store_velocity_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")

@@ -23,7 +23,7 @@ from overturning.dem.kernel.ground import (
     count_skippable_samples,
     is_rest_check_sample,
     linear_base_acceleration_of_sample,
-    upcoming_motion_is_below_rest_limit,
+    next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
@@ -348,7 +348,7 @@ def skip_quiet_samples_of_resting_cases(
         )
         long = case.current_attempt.length_in_ticks >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
-        quiet = long and upcoming_motion_is_below_rest_limit(
+        quiet = long and next_window_motion_is_below_rest_limit(
             ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
         )
         if quiet and all_elements_at_rest_in_initial_position(state, j, scene):

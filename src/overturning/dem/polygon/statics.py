@@ -90,7 +90,7 @@ def _contact_points_with_displacement_derivatives(
     ]
 
 
-def supporting_contact_points(
+def loaded_points_with_small_inclinations_ignored(
     scene: Scene,
     elements: list[PlacedElement],
     pairs: list[ConvexPiecePair],

@@ -8,7 +8,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     TupleRowLayout,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
     create_window_slicer,
     hide_number_from_llvm,
 )
@@ -39,7 +39,7 @@ FLOATS_PER_SUBMATRIX_OF_ALL_CASES: Final = SUBMATRIX_ROW_LAYOUT.array_length
 load, store, _ = SUBMATRIX_ROW_LAYOUT.tuple_reader_and_writer(EquationSubmatrix)
 
 
-subtract_submatrix_elementwise = create_elementwise_tuple_functions(EquationSubmatrix).minus
+subtract_submatrix_elementwise = create_tuple_sum_difference_and_maximum_functions(EquationSubmatrix).minus
 
 
 slice_submatrix_rows: Final = create_window_slicer(FLOATS_PER_SUBMATRIX_OF_ALL_CASES)

@@ -11,7 +11,7 @@ from overturning.dem.body.state import InertialAccelerations3D, StepRejectionAnd
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
-from overturning.dem.kernel.lanes import create_elementwise_tuple_functions, create_window_slicer
+from overturning.dem.kernel.lanes import create_tuple_sum_difference_and_maximum_functions, create_window_slicer
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     POINT_ROW_LAYOUT,
@@ -138,10 +138,10 @@ load_point_state, _, store_point_state_unless_rejected = POINT_ROW_LAYOUT.tuple_
     JointPointAtStepStartAndEnd, "at_step_start"
 )
 
-add_energy_losses = create_elementwise_tuple_functions(ContactEnergyLosses).plus
-zero_energy_losses = create_elementwise_tuple_functions(ContactEnergyLosses).zero
-larger_contact_changes = create_elementwise_tuple_functions(StackContactChangesInStep).largest
-no_contact_changes = create_elementwise_tuple_functions(StackContactChangesInStep).zero
+add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactEnergyLosses).plus
+zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactEnergyLosses).zero
+larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).largest
+no_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).zero
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")
 """Array index, in the rows of a stone, at which the flags `StoneFallState.is_still_simulated` start."""

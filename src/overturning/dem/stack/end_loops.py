@@ -20,7 +20,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     assume_vector_multiple,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
     select,
 )
 from overturning.dem.stack.access import (
@@ -68,9 +68,9 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+    flat_landing_of_stone_is_under_way,
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
-    stone_base_lands_flat,
 )
 from overturning.dem.stack.solve import shift_wrench_to_stone_centre, wrench_minus, wrench_plus
 from overturning.dem.stack.state import (
@@ -79,8 +79,12 @@ from overturning.dem.stack.state import (
     Wrench,
 )
 
-add_point_force_and_impulse = create_elementwise_tuple_functions(NormalForceAndEarlyContactImpulseSums).plus
-zero_point_force_and_impulse = create_elementwise_tuple_functions(NormalForceAndEarlyContactImpulseSums).zero
+add_point_force_and_impulse = create_tuple_sum_difference_and_maximum_functions(
+    NormalForceAndEarlyContactImpulseSums
+).plus
+zero_point_force_and_impulse = create_tuple_sum_difference_and_maximum_functions(
+    NormalForceAndEarlyContactImpulseSums
+).zero
 
 
 @njit(**INLINE_OPTIONS)
@@ -142,7 +146,7 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
             PointStepConditions(
-                load_clock_within_sample(case_rows, j).half_step_length_s, stone_base_lands_flat(landing),
+                load_clock_within_sample(case_rows, j).half_step_length_s, flat_landing_of_stone_is_under_way(landing),
                 remaining_landing_time_of_new_contact(joint, landing),
                 point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
                 landing.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
@@ -183,7 +187,7 @@ def compute_joint_forces_and_add_to_stones(
     """Compute force, moment and new state of a stone's contact with its support; add the force to both stones' sums."""
     for j in range(assume_vector_multiple(lane_count)):
         change = load_joint_force_or_velocity_change(joint_rows, j)
-        flat = stone_base_lands_flat(load_flat_landing_state(joint_rows, j))
+        flat = flat_landing_of_stone_is_under_way(load_flat_landing_state(joint_rows, j))
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )

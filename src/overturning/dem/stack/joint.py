@@ -148,7 +148,7 @@ def predict_friction(
 
 
 @njit(**INLINE_OPTIONS)
-def joint_equation_terms(
+def predicted_joint_force_moment_and_derivatives(
     joint_constants: JointConstants,
     normal_force_sums: JointNormalForceSums,
     assumed_friction: AssumedJointFrictionInStep,

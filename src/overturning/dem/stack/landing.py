@@ -27,7 +27,7 @@ PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 
 
 @njit(**INLINE_OPTIONS)
-def stone_base_lands_flat(landing_times_and_heights: FlatLandingTimesAndPointHeights) -> bool:
+def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTimesAndPointHeights) -> bool:
     """True while a flat landing of a stone lasts: all contact points with its support touch down in one impact.
 
     Dashpots may pull during this impact.

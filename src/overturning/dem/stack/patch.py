@@ -355,7 +355,7 @@ def place_contact_points_of_base_side(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def place_contact_points_of_partial_patch(
+def place_partial_patch_points_with_stiffness(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> None:
     """Compute place and stiffness of all contact points where only a part of a stone's base rests on the face below."""

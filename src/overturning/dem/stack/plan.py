@@ -11,8 +11,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_motion_indices_cosines_and_accelerations,
+    longest_steps_per_sample_and_step_control,
     sample_ranges_able_to_move_3d_model_at_rest,
-    steps_per_sample_and_step_control,
 )
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.limits import (
@@ -309,7 +309,7 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     damping = np.asarray(cases.damping_factor)
     rate = (square * delay)[which] * damping
-    steps, pace = steps_per_sample_and_step_control(
+    steps, pace = longest_steps_per_sample_and_step_control(
         numerics, square[which], rate, interval, STACK_TO_BODY_WHOLE_STEP_RATIO * period[which], STACK_STEP_CONTROL
     )
     pace["shortest_step_ticks"] = np.minimum(pace["shortest_step_ticks"], MAX_SHORTEST_STEP_TICKS)

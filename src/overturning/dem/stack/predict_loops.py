@@ -22,7 +22,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
     assume_vector_multiple,
-    create_elementwise_tuple_functions,
+    create_tuple_sum_difference_and_maximum_functions,
 )
 from overturning.dem.stack.access import (
     load_clock_within_sample,
@@ -63,7 +63,7 @@ from overturning.dem.stack.access import (
     store_velocity_correction,
     zero_energy_losses,
 )
-from overturning.dem.stack.joint import joint_equation_terms, predict_friction
+from overturning.dem.stack.joint import predict_friction, predicted_joint_force_moment_and_derivatives
 from overturning.dem.stack.joint_point import (
     normal_force_sum_terms_of_point,
     predicted_force_per_share_and_contact_flag,
@@ -71,9 +71,9 @@ from overturning.dem.stack.joint_point import (
 from overturning.dem.stack.joint_state import FlatLandingTimesAndPointHeights, JointNormalForceSums, JointStepConditions
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+    flat_landing_of_stone_is_under_way,
     include_point_in_landing_times_and_heights,
     point_contact_is_deferred,
-    stone_base_lands_flat,
 )
 from overturning.dem.stack.solve import (
     eliminate_stone_from_equations,
@@ -95,10 +95,10 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_normal_force_sums = create_elementwise_tuple_functions(JointNormalForceSums).plus
-no_normal = create_elementwise_tuple_functions(JointNormalForceSums).zero
-no_sum = create_elementwise_tuple_functions(StoneContactForceSums).zero
-no_wrench = create_elementwise_tuple_functions(Wrench).zero
+add_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).plus
+no_normal = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).zero
+no_sum = create_tuple_sum_difference_and_maximum_functions(StoneContactForceSums).zero
+no_wrench = create_tuple_sum_difference_and_maximum_functions(Wrench).zero
 
 
 @njit(**INLINE_OPTIONS)
@@ -206,7 +206,7 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_landing_times_with_contact_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+def include_point_in_joint_landing_times_and_heights(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
         store_flat_landing_state(
@@ -237,7 +237,7 @@ def predict_point_force_and_add_to_joint_sums(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         pressure, on = predicted_force_per_share_and_contact_flag(
-            joint, frame, place, old, (fine, stone_base_lands_flat(landing), waits)
+            joint, frame, place, old, (fine, flat_landing_of_stone_is_under_way(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
         store_normal_force_sums(joint_rows, j, add_normal_force_sums(load_normal_force_sums(joint_rows, j), terms))
@@ -254,7 +254,7 @@ def predict_joint_friction_and_equations(
         sums = load_normal_force_sums(joint_rows, j)
         old = load_joint_state(joint_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
-        flat = stone_base_lands_flat(load_flat_landing_state(joint_rows, j))
+        flat = flat_landing_of_stone_is_under_way(load_flat_landing_state(joint_rows, j))
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
@@ -262,7 +262,9 @@ def predict_joint_friction_and_equations(
         friction = predict_friction(joint, frame, sums, old, JointStepConditions(half, fine, flat, foot))
         store_joint_friction(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
-        store_joint_equations(joint_rows, j, joint_equation_terms(joint, sums, friction, half, normal))
+        store_joint_equations(
+            joint_rows, j, predicted_joint_force_moment_and_derivatives(joint, sums, friction, half, normal)
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

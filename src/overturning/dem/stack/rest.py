@@ -135,7 +135,7 @@ def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessShareMoments:
+def sum_and_moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessShareMoments:
     """Return the sum of the shares of stiffness of two stones' contact points, and its moments."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(joint_point_rows.size // POINT_ARRAY_LENGTH):
@@ -161,7 +161,7 @@ def first_point_unloading_acceleration_g(
     `mass_centre_above_in_lower_face_frame` is the centre of mass of the stones above, m. The pressure is a linear
     function of the position in the contact. The result is 0 for a contact without width, or if a point carries no load.
     """
-    total = moments_of_stiffness_shares(joint_point_rows, lane)
+    total = sum_and_moments_of_stiffness_shares(joint_point_rows, lane)
     if not total.stiffness_share_sum > 0.0:
         return 0.0
     x, y = (

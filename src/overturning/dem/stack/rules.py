@@ -17,7 +17,7 @@ from overturning.dem.kernel.ground import (
     GroundMotion,
     count_skippable_samples,
     is_rest_check_sample,
-    upcoming_motion_is_below_rest_limit,
+    next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
@@ -252,7 +252,7 @@ def skip_quiet_samples_of_resting_cases(
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):
             continue
         direction = row[case_index_by_lane[j]]
-        if not upcoming_motion_is_below_rest_limit(ground, direction, now, course.amplitude_factor, bound):
+        if not next_window_motion_is_below_rest_limit(ground, direction, now, course.amplitude_factor, bound):
             continue
         rest_limit = rest_acceleration_limit_g_or_0_if_moving(state, j, stones, corners)
         if rest_limit > 0.0:

@@ -16,7 +16,7 @@ from overturning.dem.body.vectors import (
     plus,
     transpose,
 )
-from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_elementwise_tuple_functions
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_tuple_sum_difference_and_maximum_functions
 from overturning.dem.stack.joint_state import JointEquations
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
@@ -25,10 +25,10 @@ from overturning.dem.stack.state import (
     Wrench,
 )
 
-sum_of_6x6_matrices = create_elementwise_tuple_functions(VelocityToForceBlocks).plus
-difference_of_6x6_matrices = create_elementwise_tuple_functions(VelocityToForceBlocks).minus
-wrench_plus = create_elementwise_tuple_functions(Wrench).plus
-wrench_minus = create_elementwise_tuple_functions(Wrench).minus
+sum_of_6x6_matrices = create_tuple_sum_difference_and_maximum_functions(VelocityToForceBlocks).plus
+difference_of_6x6_matrices = create_tuple_sum_difference_and_maximum_functions(VelocityToForceBlocks).minus
+wrench_plus = create_tuple_sum_difference_and_maximum_functions(Wrench).plus
+wrench_minus = create_tuple_sum_difference_and_maximum_functions(Wrench).minus
 
 
 @njit(**INLINE_OPTIONS)

@@ -32,7 +32,7 @@ from overturning.dem.stack.end_loops import (
 )
 from overturning.dem.stack.patch import (
     any_stack_uses_contact_point,
-    place_contact_points_of_partial_patch,
+    place_partial_patch_points_with_stiffness,
     predict_base_corner_positions,
     predict_lowest_stone_motion_relative_to_ground,
     predict_motion_relative_to_stone_below,
@@ -41,6 +41,7 @@ from overturning.dem.stack.patch import (
 from overturning.dem.stack.predict_loops import (
     compute_upper_stone_velocity_corrections,
     eliminate_upper_stone_of_each_stack,
+    include_point_in_joint_landing_times_and_heights,
     predict_joint_friction_and_equations,
     predict_point_force_and_add_to_joint_sums,
     predict_stone_motion_and_equations,
@@ -48,7 +49,6 @@ from overturning.dem.stack.predict_loops import (
     rotate_joint_equations_to_ground_axes,
     solve_velocity_corrections_of_lowest_stones,
     start_step_and_predict_inertial_acceleration,
-    update_landing_times_with_contact_point,
 )
 from overturning.dem.stack.rim import (
     express_point_in_mean_normal_frame,
@@ -90,7 +90,7 @@ def predict_contact_points_and_patch_forces(
     ):
         clip_base_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         clip_lower_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
-        place_contact_points_of_partial_patch(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        place_partial_patch_points_with_stiffness(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         sum_contact_normals(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
@@ -103,7 +103,7 @@ def predict_contact_points_and_patch_forces(
     used_point_count_and_indices[0] = count
     reset_landing_times_and_normal_force_sums(joint_rows, lane_count)
     for n in range(count):
-        update_landing_times_with_contact_point(
+        include_point_in_joint_landing_times_and_heights(
             joint_rows, slice_contact_point_rows(joint_point_rows, used_point_count_and_indices[1 + n]), lane_count
         )
     for n in range(count):

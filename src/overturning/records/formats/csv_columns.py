@@ -23,7 +23,7 @@ from overturning.records.source import SourceFile
 from overturning.units import ACCELERATION_UNITS_IN_M_S2
 
 
-def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
+def read_components(source_file: SourceFile, user_declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Read components from the columns of a text file, whose axes and units the user declares.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
@@ -35,27 +35,29 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     name, reasons = source_file.name, RecordRefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.suppress_record_error_and_keep_reasons():
-        text, sisters = _column_declaration_and_record_key_of_file(declared_properties.columns, name)
+        text, sisters = _column_declaration_and_record_key_of_file(user_declared_properties.columns, name)
         text, per_line, width = _split_column_values_per_line_and_field_width(text, name)
         columns = _parse_axes_and_units(text, name)
-        if declared_properties.sampling_interval_s is None and "time" not in dict(columns):
+        if user_declared_properties.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
     with reasons.suppress_record_error_and_keep_reasons():
-        if declared_properties.processed is None:
+        if user_declared_properties.processed is None:
             raise RecordError(
                 f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed "
                 "in the record table: true or false; --processed or --raw here)"
             )
     reasons.raise_collected_reasons()
     lines = TextLines(source_file, source_file.lines)
-    rows, first, notes = _read_number_rows_first_line_and_notes(lines, columns, declared_properties, per_line, width)
-    interval = declared_properties.sampling_interval_s or 0.0
+    rows, first, notes = _read_number_rows_first_line_and_notes(
+        lines, columns, user_declared_properties, per_line, width
+    )
+    interval = user_declared_properties.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
             interval = _checked_sampling_interval(
-                lines, first, rows[:, index] * SECONDS_BY_TIME_UNIT[unit], declared_properties.sampling_interval_s
+                lines, first, rows[:, index] * SECONDS_BY_TIME_UNIT[unit], user_declared_properties.sampling_interval_s
             )
-    extra = {"declared": declared_properties.declared_sample_property_texts}
+    extra = {"declared": user_declared_properties.declared_sample_property_texts}
     return [
         RecordComponent.from_file(
             source_file,
@@ -63,7 +65,7 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
             parse_axis_direction(word),
             rows[:, index] * ACCELERATION_UNITS_IN_M_S2[unit],
             interval,
-            is_already_corrected=declared_properties.processed,
+            is_already_corrected=user_declared_properties.processed,
             user_declared_unit=unit,
             extra_metadata=extra,
             notes=notes,
@@ -153,13 +155,13 @@ def _parse_axes_and_units(declared_columns_text: str, file_name: str) -> list[tu
 def _read_number_rows_first_line_and_notes(
     lines: TextLines,
     axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],
-    declared_properties: DeclaredFileProperties,
+    user_declared_properties: DeclaredFileProperties,
     samples_per_line_or_0: int,
     characters_per_sample_or_0: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of a file, shape (rows, columns), the index of their first line, and notes on headings."""
     name, first = lines.source.name, first_number_line_index(lines.lines)
-    trusting = declared_properties.trust_data
+    trusting = user_declared_properties.trust_data
     texts = {
         i: line if characters_per_sample_or_0 else text
         for i, line in enumerate(lines.lines[first:], first)

@@ -33,7 +33,7 @@ VELOCITY_SENSOR_FULL_SCALE_M_S: Final = 0.01
 """Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
-def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
+def read_components(source_file: SourceFile, user_declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Read the components of a MiniSEED file; a RecordError for damage, gaps, or if StationXML is missing."""
     size = len(source_file.data)
     if size % 128:
@@ -41,12 +41,12 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
         raise RecordError(f"{source_file.name}: {why}")
     stream, inventory = (
         read_obspy_stream(source_file, "MSEED"),
-        read_stationxml_inventory(declared_properties.stationxml_files),
+        read_stationxml_inventory(user_declared_properties.stationxml_files),
     )
     if inventory is None:
         why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         raise RecordError(f"{source_file.name}: {why}")
-    return stream_components_in_m_s2(stream, inventory, source_file, declared_properties)
+    return stream_components_in_m_s2(stream, inventory, source_file, user_declared_properties)
 
 
 def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any) -> Any:
@@ -60,7 +60,7 @@ def read_obspy_stream(source_file: SourceFile, obspy_format: str, **options: Any
 
 
 def stream_components_in_m_s2(
-    obspy_stream: Any, obspy_inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    obspy_stream: Any, obspy_inventory: Any, source_file: SourceFile, user_declared_properties: DeclaredFileProperties
 ) -> list[RecordComponent]:
     """Convert an obspy Stream from counts to components in m/s², by the gain or response in the StationXML.
 
@@ -80,13 +80,13 @@ def stream_components_in_m_s2(
     components, reasons = [], RecordRefusalReasons()
     for trace in obspy_stream:
         with reasons.suppress_record_error_and_keep_reasons():
-            components.append(_component_of_trace(trace, obspy_inventory, source_file, declared_properties))
+            components.append(_component_of_trace(trace, obspy_inventory, source_file, user_declared_properties))
     reasons.raise_collected_reasons()
     return components
 
 
 def _component_of_trace(
-    obspy_trace: Any, obspy_inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    obspy_trace: Any, obspy_inventory: Any, source_file: SourceFile, user_declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert one obspy trace to a record component, m/s²; a RecordError if the channel's StationXML is unsuitable."""
     channel, moment, code = (
@@ -94,11 +94,11 @@ def _component_of_trace(
         obspy_trace.stats.starttime,
         obspy_trace.stats.channel,
     )
-    epoch = find_channel_epoch(obspy_trace, obspy_inventory, source_file, declared_properties)
+    epoch = find_channel_epoch(obspy_trace, obspy_inventory, source_file, user_declared_properties)
     unit, scale = epoch.input_unit, acceleration_unit_in_m_s2(epoch.input_unit)
     if scale is None and not is_metre_per_second(unit):
         raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
-    if scale is not None and code[1:2] == "H" and declared_properties.unit is None:
+    if scale is not None and code[1:2] == "H" and user_declared_properties.unit is None:
         raise RecordError(
             f"{channel} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
             "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
@@ -134,8 +134,8 @@ def _component_of_trace(
         station_latitude_longitude_deg=(epoch.obspy_channel.latitude, epoch.obspy_channel.longitude),
         sensor_position=classify_as_surface_or_borehole(epoch.obspy_channel.depth),
         sensor_location=obspy_trace.stats.location or BLANK_LOCATION_CODE,
-        user_declared_unit=declared_properties.unit
-        if declared_properties.unit and ACCELERATION_UNITS_IN_M_S2.get(declared_properties.unit) == scale
+        user_declared_unit=user_declared_properties.unit
+        if user_declared_properties.unit and ACCELERATION_UNITS_IN_M_S2.get(user_declared_properties.unit) == scale
         else "",
         extra_metadata={"removed": removed, "network": obspy_trace.stats.network}
         | epoch.trusted_contradictions_metadata,

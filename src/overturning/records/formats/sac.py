@@ -36,7 +36,7 @@ OTHER_CONTENT_BY_IFTYPE: Final[dict[float | None, str]] = {
 """Content for each value of SAC's IFTYPE that is not a time series."""
 
 
-def read_components(source_file: SourceFile, declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
+def read_components(source_file: SourceFile, user_declared_properties: DeclaredFileProperties) -> list[RecordComponent]:
     """Read the one component of a SAC file, as a list; its unit comes from StationXML or the user.
 
     A RecordError is raised if neither of them states a unit.
@@ -50,22 +50,22 @@ def read_components(source_file: SourceFile, declared_properties: DeclaredFilePr
     uneven = "samples at uneven times" if header.get("leven") == 0 else ""
     if what := OTHER_CONTENT_BY_IFTYPE.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source_file.name}: {what} by its header, not evenly sampled acceleration; get that file")
-    inventory = read_stationxml_inventory(declared_properties.stationxml_files)
+    inventory = read_stationxml_inventory(user_declared_properties.stationxml_files)
     # With a declared unit, ignore StationXML that does not contain this channel.
     if inventory is not None and (
-        declared_properties.unit is None or inventory_has_channel_of_trace(stream[0], inventory)
+        user_declared_properties.unit is None or inventory_has_channel_of_trace(stream[0], inventory)
     ):
-        return stream_components_in_m_s2(stream, inventory, source_file, declared_properties)
-    if declared_properties.unit is None:
+        return stream_components_in_m_s2(stream, inventory, source_file, user_declared_properties)
+    if user_declared_properties.unit is None:
         raise RecordError(
             f"{source_file.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
             f"{', '.join(ACCELERATION_UNITS_IN_M_S2)}) or give StationXML"
         )
-    return [_component_of_trace(stream[0], source_file, declared_properties.unit, declared_properties)]
+    return [_component_of_trace(stream[0], source_file, user_declared_properties.unit, user_declared_properties)]
 
 
 def _component_of_trace(
-    obspy_trace: Any, source_file: SourceFile, declared_unit: str, declared_properties: DeclaredFileProperties
+    obspy_trace: Any, source_file: SourceFile, declared_unit: str, user_declared_properties: DeclaredFileProperties
 ) -> RecordComponent:
     """Convert a SAC trace of a given unit to a record component, m/s²; a RecordError if it is no acceleration."""
     header, scale = obspy_trace.stats.sac, ACCELERATION_UNITS_IN_M_S2[declared_unit]
@@ -117,11 +117,11 @@ def _component_of_trace(
         header_peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
         sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
         sensor_location=obspy_trace.stats.location,
-        is_already_corrected=bool(declared_properties.processed),
+        is_already_corrected=bool(user_declared_properties.processed),
         user_declared_unit=declared_unit,
         extra_metadata={
             "network": obspy_trace.stats.network,
-            "declared": declared_properties.declared_sample_property_texts,
+            "declared": user_declared_properties.declared_sample_property_texts,
         }
         | epicentre,
         notes=notes,

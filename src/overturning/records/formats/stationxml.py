@@ -105,7 +105,7 @@ class ChannelEpoch:
 
 
 def find_channel_epoch(
-    obspy_trace: Any, obspy_inventory: Any, source_file: SourceFile, declared_properties: DeclaredFileProperties
+    obspy_trace: Any, obspy_inventory: Any, source_file: SourceFile, user_declared_properties: DeclaredFileProperties
 ) -> ChannelEpoch:
     """Return gain, unit and direction of a trace's channel from the StationXML epoch in which the trace begins.
 
@@ -117,7 +117,7 @@ def find_channel_epoch(
 
     def refuse_or_store_contradiction(contradiction_text: str, remedy: str) -> None:
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
-        if not declared_properties.trust_data:
+        if not user_declared_properties.trust_data:
             raise RecordError(f"{name} {contradiction_text}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {contradiction_text}")
 
@@ -250,7 +250,7 @@ def _total_stage_gain_and_relative_difference(
     if not stated.size or not stated.all():
         return np.nan, 0.0
     frequency = obspy_response.instrument_sensitivity.frequency
-    shifted = stated * [_gain_ratio_to_gain_at_stated_frequency(stage, frequency) for stage in stages]
+    shifted = stated * [_gain_at_channel_over_at_stage_frequency(stage, frequency) for stage in stages]
     products = float(stated.prod()), float(shifted.prod())
     pairs = [
         (
@@ -266,7 +266,7 @@ _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE: Final = {"LAPLACE (RADIANS/SECOND)":
 """Imaginary part of the Laplace variable at 1 Hz, by type of transfer function."""
 
 
-def _gain_ratio_to_gain_at_stated_frequency(
+def _gain_at_channel_over_at_stage_frequency(
     obspy_response_stage: Any, channel_gain_frequency_hz: float | None
 ) -> float:
     """Return the gain of a response stage at a frequency, Hz, divided by its gain at the frequency that it states.

@@ -64,7 +64,7 @@ class RecordFileFormat:
         return bool(re.match(self.content_pattern_or_test, source_file.first_bytes_for_format_detection))
 
     def read_components(
-        self, source_file: SourceFile, declared_properties: DeclaredFileProperties
+        self, source_file: SourceFile, user_declared_properties: DeclaredFileProperties
     ) -> list[RecordComponent]:
         """Read the components of a file in this format; errors name the file, the line and a remedy."""
         try:
@@ -73,7 +73,11 @@ class RecordFileFormat:
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
                 found = self.reader(
-                    *((source_file, declared_properties) if self.reader_takes_declared_properties else (source_file,))
+                    *(
+                        (source_file, user_declared_properties)
+                        if self.reader_takes_declared_properties
+                        else (source_file,)
+                    )
                 )
         except RecordError:
             raise
@@ -84,7 +88,7 @@ class RecordFileFormat:
         by = {"processed_by": self.default_processing_agency} if self.default_processing_agency else {}
         told = _obspy_warning_notes(caught, source_file.name)
         damaged = tuple(note for note in told if "integrity" in note)
-        if damaged and not declared_properties.trust_data:
+        if damaged and not user_declared_properties.trust_data:
             raise RecordError(f"{damaged[0]}; its samples are damaged: get the file again, or say --trust-data")
         return [
             replace(

@@ -21,7 +21,7 @@ def expect_error(kind: type[Exception], *words: str, brief: bool = False) -> Ite
     assert not brief or "\n" not in message
 
 
-def command_output(*words: object, status: int = 0) -> str:
+def run_overturning_and_return_printed_text(*words: object, status: int = 0) -> str:
     """Run `overturning`, check its exit status, and return the output of both streams."""
     with redirect_stdout(StringIO()) as text, redirect_stderr(text), pytest.raises(SystemExit) as end:
         main([str(word) for word in words])

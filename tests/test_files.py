@@ -15,7 +15,7 @@ from overturning.files import (
     check_outputs_are_separate_files,
     read_yaml_mapping,
 )
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), RuntimeError("NetCDF: HDF error")])
@@ -34,7 +34,7 @@ def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.Mo
     monkeypatch.setattr(
         "overturning.study.document.write_study_schemas_and_readme_tables", raise_read_only_file_system_error
     )
-    text = command_output("study", "document", status=1)
+    text = run_overturning_and_return_printed_text("study", "document", status=1)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
 
@@ -43,7 +43,10 @@ def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPa
         raise KeyboardInterrupt
 
     monkeypatch.setattr("overturning.study.document.write_study_schemas_and_readme_tables", raise_interrupt)
-    assert command_output("study", "document", status=130) == "Stopped; no incomplete file was kept.\n"
+    assert (
+        run_overturning_and_return_printed_text("study", "document", status=130)
+        == "Stopped; no incomplete file was kept.\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -61,7 +64,7 @@ def test_an_interrupted_command_prints_one_sentence(monkeypatch: pytest.MonkeyPa
 )
 def test_an_unwritable_output_path_is_named_in_a_one_line_error(arguments: list[str]) -> None:
     """The paths lie in /proc, where no user can create a file."""
-    text = command_output(*arguments, status=1)
+    text = run_overturning_and_return_printed_text(*arguments, status=1)
     assert text.startswith("error: "), text
     assert "/proc/x" in text
     assert len(text.splitlines()) <= 2

@@ -34,7 +34,9 @@ NAMED_TUPLE_MEMBERS = {"_fields", "_replace", "_asdict", "_make"}
 CACHE_TEST = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
 COMPILER_TEST = "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
 LANES_TEST = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
-VECTOR_CODE_TEST = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
+VECTORISATION_TEST_NODE_ID = (
+    "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
+)
 
 USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
     "arrays.py": {
@@ -78,10 +80,13 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
         ("_name",): ("the name that Numba requires of a pass", COMPILER_TEST),
     },
     "dem/kernel/lanes.py": {
-        ("numba.core", "_getvalue"): ("views of arrays without owner and without bounds checks", VECTOR_CODE_TEST),
+        ("numba.core", "_getvalue"): (
+            "views of arrays without owner and without bounds checks",
+            VECTORISATION_TEST_NODE_ID,
+        ),
         ("_nrt",): (
             "no reference counts in inner functions, which would keep loops from being vector code",
-            VECTOR_CODE_TEST,
+            VECTORISATION_TEST_NODE_ID,
         ),
     },
     "dem/kernel/tuples.py": {

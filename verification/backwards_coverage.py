@@ -30,7 +30,7 @@ from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_inter
 from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
-from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities
+from overturning.surveys.responses import StoneHeightAndSideRatios, StoneOutcomeProbabilities
 from overturning.surveys.stone_outcomes import SIMULATED_PGV_M_S
 from overturning.surveys.stones import Stone, read_counted_stones
 from verification.tables import (
@@ -153,7 +153,9 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
     true = [one for one in library if one.earthquake_name]
     events = sorted({one.earthquake_name for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(survey_count)]
-    kinds = [StoneDimensions.from_stone_with_nearest_d_over_b(stone) for truth in truths for stone in truth.stones]
+    kinds = [
+        StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone) for truth in truths for stone in truth.stones
+    ]
     inversion, rows = SurveyInversion(StoneOutcomeProbabilities(library, kinds, thread_count=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array(
@@ -297,7 +299,7 @@ def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
     inversion = SurveyInversion(
         StoneOutcomeProbabilities(
             candidate_motions(),
-            [StoneDimensions.from_stone_with_nearest_d_over_b(stone) for stone in stones],
+            [StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone) for stone in stones],
             thread_count=threads,
         )
     )

@@ -51,7 +51,7 @@ from verification.tables import (
     named_parts_or_all_if_none,
     write_measured_numbers,
 )
-from verification.timing import minimum_processor_time, run_python_program_and_time_it
+from verification.timing import minimum_processor_time, run_python_program_and_measure_cpu_time
 from verification.whole_run import QUANTITY_PREFIX_WITH_FORK_SERVER, fork_server_comparison_table, measure_whole_run
 
 
@@ -198,7 +198,9 @@ def measure_compile_and_load_time() -> list[MeasuredNumber]:
         "run_cases(m, Cases(0, 0.6, 0.05, 1.0)); print(time.process_time() - t)"
     )
     with tempfile.TemporaryDirectory() as folder:
-        cold, warm = (float(run_python_program_and_time_it(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
+        cold, warm = (
+            float(run_python_program_and_measure_cpu_time(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2)
+        )
     return [
         MeasuredNumber("compilation, cold", cold - warm, "s"),
         MeasuredNumber("loading a compiled kernel", warm, "s"),

@@ -79,7 +79,7 @@ def median_and_95_percent_change_text(changes_by_cell: FloatArray) -> str:
     )
 
 
-def peak_slip_of_cells(cube: xr.Dataset) -> FloatArray:
+def peak_or_residual_slip_of_cells(cube: xr.Dataset) -> FloatArray:
     """Return the peak slip of each cell of a cube, m; the residual slip for stacks, whose cubes have no peak slip."""
     if "peak_slip" in cube:
         return np.asarray(cube.peak_slip, dtype=np.float64)
@@ -111,7 +111,7 @@ def outcome_change_texts_by_quantity(old_cube: xr.Dataset, new_cube: xr.Dataset)
         peak_rotation_divided_by_critical_angle(new_cube),
         (before == 0) & (after == 0),
     )
-    slid, slid_too = peak_slip_of_cells(old_cube), peak_slip_of_cells(new_cube)
+    slid, slid_too = peak_or_residual_slip_of_cells(old_cube), peak_or_residual_slip_of_cells(new_cube)
     rocks, slides = (
         stands & (turned > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA) & np.isfinite(turned_too),
         stands & (slid > MIN_PEAK_SLIP_OF_SLIDING_STONE_M),
@@ -135,7 +135,7 @@ def outcome_change_texts_by_quantity(old_cube: xr.Dataset, new_cube: xr.Dataset)
     }
 
 
-def table_of_changes_between_cubes(cube_paths: Sequence[Path]) -> str:
+def table_of_outcome_changes_between_successive_cubes(cube_paths: Sequence[Path]) -> str:
     """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
     opened = [open_cube(path, element=None, amplitude=None) for path in cube_paths]
     steps = [(i, i + 1) for i in range(len(cube_paths) - 1)] + [(0, len(cube_paths) - 1)] * (len(cube_paths) > 2)
@@ -153,7 +153,7 @@ def main(
 ) -> None:
     """Print the table of changes between cubes of one study."""
     try:
-        print(table_of_changes_between_cubes([old, *newer]))
+        print(table_of_outcome_changes_between_successive_cubes([old, *newer]))
     except ResultError as error:
         raise SystemExit(str(error)) from None
 

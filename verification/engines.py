@@ -63,7 +63,7 @@ def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) ->
     ]
 
 
-def resample_acceleration(
+def interpolate_acceleration_at_step_middles(
     record_acceleration: np.ndarray, sampling_interval: float, time_step: float, time_after_record: float
 ) -> np.ndarray:
     """Interpolate one acceleration component at the middle of each time step of an engine; 0 after the record."""
@@ -228,12 +228,14 @@ def effective_gravity_in_base_frame_by_step(
 ) -> np.ndarray:
     """Return gravity minus ground acceleration by time step, m/s², shape (steps, 3), with x along an orientation.
 
-    The values are those of `resample_acceleration`: at the middle of each step.
+    The values are those of `interpolate_acceleration_at_step_middles`: at the middle of each step.
     """
     along = [motion.acceleration_along(prism_orientation_deg), motion.acceleration_along(prism_orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.sample_count) if motion.up is None else motion.up]
     x, y, z = (
-        resample_acceleration(wave, motion.sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S)
+        interpolate_acceleration_at_step_middles(
+            wave, motion.sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S
+        )
         for wave in waves
     )
     return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
@@ -332,7 +334,7 @@ def fall_side_of_block(
     time_step: float = DEFAULT_TIME_STEP_S,
 ) -> int:  # fmt: skip
     """Return the side to which a block falls in a physics engine (±1; 0: none)."""
-    ground = resample_acceleration(
+    ground = interpolate_acceleration_at_step_middles(
         record_acceleration, sampling_interval, time_step, BLOCK_SIMULATION_TIME_AFTER_RECORD_S
     )
     return engine([rectangular_planar_body_of_unit_mass(height, b_over_h)], ground, friction, time_step)[0]
@@ -346,7 +348,9 @@ def fall_sides_of_scene(
     """Return the sides to which the free elements of a scene fall in a physics engine (±1; 0: none)."""
     return engine(
         convert_elements_to_planar_bodies(placed_elements),
-        resample_acceleration(record_acceleration, sampling_interval, time_step, SCENE_SIMULATION_TIME_AFTER_RECORD_S),
+        interpolate_acceleration_at_step_middles(
+            record_acceleration, sampling_interval, time_step, SCENE_SIMULATION_TIME_AFTER_RECORD_S
+        ),
         friction,
         time_step,
         stop_after_fall_of_last_listed_body,

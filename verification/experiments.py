@@ -194,21 +194,23 @@ def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> M
 STEP_CONTROL_CHANGE_CODE_TEMPLATE: Final = (
     "from overturning.dem.kernel import clock; clock.BLOCK_STEP_CONTROL = clock.BLOCK_STEP_CONTROL._replace({}={})"
 )
-SHORTEST_STEP_CODE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format("max_contact_change_step_times_omega", "{}")
-SHORTEST_STEP_COUNT_CODE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
+SHORTEST_STEP_LENGTH_CODE_TEMPLATE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
+    "max_contact_change_step_times_omega", "{}"
+)
+STEPS_BEFORE_DOUBLING_CODE_TEMPLATE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
     "steps_before_doubling_after_contact_change", "{}"
 )
 STEP_CONTROL_CHANGE_CODE_BY_NAME: Final = {
     "unchanged": "",
-    "finest step half as long": SHORTEST_STEP_CODE.format(0.04),
-    "finest step twice as long": SHORTEST_STEP_CODE.format(0.16),
-    "finest step four times as long": SHORTEST_STEP_CODE.format(0.32),
-    "finest step eight times as long": SHORTEST_STEP_CODE.format(0.64),
+    "finest step half as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.04),
+    "finest step twice as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.16),
+    "finest step four times as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.32),
+    "finest step eight times as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.64),
     "every change in a finest step": (
         "from overturning.dem.block import state; state.MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT *= 0"
     ),
-    "four steps of each length": SHORTEST_STEP_COUNT_CODE.format(4.0),
-    "sixteen steps of each length": SHORTEST_STEP_COUNT_CODE.format(16.0),
+    "four steps of each length": STEPS_BEFORE_DOUBLING_CODE_TEMPLATE.format(4.0),
+    "sixteen steps of each length": STEPS_BEFORE_DOUBLING_CODE_TEMPLATE.format(16.0),
     "one step of each length above eight finest steps": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
         "long_steps_before_doubling", 1.0
     ),

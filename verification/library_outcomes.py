@@ -1,8 +1,8 @@
 """Outcomes of stones under the motions of the package, for ``src/overturning/surveys/library-outcomes.npz``.
 
-The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `SHIPPED_DEPTH_TO_WIDTH_RATIOS`, and all B/H of the grid,
-in hours of processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of each motion
-are stored in the folder `--folder`, under a name that contains a hash of the package's source files.
+The module simulates the sizes of `SHIPPED_HEIGHT_INDICES` and `SHIPPED_D_OVER_B_WITH_ZERO_FOR_ROUND`, and all B/H of
+the grid, in hours of processor time. An interrupted run goes on with the motion at which it stopped: the outcomes of
+each motion are stored in the folder `--folder`, under a name that contains a hash of the package's source files.
 """
 
 from pathlib import Path
@@ -20,14 +20,14 @@ from overturning.surveys.stone_outcomes import (
     SIMULATED_HEIGHTS_M,
     identifying_numbers_of_motion,
     load_or_simulate_outcomes,
-    simulated_grid_as_text,
+    simulated_grid_text_to_detect_outdated_files,
 )
 from verification.tables import ROOT
 
 SHIPPED_HEIGHT_INDICES: Final = slice(0, 6)
 """Heights of `SIMULATED_HEIGHTS_M` whose outcomes are shipped: those of gravestones, 0.3 to 2.28 m."""
 
-SHIPPED_DEPTH_TO_WIDTH_RATIOS: Final = (0.0, *SIMULATED_D_OVER_B)
+SHIPPED_D_OVER_B_WITH_ZERO_FOR_ROUND: Final = (0.0, *SIMULATED_D_OVER_B)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 
@@ -55,10 +55,10 @@ def main(
 ) -> None:
     """Simulate the outcomes that are shipped with the package, and write their file."""
     members: dict[str, NDArray[np.generic]] = {
-        "grid": np.array(simulated_grid_as_text()),
+        "grid": np.array(simulated_grid_text_to_detect_outdated_files()),
         "motions": np.stack([identifying_numbers_of_motion(one) for one in candidate_motions()]),
     }
-    for aspect in SHIPPED_DEPTH_TO_WIDTH_RATIOS:
+    for aspect in SHIPPED_D_OVER_B_WITH_ZERO_FOR_ROUND:
         sizes, outcomes = simulate_outcomes_for_shipped_library(aspect, folder, threads)
         members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
     np.savez_compressed(SHIPPED_OUTCOMES_FILE, allow_pickle=False, **members)

@@ -15,7 +15,7 @@ import typer
 from verification.inputs import default_study_case_groups
 from verification.tables import ROOT, insert_markdown_between_markers_in_docs
 from verification.timing import run_case_groups_in_subprocess
-from verification.whole_run import compare_whole_runs
+from verification.whole_run import compare_run_costs_with_other_checkout
 
 COMPARED_SCHEMES = ("centred", "cundall")
 DOCS_MARKER_BY_STUDY = {"near-fault": "paired-run", "in-space": "paired-run-3d"}
@@ -32,7 +32,7 @@ def main(
         tables = {}
         for name, block in DOCS_MARKER_BY_STUDY.items():
             study = (ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")
-            print(body := compare_whole_runs(folder.resolve(), pairs, study), flush=True)
+            print(body := compare_run_costs_with_other_checkout(folder.resolve(), pairs, study), flush=True)
             tables[block] = body
         insert_markdown_between_markers_in_docs(tables)
         return

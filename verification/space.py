@@ -45,7 +45,7 @@ from verification.tables import (
     named_parts_or_all_if_none,
     write_measured_numbers,
 )
-from verification.timing import run_and_measure_min_processor_time, run_python_program_and_time_it
+from verification.timing import run_and_measure_min_processor_time, run_python_program_and_measure_cpu_time
 
 OutcomeArrays = dict[str, np.ndarray]
 
@@ -104,7 +104,7 @@ def measure_throughput_and_compile_time_of_3d() -> Iterator[MeasuredNumber]:
         rate = found["block_steps"].sum() / seconds / 1e6
         yield MeasuredNumber(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
-        cold = run_python_program_and_time_it(_MEMORY_MEASUREMENT_PROGRAM, 1, NUMBA_CACHE_DIR=folder)[1]
+        cold = run_python_program_and_measure_cpu_time(_MEMORY_MEASUREMENT_PROGRAM, 1, NUMBA_CACHE_DIR=folder)[1]
     yield MeasuredNumber("space: processor time of the first case with an empty cache, imports included", cold, "s")
 
 
@@ -121,7 +121,8 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 def measure_memory_by_3d_case_count() -> Iterator[MeasuredNumber]:
     """Measure how the peak memory grows with the number of cases; each number in a separate process."""
     _, few, many = (
-        int(run_python_program_and_time_it(_MEMORY_MEASUREMENT_PROGRAM, count)[0]) for count in (1000, 1000, 21000)
+        int(run_python_program_and_measure_cpu_time(_MEMORY_MEASUREMENT_PROGRAM, count)[0])
+        for count in (1000, 1000, 21000)
     )
     yield MeasuredNumber("space: memory of 1000 cases", few / 1024, "MB")
     yield MeasuredNumber("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")

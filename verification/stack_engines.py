@@ -17,7 +17,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.engines import resample_acceleration
+from verification.engines import interpolate_acceleration_at_step_middles
 
 STONE_DENSITY_KG_M3: Final = 2650.0
 """Density of all stones, kg/m³."""
@@ -108,7 +108,9 @@ def mujoco_poses(
     data = engine.MjData(model)
     waves = ground_accelerations_along_stack_axes(motion, stack_orientation_deg)
     x, y, z = (
-        resample_acceleration(wave, motion.sampling_interval, time_step, MAX_SIMULATED_TIME_AFTER_RECORD_S)
+        interpolate_acceleration_at_step_middles(
+            wave, motion.sampling_interval, time_step, MAX_SIMULATED_TIME_AFTER_RECORD_S
+        )
         for wave in waves
     )
     gravity = np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)

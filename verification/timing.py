@@ -52,7 +52,9 @@ def minimum_processor_time(computation: Callable[[], object], trial_count: int =
     return run_and_measure_min_processor_time(computation, trial_count)[1]
 
 
-def run_python_program_and_time_it(python_code: str, *arguments: object, **environment: str) -> tuple[str, float]:
+def run_python_program_and_measure_cpu_time(
+    python_code: str, *arguments: object, **environment: str
+) -> tuple[str, float]:
     """Run a Python program; return its output and the processor time of its process, s."""
     begin = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-c", python_code, *map(str, arguments)]
@@ -148,7 +150,7 @@ def run_case_groups_in_subprocess(
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
         np.savez(given, allow_pickle=False, **inputs)
         source = str((checkout_folder / "src").resolve())
-        run_python_program_and_time_it(
+        run_python_program_and_measure_cpu_time(
             _CHILD_PROGRAM,
             given,
             made,

@@ -156,7 +156,7 @@ def fork_server_comparison_table(measured_numbers: Sequence[MeasuredNumber]) -> 
     return markdown_table(("", "a process for each step", "fork server"), rows)
 
 
-def compare_whole_runs(checkout_folder: Path, pair_count: int, study_yaml: str = "") -> str:
+def compare_run_costs_with_other_checkout(checkout_folder: Path, pair_count: int, study_yaml: str = "") -> str:
     """Run a study (default: the default study) of another checkout and of this one in turn; return a table of costs.
 
     A row gives the medians over the pairs, and the median of the ratios within a pair. The first run of each state,

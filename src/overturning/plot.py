@@ -73,7 +73,9 @@ def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, titl
     """
     from overturning.study.cube import default_figure_values_by_dimension_name
 
-    return _draw_fall_map("polar", cube.sel(default_figure_values_by_dimension_name(cube)), record, title)
+    return _draw_fall_maps_of_one_or_several_records(
+        "polar", cube.sel(default_figure_values_by_dimension_name(cube)), record, title
+    )
 
 
 @partial(_register_cube_figure, "blocks")
@@ -81,10 +83,10 @@ def fall_maps_by_block(
     cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None
 ) -> "Figure":
     """Draw the falls under one record by azimuth and B/H, one map for each height and friction."""
-    return _draw_fall_map("blocks", cube, record, title)
+    return _draw_fall_maps_of_one_or_several_records("blocks", cube, record, title)
 
 
-def _draw_fall_map(
+def _draw_fall_maps_of_one_or_several_records(
     figure_kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None
 ) -> "Figure":
     """Draw maps of the falls under one record, or of one block under several records on a common scale."""

@@ -100,7 +100,7 @@ class LogHandler(LogHandlerBase):
             self._drawing.join()
             self._clear_progress_line()
         # Repeat the failures at the end, where a user sees them.
-        if self._expected.total_step_count and self._failures and not self._stopped:
+        if self._expected.total_job_count and self._failures and not self._stopped:
             self._print_message(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUME_HINT}.")
             for text in self._failures:
                 self._print_message(text)

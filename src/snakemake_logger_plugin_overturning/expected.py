@@ -62,8 +62,8 @@ class RunProgressEstimate:
 
     expected_job_seconds_by_rule: dict[str, float] = field(default_factory=dict)
     parallel_job_count: int = 1
-    total_step_count: int = 0
-    finished_step_count: int = 0
+    total_job_count: int = 0
+    finished_job_count: int = 0
     _start_time_s: float = 0.0
     _expected_seconds_of_all_jobs: float = 0.0  # expected seconds of all jobs
     _expected_seconds_of_finished_jobs: float = 0.0  # expected seconds of the jobs that ended
@@ -73,7 +73,7 @@ class RunProgressEstimate:
         self, job_count_by_rule: dict[str, int], current_time_s: float | None = None
     ) -> None:
         """Begin a run: store its start time and the number of jobs of each rule."""
-        self.total_step_count = sum(job_count_by_rule.values())
+        self.total_job_count = sum(job_count_by_rule.values())
         self._expected_seconds_of_all_jobs = sum(
             count * self.expected_job_seconds_by_rule.get(rule, EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE)
             for rule, count in job_count_by_rule.items()
@@ -95,7 +95,7 @@ class RunProgressEstimate:
         """Store the end of a job; its work counts as completed if the job was successful."""
         ended = self._running_jobs.pop(job_id, None)
         if ended is not None and succeeded:
-            self.finished_step_count += 1
+            self.finished_job_count += 1
             self._expected_seconds_of_finished_jobs += ended.expected_seconds
 
     def completed_share_and_remaining_time(self, current_time_s: float) -> tuple[float, float]:
@@ -117,7 +117,7 @@ class RunProgressEstimate:
             time.time() if current_time_s is None else current_time_s
         )
         names = ", ".join(job.rule_and_wildcards for job in list(self._running_jobs.values()))
-        steps = f"{self.finished_step_count} of {self.total_step_count} steps"
+        steps = f"{self.finished_job_count} of {self.total_job_count} steps"
         return f"{steps}, {share:.0%}, {format_minutes_and_seconds(seconds)} to go: {names}".removesuffix(": ")
 
 

@@ -305,7 +305,9 @@ def test_the_fork_server_loads_kernels_once_per_study_variant(tmp_path: Path, mo
     from overturning.commands import fork_server
 
     loaded: list[str] = []
-    monkeypatch.setattr(fork_server, "_load_compiled_simulation_code", lambda arguments: loaded.append(arguments[-1]))
+    monkeypatch.setattr(
+        fork_server, "_load_compiled_code_cached_by_earlier_step", lambda arguments: loaded.append(arguments[-1])
+    )
     with socket.socket(socket.AF_UNIX) as listener:
         server = fork_server.ForkServer(listener, tmp_path / "steps.tsv")
         for variant in ("nominal", "nominal", "soft", "nominal", "soft", "soft"):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -82,7 +82,7 @@ def folder_and_outputs_of_wheel_commands(
 
 
 def test_the_cd_command_printed_by_init_leads_into_the_project(tmp_path: Path) -> None:
-    go = command_output("init", tmp_path / "my stones").splitlines()[1]
+    go = run_overturning_and_return_printed_text("init", tmp_path / "my stones").splitlines()[1]
     done = subprocess.run(["sh", "-c", f"{go} && ls"], capture_output=True, text=True, check=True)
     assert "config" in done.stdout
 
@@ -91,17 +91,17 @@ def test_the_cd_command_printed_by_init_leads_into_the_project(tmp_path: Path) -
 def test_a_new_study_is_named_after_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str, name: str
 ) -> None:
-    text = command_output("init", tmp_path / folder)
+    text = run_overturning_and_return_printed_text("init", tmp_path / folder)
     assert [path.name for path in (tmp_path / folder / "config").glob("*.yaml")] == [f"{name}.yaml"]
     assert f"snakemake --cores 2 --configfile config/{name}.yaml" in text
     monkeypatch.chdir(tmp_path / folder)
-    checked = command_output("study", "check", f"config/{name}.yaml")
+    checked = run_overturning_and_return_printed_text("study", "check", f"config/{name}.yaml")
     assert f"study '{name}', 2 records × " in checked
     assert "no answer" not in checked
 
 
 def test_the_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> None:
-    command_output("init", tmp_path / "mine")
+    run_overturning_and_return_printed_text("init", tmp_path / "mine")
     readme = tmp_path / "mine" / "config" / "README.md"
     text = readme.read_text(encoding="utf-8")
     links = re.findall(r"\[[^]]*\]\(([^)]+)\)", text)
@@ -154,34 +154,38 @@ def test_a_project_made_by_the_wheel_can_be_planned_by_snakemake(
 
 
 def test_a_record_added_to_a_project_is_usable_in_new_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    command_output("init", tmp_path / "mine")
+    run_overturning_and_return_printed_text("init", tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))
     (tmp_path / "my-site.csv").write_text(f"time,north,east\n{rows}\n", encoding="utf-8")
     given = ("records", "add", "../my-site.csv", "--id", "my-site", "--set", "format=csv", "--set", "event=Here 2020")
     columns = ("--set", "columns=time:s north:gal east:gal", "--set", "processed=true")
-    assert "unitt: no column of the record table; known are id" in command_output(
+    assert "unitt: no column of the record table; known are id" in run_overturning_and_return_printed_text(
         *given, "--set", "unitt=gal", status=1
     )
-    assert "error: ..: a folder; name the files of one record" in command_output("records", "add", "..", status=1)
-    assert "config/records.tsv: my-site" in command_output(*given, *columns)
+    assert "error: ..: a folder; name the files of one record" in run_overturning_and_return_printed_text(
+        "records", "add", "..", status=1
+    )
+    assert "config/records.tsv: my-site" in run_overturning_and_return_printed_text(*given, *columns)
     assert Path("resources/records/my-site.csv").is_file()
-    assert "is there already" in command_output(*given, *columns, status=1)
-    assert "config/own.yaml" in command_output("study", "new", "--name", "own", "--records", "my-site, rinaldi")
-    assert "study 'own', 2 records" in command_output("study", "check", "config/own.yaml")
+    assert "is there already" in run_overturning_and_return_printed_text(*given, *columns, status=1)
+    assert "config/own.yaml" in run_overturning_and_return_printed_text(
+        "study", "new", "--name", "own", "--records", "my-site, rinaldi"
+    )
+    assert "study 'own', 2 records" in run_overturning_and_return_printed_text("study", "check", "config/own.yaml")
     own = Path("config/own.yaml")
     assert "primary: {statistic: alignment}" in own.read_text(encoding="utf-8"), "rinaldi has a fault strike"
-    command_output("study", "new", "--name", "no-fault", "--records", "my-site")
+    run_overturning_and_return_printed_text("study", "new", "--name", "no-fault", "--records", "my-site")
     text = Path("config/no-fault.yaml").read_text(encoding="utf-8")
     assert "primary: {statistic: share}" in text, "without a fault there is no alignment with its normal"
-    assert "no answer" not in command_output("study", "check", "config/no-fault.yaml")
+    assert "no answer" not in run_overturning_and_return_printed_text("study", "check", "config/no-fault.yaml")
     Path("config/asked.yaml").write_text(text.replace("{statistic: share}", "{statistic: alignment}"), encoding="utf-8")
-    asked = command_output("study", "check", "config/asked.yaml")
+    asked = run_overturning_and_return_printed_text("study", "check", "config/asked.yaml")
     assert "alignment has no answer: config/records.tsv has no fault_strike_deg for the records of the study" in asked
-    refused = command_output("study", "new", "--name", "other", "--records", "gone", status=1)
+    refused = run_overturning_and_return_printed_text("study", "new", "--name", "other", "--records", "gone", status=1)
     assert "'gone' is not in config/records.tsv" in refused
     coarse = ("--records", "rinaldi", "--title", "Here: 2020", "--step", "7")
-    assert "error: config/other.yaml: azimuth: step 7" in command_output(
+    assert "error: config/other.yaml: azimuth: step 7" in run_overturning_and_return_printed_text(
         "study", "new", "--name", "other", *coarse, status=1
     )
     assert not Path("config/other.yaml").exists()

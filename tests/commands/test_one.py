@@ -14,7 +14,7 @@ from overturning.figures.film import Film
 from overturning.figures.style import format_three_significant_digits
 from overturning.records.record import start_offset_from_file_start_s
 from overturning.report.filters import format_number
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 from tests.model.solids import column_with_overhanging_slab, rotate_surface, write_mesh
 
 DEFAULT_RECORD_TABLE_PATH = str(Path(__file__).parents[2] / "config/records.tsv")
@@ -25,7 +25,7 @@ def run_overturning_one(*arguments: object, status: int = 0) -> str:
     of_table = (
         () if any(str(word).startswith("sine ") for word in arguments) else ("--table", DEFAULT_RECORD_TABLE_PATH)
     )
-    return command_output("one", *of_table, *arguments, status=status)
+    return run_overturning_and_return_printed_text("one", *of_table, *arguments, status=status)
 
 
 def test_command_one_gives_outcomes_film_and_figure_for_two_azimuths(tmp_path: Path) -> None:
@@ -83,12 +83,12 @@ def test_the_package_runs_as_a_module() -> None:
     assert wrong.returncode == 1
     assert wrong.stdout == ""
     assert wrong.stderr.startswith("error: ")
-    assert "overturning" in command_output("study", "--help")
+    assert "overturning" in run_overturning_and_return_printed_text("study", "--help")
 
 
 def test_the_help_lists_workflow_steps_separately() -> None:
     """The commands that only workflow rules call are in a second list; the commands for users are in the first."""
-    first, steps = command_output("--help").split("Steps of the workflow (run by Snakemake):")
+    first, steps = run_overturning_and_return_printed_text("--help").split("Steps of the workflow (run by Snakemake):")
     listed = [set(re.findall(r"^  ([a-z][a-z-]+)  +\S", part, flags=re.MULTILINE)) for part in (first, steps)]
     rules = "".join(
         path.read_text(encoding="utf-8")
@@ -175,7 +175,9 @@ def test_printed_times_are_counted_from_the_start_of_the_record_file(
     monkeypatch.setattr("overturning.figures.page.write_film_html_page", lambda film, _: films.append(film))
     times = {}
     for kind in ("--raw", "--processed"):
-        text = command_output(*given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html")
+        text = run_overturning_and_return_printed_text(
+            *given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html"
+        )
         film, panel = films[-1], films[-1].panels[0]
         trace = (
             np.hypot(*panel.horizontal_base_acceleration)

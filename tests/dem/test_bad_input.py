@@ -139,7 +139,8 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
         (lambda: Cases(0.0, 0.6, 0.3, [1.0, None, "smooth"]), ["friction: \"[1.0, None, 'smooth']\""]),
         (lambda: Motion(["a"], [0.0], sampling_interval=0.01), ["north: \"['a']\"; it must be a number"]),
         (lambda: Motion(ACCELERATION, ACCELERATION, "up", sampling_interval=0.01), ["up: 'up'; it must be a number"]),
-        (lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval="fast"), ["sampling_interval: 'fast'"]),  # type: ignore[arg-type]
+        (lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval="fast"), ["sampling_interval: 'fast'"]),
+        # type: ignore[arg-type]
         (
             lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval=[0.01]),
             ["sampling_interval: shape (1,); give one number"],
@@ -148,7 +149,8 @@ def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -
             lambda: Motion(ACCELERATION, ACCELERATION, sampling_interval=1e-9),
             ["sampling_interval: 1e-09 s; give at least 1e-06 s"],
         ),
-        (lambda: run_cases(MOTION, None, load_shipped_scene("three-tier")), ["cases: a NoneType; give Cases("]),  # type: ignore[arg-type]
+        (lambda: run_cases(MOTION, None, load_shipped_scene("three-tier")), ["cases: a NoneType; give Cases("]),
+        # type: ignore[arg-type]
         (lambda: Body("square"), ["shape: 'square'; give 'rectangle'"]),
         (lambda: Scene(name="one"), ["elements: this key is needed"]),  # type: ignore[call-arg]
     ],

@@ -16,7 +16,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import body_axis_and_direction_to_lowest_side, motion_at_rest, state_of_leaning_rotating_body
 from tests.dem.reference.particles import final_slip_on_horizontal_plane
-from tests.dem.reference.rigid_impact import velocities_and_impulses_of_plastic_landing as compiled_landing
+from tests.dem.reference.rigid_impact import velocities_and_impulses_of_flat_landing_without_bounce as compiled_landing
 
 PARAMETRIZE_SCHEME = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")

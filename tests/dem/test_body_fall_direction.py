@@ -15,7 +15,7 @@ from overturning.motion.motion import Motion
 from tests.dem.compiled.body_end import is_body_fallen_in_kernel
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
-FACETED_BLOCK = np.array(
+BLOCK_WITH_BEVELLED_LEFT_FOOT = np.array(
     [[x, y, z] for y in (-0.3, 0.3) for x, z in ((-0.02, 0), (0.45, 0), (0.45, 0.5), (-0.34, 0.5), (-0.42, 0.24))]
 )
 """Block with a facet at the foot of its left side that touches the ground at 31°. Tipping angles: 17.6° to the left,
@@ -34,17 +34,19 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     motion = Motion(shaking, 0 * shaking, sampling_interval=0.004, trust_data=True)
     same = {"orientation_deg": 0.0, "friction": 2.0}
     found = simulate_as_arrays(
-        motion, Body(Polyhedron(FACETED_BLOCK)), **(same | {"orientation_deg": [0.0], "friction": [2.0]})
+        motion,
+        Body(Polyhedron(BLOCK_WITH_BEVELLED_LEFT_FOOT)),
+        **(same | {"orientation_deg": [0.0], "friction": [2.0]}),
     )
     assert found["overturned"].item() == (azimuth is not None)
     # The same case with a fall tilt of 80°, which is simulated for longer.
-    real = polyhedron._least_resting_tilt_and_resting_face_normals
+    real = polyhedron._least_resting_tilt_on_other_faces_and_normals
     monkeypatch.setattr(
         polyhedron,
-        "_least_resting_tilt_and_resting_face_normals",
+        "_least_resting_tilt_on_other_faces_and_normals",
         lambda *arguments: (np.radians(80.0), real(*arguments)[1]),
     )
-    path = trajectory(motion, Body(Polyhedron(FACETED_BLOCK, "longer")), **same)
+    path = trajectory(motion, Body(Polyhedron(BLOCK_WITH_BEVELLED_LEFT_FOOT, "longer")), **same)
     top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
     tilt = np.degrees(np.arcsin(np.hypot(path["tilt_east"], path["tilt_north"])[-1]))
     if azimuth is None:
@@ -63,7 +65,7 @@ def is_leaning_body_fallen_in_kernel(stone: RigidSolid, lean_direction: float, t
         -np.sin(lean_direction) * np.sin(half),
         np.cos(lean_direction) * np.sin(half),
         least,
-        stone.fall_limit_table_by_lean_sector,
+        stone.lean_sector_vectors_and_fall_limits,
     )
 
 
@@ -100,9 +102,9 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
     stone, hull = Polyhedron(whole).unscaled_solid, polyhedron._hull_of_checked_convex_vertices(whole)
     size = float(np.ptp(whole, axis=0).max())
     fall = fall_tilt_by_lean_direction(
-        hull, size, *polyhedron._least_resting_tilt_and_resting_face_normals(hull, size, 0.0)
+        hull, size, *polyhedron._least_resting_tilt_on_other_faces_and_normals(hull, size, 0.0)
     )
-    assert len(stone.fall_limit_table_by_lean_sector) > 3
+    assert len(stone.lean_sector_vectors_and_fall_limits) > 3
     for number in rng.integers(0, LEAN_DIRECTION_COUNT, 25):
         turn = 2.0 * np.pi * (number + 0.5) / LEAN_DIRECTION_COUNT
         tilts = np.arange(0.0, np.pi, np.radians(0.05))
@@ -136,4 +138,4 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
 def test_rotationally_symmetric_shapes_have_one_fall_tilt_in_all_directions() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
     for shape in (Polyhedron(BOX), Polyhedron(wider), RectangularPrism(), RegularPrism(8), Cylinder()):
-        assert len(shape.solid(0.6, 0.4, 1.0).fall_limit_table_by_lean_sector) == 0, shape.name
+        assert len(shape.solid(0.6, 0.4, 1.0).lean_sector_vectors_and_fall_limits) == 0, shape.name

@@ -101,7 +101,7 @@ def test_a_kernel_edited_after_import_is_not_cached(tmp_path: Path, monkeypatch:
     assert list((tmp_path / "cache").rglob("*.nbi")) == []
 
 
-def test_a_compiled_kernel_is_cached_for_the_next_process() -> None:
+def test_a_compiled_kernel_is_written_to_the_cache_folder() -> None:
     wave = 4.0 * np.sin(0.1 * np.arange(200))
     case = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
     simulate_as_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)

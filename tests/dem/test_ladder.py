@@ -14,7 +14,7 @@ from overturning.dem.block.state import (
     AssumedCornerContact,
     BlockConstants,
     BlockPredictedAtStepEnd,
-    BlockStepEndVelocityCorrection,
+    BlockVelocityCorrectionAndCornerFriction,
     CornerPredictedAtStepEnd,
     CornerState,
 )
@@ -164,7 +164,7 @@ def sticking_corner_with_changed_penetration(before: float, after: float) -> Sol
         velocity_z=0.0,
     )
     block = BlockConstants(**dict.fromkeys(BlockConstants._fields, 1.0))
-    nothing = BlockStepEndVelocityCorrection(0.0, 0.0, 0.0, 0.0, 0.0)
+    nothing = BlockVelocityCorrectionAndCornerFriction(0.0, 0.0, 0.0, 0.0, 0.0)
     step = BlockPredictedAtStepEnd(
         **dict.fromkeys(BlockPredictedAtStepEnd._fields[:-3], 0.0), half_step_duration=0.5, left=there, right=there
     )

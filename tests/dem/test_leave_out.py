@@ -11,7 +11,7 @@ from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
 from overturning.dem.kernel.ground import (
     LEAD_TIME_BEFORE_STRONG_MOTION_S,
-    REST_CHECKS_PER_SAMPLE_BLOCK,
+    REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK,
     SAMPLES_PER_REST_CHECK_BLOCK,
     largest_upcoming_acceleration_by_rest_check,
 )
@@ -310,7 +310,7 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
     found = largest_upcoming_acceleration_by_rest_check(size, interval)
-    assert found.shape == (2, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECKS_PER_SAMPLE_BLOCK)
+    assert found.shape == (2, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
         at = SAMPLES_PER_REST_CHECK_BLOCK * leap + look
         window = size[

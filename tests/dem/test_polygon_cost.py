@@ -19,7 +19,7 @@ from tests.dem.compiled.polygon_steps import (
 )
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
-VELOCITY_CHANGE_ROW = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(
+VELOCITY_CORRECTION_X_ROW_OFFSET = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(
     ElementState, "predicted.step_end_velocity_correction.x"
 )
 
@@ -39,7 +39,7 @@ def solve_random_equations_by_kernel_and_numpy(
     places = (
         rows.CASE_ARRAY_LENGTH
         + np.arange(size)[:, None] * rows.ELEMENT_ARRAY_LENGTH
-        + VELOCITY_CHANGE_ROW
+        + VELOCITY_CORRECTION_X_ROW_OFFSET
         + np.arange(3) * rows.PARALLEL_CASE_COUNT
     )
     for j in range(rows.PARALLEL_CASE_COUNT):

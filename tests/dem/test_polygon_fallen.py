@@ -31,7 +31,7 @@ ROTATION_STEP = np.radians(0.02)
 SHIPPED_SCENE_NAMES = sorted(path.stem for path in shipped_files("config/scenes/*.yaml"))
 
 
-def body_rotations_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
+def rotations_of_polygon_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
     """Return the rotations, rad, at which a body can rest on level ground: the height of its centre is a minimum."""
     angles = np.arange(-np.pi, np.pi, ROTATION_STEP)
     height = (np.outer(np.sin(angles), vertices[:, 0]) - np.outer(np.cos(angles), vertices[:, 1])).max(axis=1)
@@ -41,7 +41,7 @@ def body_rotations_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
 
 def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float]:
     """Return the smallest rotations to −x and to +x, rad, at which the body can rest on another side; π if none."""
-    rests = body_rotations_at_rest_on_ground(vertices)
+    rests = rotations_of_polygon_at_rest_on_ground(vertices)
     rests = rests[np.abs(rests) > 2 * ROTATION_STEP]
     return [float(turned[turned > 0].min(initial=np.pi)) for turned in (-rests, rests)]
 
@@ -127,7 +127,9 @@ def test_the_fall_angle_of_a_slab_with_leaning_sides_depends_on_the_side(peak: f
     if peak == 53.0:
         assert (
             60.0
-            < np.degrees(found[0].peak_rotation[0] * prepare_scene(shapes[0]).smaller_critical_angles_or_fall_angles[1])
+            < np.degrees(
+                found[0].peak_rotation[0] * prepare_scene(shapes[0]).weaker_side_critical_angles_else_fall_angles[1]
+            )
             < 70.2
         )
     if peak > 53.1:

@@ -115,8 +115,8 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     """Centre (0.275, 0.425), base from 0 to 0.8: it tips at 0.275/0.425 g, in the other direction at 0.525/0.425 g."""
     made = scene_of_elements(stone_element(vertices=L_OUTLINE))
     prepared = prepare_scene(made)
-    assert prepared.rocking_onset_acceleration_g == pytest.approx(0.275 / 0.425, rel=1e-12)
-    assert prepared.smaller_critical_angles_or_fall_angles[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
+    assert prepared.no_rocking_below_acceleration_g == pytest.approx(0.275 / 0.425, rel=1e-12)
+    assert prepared.weaker_side_critical_angles_else_fall_angles[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
     assert np.degrees(prepared.elements[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
         [90, 90 + np.degrees(np.arctan2(0.5, 0.8))]
@@ -138,7 +138,9 @@ def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
     assert prepared.pair_contact_laws.carried_weight_at_rest == pytest.approx(
         prepared.elements[1].mass * 9.80665, rel=1e-9
     )
-    assert prepared.rocking_onset_acceleration_g == pytest.approx(0.5 / prepared.elements[1].centre_of_mass_z, rel=1e-9)
+    assert prepared.no_rocking_below_acceleration_g == pytest.approx(
+        0.5 / prepared.elements[1].centre_of_mass_z, rel=1e-9
+    )
 
 
 def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:

@@ -39,7 +39,7 @@ LOW_BLOCK = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 def test_shipped_scenes_are_at_rest_and_cannot_rock_below_a_quarter_g(name: str) -> None:
     prepared = prepare_scene(load_shipped_scene(name))
     assert prepared.has_static_equilibrium
-    assert prepared.rocking_onset_acceleration_g > 0.25
+    assert prepared.no_rocking_below_acceleration_g > 0.25
 
 
 def test_only_symmetric_scenes_have_an_azimuth_period_of_180_degrees() -> None:
@@ -130,7 +130,7 @@ def test_a_contact_that_carries_hardly_any_weight_still_gets_stiff_springs() -> 
     prepared = prepare_scene(flush)
     carried = prepared.pair_contact_laws.carried_weight_at_rest
     assert 0.0 < carried[carried > 0.0].min() < 1e-3 * carried.max()
-    assert prepared.pair_contact_laws.weight_for_contact_stiffness.min() > 0.1 * carried.max()
+    assert prepared.pair_contact_laws.gravity_load_for_contact_stiffness.min() > 0.1 * carried.max()
     found = simulate(motion_at_rest(0.1), flush, azimuth_deg=[0.0], friction=[0.6])
     assert found.status.item() in (CaseStatus.SIMULATED, CaseStatus.AT_REST)
 
@@ -243,7 +243,7 @@ def test_the_error_names_a_scene_file_that_cannot_be_read(tmp_path: Path) -> Non
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     prepared = prepare_scene(load_shipped_scene("boulder"))
     assert np.isfinite(prepared.pair_contact_laws.normal_stiffness).all()
-    assert prepared.smaller_critical_angles_or_fall_angles[1] == pytest.approx(
+    assert prepared.weaker_side_critical_angles_else_fall_angles[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.elements[1].centre_of_mass_x - 0.02), prepared.elements[1].centre_of_mass_z),
         rel=1e-9,
     )

@@ -104,7 +104,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
     """A block of critical angle α on a slope β tips downhill from tan(α − β) g, and rests on its whole base."""
     prepared = prepare_scene(_block_on_slope(0.2, 0.3, 0.6), height, b_over_h)
-    assert prepared.rocking_onset_acceleration_g == pytest.approx(
+    assert prepared.no_rocking_below_acceleration_g == pytest.approx(
         np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9
     )
     sides = np.diff(prepared.elements[1].vertices_in_scene[:3], axis=0)
@@ -185,7 +185,7 @@ def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
     )
     threshold = min(alone, together)
     assert (alone < together) == (moves == "upper")
-    assert prepared.rocking_onset_acceleration_g == pytest.approx(threshold, rel=1e-9)
+    assert prepared.no_rocking_below_acceleration_g == pytest.approx(threshold, rel=1e-9)
     rate = 1.2 * threshold * GRAVITY / 3.0
     ramp = motion_towards_north(-rate * np.linspace(0, 3, 301))
     _, time, poses = run_planned_case(plan_single_case(made, ramp, 5.0), ramp)
@@ -219,7 +219,7 @@ def test_stacks_of_two_blocks_rock_in_the_four_patterns_of_the_literature() -> N
     seen = set()
     for elements in (STACK_WITH_TALL_TOP, SLIM_STACK):
         made = scene_of_elements(*elements)
-        level = prepare_scene(made).rocking_onset_acceleration_g * GRAVITY
+        level = prepare_scene(made).no_rocking_below_acceleration_g * GRAVITY
         for period in (0.5, 1.0, 2.0):
             time = np.arange(0, 6, 0.01)
             pulse = motion_towards_north(np.where(time < period, -1.6 * level * np.sin(2 * np.pi * time / period), 0.0))

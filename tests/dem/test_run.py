@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.dem import plan
 from overturning.dem.block.plan import BlockSimulationPlan
 from overturning.dem.block.tables import RESULT_TABLE_DTYPE, TRAJECTORY_ROW_DTYPE
-from overturning.dem.kernel.queue import grow_trajectory_array, run_case_queue
+from overturning.dem.kernel.queue import grow_trajectory_array_if_needed, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import SimulationPlan
 from overturning.dem.polygon import arrays
@@ -136,7 +136,7 @@ def test_mirrored_outcomes_for_the_opposite_azimuth_change_sign() -> None:
         "peak_slip": np.array([0.5, 0.5, 0.0, 0.1]), "probability_towards": np.zeros(4), "probability_away": np.ones(4),
     }  # fmt: skip
     seen = {
-        item.name: item.mirrored_values(arrays)
+        item.name: item.values_mirrored_to_opposite_azimuth(arrays)
         for item in (*PLANAR_OUTCOME_VARIABLES, *PLANE_ENSEMBLE_VARIABLES)
         if item.name in arrays
     }
@@ -205,9 +205,9 @@ def test_a_trajectory_is_computed_up_to_the_memory_limit_and_refused_beyond(
 
 def test_an_extended_trajectory_array_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
-    assert grow_trajectory_array.py_func(path, 4, 100) is path
-    longer = grow_trajectory_array(path, 5, 100)
+    assert grow_trajectory_array_if_needed.py_func(path, 4, 100) is path
+    longer = grow_trajectory_array_if_needed(path, 5, 100)
     assert longer.shape == (8,)
     np.testing.assert_array_equal(longer[:4], path)
-    assert grow_trajectory_array(path, 50, 100).shape == (50,)
-    assert grow_trajectory_array.py_func(path, 101, 100) is path
+    assert grow_trajectory_array_if_needed(path, 50, 100).shape == (50,)
+    assert grow_trajectory_array_if_needed.py_func(path, 101, 100) is path

@@ -20,7 +20,7 @@ from overturning.dem.polygon.centred_solution import (
     store_accepted_pair_history,
 )
 from overturning.dem.polygon.equations import PairSubmatrices
-from overturning.dem.polygon.slip import store_slip_and_last_recoverable_time
+from overturning.dem.polygon.slip import store_slip_and_last_time_rotation_recoverable
 from overturning.dem.polygon.step import predict_element_motion, store_element_motion_of_accepted_step
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.model.cases import Cases
@@ -97,7 +97,7 @@ ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
         cundall.advance_element_motion_one_step, None, ELEMENT, CASE, 9.80665
     ),
     "slip": create_function_yielding_loop_assembly(
-        store_slip_and_last_recoverable_time, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01
+        store_slip_and_last_time_rotation_recoverable, ELEMENT, ELEMENT.copy(), CASE, 0.1, 0.01
     ),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""

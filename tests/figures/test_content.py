@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError
 from overturning.model.status import CaseStatus
 from overturning.records.record import Record
 from overturning.study.intensity import write_intensity_measures
-from tests.expect import command_output, expect_error
+from tests.expect import expect_error, run_overturning_and_return_printed_text
 from tests.figures.test_explore import random_3d_cube
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
@@ -43,14 +43,14 @@ def path_of_cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("kind", NAMES_OF_FALL_FIGURES)
 def test_figure_of_falls_is_refused_without_falls(path_of_cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
     out = tmp_path / "empty.svg"
-    text = command_output("figure", kind, path_of_cube_without_falls, "-o", out, status=1)
+    text = run_overturning_and_return_printed_text("figure", kind, path_of_cube_without_falls, "-o", out, status=1)
     assert text.startswith(f"error: {kind}: nothing to draw: none of the 18 cases with an outcome overturns; choose ")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
 def test_maps_are_drawn_if_all_blocks_stand(path_of_cube_without_falls: Path, tmp_path: Path, kind: str) -> None:
-    command_output("figure", kind, path_of_cube_without_falls, "-o", tmp_path / "stands.svg")
+    run_overturning_and_return_printed_text("figure", kind, path_of_cube_without_falls, "-o", tmp_path / "stands.svg")
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
 
@@ -93,7 +93,7 @@ def test_figures_of_motion_are_refused_for_ground_at_rest(tmp_path: Path) -> Non
         tmp_path, replace(sine_cycle_record("a", 0.0), extra={"trusted_data": True})
     )
     for kind in ("intensity", "hodograph", "history"):
-        assert f"error: {kind}: nothing to draw: the ground" in command_output(
+        assert f"error: {kind}: nothing to draw: the ground" in run_overturning_and_return_printed_text(
             "figure", kind, dead, "-o", tmp_path / "still.svg", status=1
         )
 

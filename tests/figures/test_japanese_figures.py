@@ -260,7 +260,7 @@ def test_movie_in_japanese_uses_a_japanese_font(tmp_path: Path, monkeypatch: pyt
         )
 
 
-def test_japanese_names_in_an_english_movie_are_legible(tmp_path: Path) -> None:
+def test_a_japanese_title_of_an_english_gif_film_is_legible(tmp_path: Path) -> None:
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
     with warnings.catch_warnings(action="error"):

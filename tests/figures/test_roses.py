@@ -14,7 +14,7 @@ from overturning.figures.style import INK, create_panel_grid, use_package_matplo
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import FallAxisSummary
-from overturning.statistics.roses import MeanFallShareRose, fall_rose, fall_rose_of_all_records
+from overturning.statistics.roses import FallShareRoseAveragedOverEarthquakes, fall_rose, fall_rose_of_all_records
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -147,7 +147,7 @@ def radius_label_boxes_by_largest_rose_share(axial: bool) -> dict[float, list[Bb
             figure, panels = create_panel_grid(1, 2, 6.6, 2.75 if axial else 4.3, polar=True)
             for axes, largest in zip(panels[0], pair, strict=False):
                 shares = np.append(largest, np.full(count - 1, (1.0 - largest) / (count - 1)))
-                draw_fall_rose(axes, MeanFallShareRose(10, shares, unknown, unknown, 3, True))
+                draw_fall_rose(axes, FallShareRoseAveragedOverEarthquakes(10, shares, unknown, unknown, 3, True))
             figure.draw_without_rendering()
         for axes, largest in zip(panels[0], pair, strict=False):
             labels = [text for text in axes.get_yticklabels() if text.get_text()]

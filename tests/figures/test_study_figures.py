@@ -19,7 +19,7 @@ from overturning.figures.cells import (
 )
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.illustrative import block_label, simulate_block_trajectories
-from overturning.figures.maps import AZIMUTH_COLOURMAP, fall_map_by_orientation_figure
+from overturning.figures.maps import AZIMUTH_COLOURMAP, fall_azimuths_by_orientation_and_b_over_h_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.style import (
@@ -36,7 +36,7 @@ from overturning.study.load import study_from_content
 from tests.expect import expect_error
 from tests.figures.test_explore import random_3d_cube
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
-from tests.study.test_config import SLIPPERY_SCENE
+from tests.study.test_config import SCENE_WITH_ITS_OWN_FRICTION
 
 
 @pytest.fixture
@@ -186,7 +186,7 @@ def test_arrows_of_an_orientation_map_are_20_to_100_per_cent_of_a_cell_long(step
     sizes = {"orientation": orientation, "height": [0.6], "b_over_h": ratio, "friction": [0.7]}
     record = {"fault_normal": np.nan, "event": "E"}
     with use_package_matplotlib_settings():
-        figure = fall_map_by_orientation_figure(xr.Dataset(falls, coords=sizes | record), "A")
+        figure = fall_azimuths_by_orientation_and_b_over_h_figure(xr.Dataset(falls, coords=sizes | record), "A")
     axes = figure.axes[0]
     arrows = next(one for one in axes.collections if isinstance(one, Quiver))
     cell = min(axes.bbox.width / orientation.size, axes.bbox.height / ratios)
@@ -199,7 +199,7 @@ def test_rose_next_to_3d_maps_shows_only_the_falls_of_these_maps() -> None:
     whole = random_3d_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])
     with use_package_matplotlib_settings():
-        around = fall_map_by_orientation_figure(one, "A").axes[-1]
+        around = fall_azimuths_by_orientation_and_b_over_h_figure(one, "A").axes[-1]
         plt.close("all")
     shares = np.array([bar.get_height() ** 2 for bar in around.patches])
     falls = one["fall_azimuth"].to_numpy().ravel()
@@ -211,7 +211,7 @@ def test_rose_next_to_3d_maps_shows_only_the_falls_of_these_maps() -> None:
 def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> None:
     """Regression: a scene with its own µ = 0.1 was labelled µ = 1, the friction of the study."""
     grid = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.4], "friction": [0.2, 1.0], "ensemble": {"members": 0}}
-    scenes = {"scene": SLIPPERY_SCENE, "variants": {"other": {"scene": "gravestone"}}}
+    scenes = {"scene": SCENE_WITH_ITS_OWN_FRICTION, "variants": {"other": {"scene": "gravestone"}}}
     settings = study_from_content({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")
     record = sine_cycle_record()
     write_intensity_measures(settings, [record], tmp_path / "intensity.nc")

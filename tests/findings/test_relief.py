@@ -11,7 +11,7 @@ from overturning.findings.exactness import EnsembleFindings, ensemble_findings
 from overturning.findings.relief import (
     BaseReliefFindings,
     estimate_variance_between_run_halves_and_total,
-    fall_variance_due_to_base_relief,
+    share_of_fall_variance_due_to_base_relief,
 )
 from overturning.model.planes import PlanarModel
 from overturning.report.render import LANGUAGES, render_template_as_markdown
@@ -50,7 +50,7 @@ RELIEF_SETTINGS = {"relief": {"low": 0.001, "high": 0.005}}
 def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> None:
     """The relief under the base decides all falls in the first record and none in the second; one case was not run."""
     low, high = np.array([[1.0, 1.0], [0.5, np.nan]]), np.array([[0.0, 0.0], [0.5, np.nan]])
-    found = fall_variance_due_to_base_relief(StubReliefResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
+    found = share_of_fall_variance_due_to_base_relief(StubReliefResults(low, high, RELIEF_SETTINGS))  # type: ignore[arg-type]
     assert found is not None
     assert found.midrange_base_relief_mm == pytest.approx(3.0)
     assert (found.share_of_low_relief_runs_falling, found.share_of_high_relief_runs_falling) == pytest.approx(
@@ -60,7 +60,7 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
     noise = 0.25 * 0.5 / 11
     total = 0.5 + 0.5 * 12 / 11 * 0.5 - noise
     assert found.variance_share_explained_by_base_relief == pytest.approx((0.5 - noise) / total, abs=1e-6)
-    assert fall_variance_due_to_base_relief(StubReliefResults(low, high, {})) is None  # type: ignore[arg-type]
+    assert share_of_fall_variance_due_to_base_relief(StubReliefResults(low, high, {})) is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

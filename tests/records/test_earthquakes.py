@@ -11,7 +11,7 @@ from overturning.commands.application import app
 from overturning.errors import ArgumentError, ConfigError
 from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.earthquakes import (
-    EarthquakeLabelsOfRecordsAndNotes,
+    RecordEarthquakesAndAssignmentNotes,
     assign_records_to_earthquakes,
     great_circle_distance_km,
 )
@@ -28,7 +28,7 @@ def table_row(name: str, event: str = "", **more: object) -> RecordTableRow:
     return RecordTableRow(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
 
 
-def earthquake_assignment_of_table_rows(*entries: RecordTableRow) -> EarthquakeLabelsOfRecordsAndNotes:
+def earthquake_assignment_of_table_rows(*entries: RecordTableRow) -> RecordEarthquakesAndAssignmentNotes:
     """Return the earthquakes to which rows of the record table are assigned."""
     return assign_records_to_earthquakes(entries)
 

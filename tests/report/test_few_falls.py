@@ -246,7 +246,7 @@ def test_report_states_whether_all_cases_or_only_borderline_ones_were_rerun(
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "reference"])
-def test_report_states_disagreement_of_runs_for_the_first_batch_of_runs(study: str, language: str) -> None:
+def test_report_states_that_disagreement_shares_are_those_of_8_runs(study: str, language: str) -> None:
     """Shares of disagreement hold for the first 8 of up to 24 runs; the second share is of other cases in 3-D."""
     (line,) = (
         one

@@ -61,7 +61,7 @@ def test_a_median_is_printed_with_the_digits_of_its_interval(
 ) -> None:
     one = SimpleNamespace(median=median, low=low, high=high, data_minimum=0.1, data_maximum=1.4)
     found = (
-        filters.format_fragility_median(one, word_between_ends=" to "),
+        filters.format_fragility_median_or_interval(one, word_between_ends=" to "),
         filters.format_fragility_median_interval(one, word_between_ends=" to "),
     )
     assert found == tuple(text.replace("> ", f">{filters.NO_BREAK_SPACE}").replace("< ", f"<{filters.NO_BREAK_SPACE}")

@@ -244,7 +244,7 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
     """A Japanese font is embedded only if a text or a figure has Japanese letters, which would be boxes without it."""
     texts, font = {"text": "Hino", "figure": "Hino"}, b"CJK"
 
-    def pdf_with_name() -> bytes:
+    def compile_pdf_with_names_in_text_and_figure() -> bytes:
         svg = SMALL_SVG.replace('<g id="a"/>', f'<text id="a" y="9">{texts["figure"]}</text>')
         (tmp_path / "a.svg").write_text(svg, encoding="utf-8")
         return compile_report_pdf(
@@ -254,9 +254,9 @@ def test_japanese_names_in_an_english_pdf_have_their_letters(tmp_path: Path, pla
             {"a": tmp_path / "a.svg"},
         )
 
-    assert font not in pdf_with_name()
+    assert font not in compile_pdf_with_names_in_text_and_figure()
     texts[place] = "日野"
-    assert font in pdf_with_name()
+    assert font in compile_pdf_with_names_in_text_and_figure()
 
 
 def test_error_names_a_damaged_figure_and_the_remedy(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_recheck_reproduces_unchanged_results_and_detects_changed_outcomes(
     found = recompute_and_compare_random_cases(results_with_hostile_names / "cube.nc", max_random_case_count=40)
     assert found.is_identical
     assert found.recomputed_cell_count == 40
-    assert found.recomputed_cell_count_with_ensemble > 0
+    assert found.cell_count_with_recomputed_ensemble > 0
     changed = tmp_path / "cube.nc"
     changed.write_bytes((results_with_hostile_names / "cube.nc").read_bytes())
     from netCDF4 import Dataset

@@ -55,7 +55,7 @@ SURVIVAL_FINDINGS_OF_ONE_STONE = {
     "confidence_of_fall_rate_bound": 0.95,
                "standing_share": 1.0, "standing_share_low": 0.05, "standing_share_high": 1.0},
 }  # fmt: skip
-SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES = SURVIVAL_FINDINGS_OF_ONE_STONE | {
+SURVIVAL_FINDINGS_IF_ONE_OF_TWO_STONES_FELL = SURVIVAL_FINDINGS_OF_ONE_STONE | {
     "survey_stone_counts": SURVIVAL_FINDINGS_OF_ONE_STONE["survey_stone_counts"]
     | {"fell": 1, "total": 2, "fall_rate_upper_bound_per_year": None, "standing_share": 0.5}  # type: ignore[operator]
 }
@@ -87,7 +87,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
         ),
         *(
             ("stood", "stood", StoneSurvivalUnderHazardFindings.model_validate(one))
-            for one in (SURVIVAL_FINDINGS_OF_ONE_STONE, SURVIVAL_FINDINGS_OF_ONE_OF_TWO_STONES)
+            for one in (SURVIVAL_FINDINGS_OF_ONE_STONE, SURVIVAL_FINDINGS_IF_ONE_OF_TWO_STONES_FELL)
         ),
     ]
 

@@ -14,8 +14,8 @@ from overturning.model.planes import (
     azimuth_gap_mask_and_step,
     distinct_plane_indices,
     fall_probabilities_towards_and_away,
+    plane_azimuths_alone_impose_fall_axis,
     plane_weights_by_azimuth_spacing,
-    simulated_planes_impose_fall_axis,
 )
 from overturning.model.stack import Stack
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
@@ -429,5 +429,5 @@ def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
     ],
 )
 def test_unevenly_spaced_planes_are_detected_as_imposing_the_fall_axis(azimuth, imposed: bool) -> None:
-    assert simulated_planes_impose_fall_axis(list(azimuth)) is imposed
+    assert plane_azimuths_alone_impose_fall_axis(list(azimuth)) is imposed
     assert MAX_RESULTANT_OF_UNIFORM_PLANES == MIN_RESULTANT_WITH_MEAN_DIRECTION  # up to which falls have no axis

@@ -17,7 +17,7 @@ from overturning.statistics.illustrative import (
 
 
 @pytest.fixture
-def find_b_over_h_of_illustrative_cases(make_cube_from_fall_rules) -> Callable[[list[float]], dict[str, float]]:
+def illustrative_b_over_h_from_peak_rotations(make_cube_from_fall_rules) -> Callable[[list[float]], dict[str, float]]:
     """Return a function that gives the B/H of illustrative cases for given peak rotations of the blocks.
 
     The rotations are those along the fault; the B/H are returned by case title.
@@ -104,16 +104,18 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(
     ids=["the one that rocks along the fault too", "of those the broadest", "where none rocks one that only stands"],
 )
 def test_fault_normal_example_prefers_blocks_that_also_rock_along_the_fault(
-    find_b_over_h_of_illustrative_cases, rotations: list[float], expected: float
+    illustrative_b_over_h_from_peak_rotations, rotations: list[float], expected: float
 ) -> None:
-    assert find_b_over_h_of_illustrative_cases(rotations)["Falls normal to the fault, stands along it"] == expected
+    assert (
+        illustrative_b_over_h_from_peak_rotations(rotations)["Falls normal to the fault, stands along it"] == expected
+    )
 
 
 @pytest.mark.parametrize(("rotations", "expected"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
 def test_example_nearest_to_falling_has_the_largest_rotation_while_standing(
-    find_b_over_h_of_illustrative_cases, rotations: list[float], expected: float
+    illustrative_b_over_h_from_peak_rotations, rotations: list[float], expected: float
 ) -> None:
-    assert find_b_over_h_of_illustrative_cases(rotations).get("Leans furthest of all that stand") == expected
+    assert illustrative_b_over_h_from_peak_rotations(rotations).get("Leans furthest of all that stand") == expected
 
 
 @pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])

@@ -167,7 +167,7 @@ WRONG_2D_SETTINGS = [
         "asks: vertical, but variant 'soft' has none of its own",
     ),
 ]
-SLIPPERY_SCENE = {
+SCENE_WITH_ITS_OWN_FRICTION = {
     "name": "icy",
     "contacts": [{"between": ["stone", "stone"], "friction": 0.1}],
     "elements": [
@@ -183,7 +183,7 @@ WRONG_SCENE_SETTINGS = [
     ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
     ({"population": {}}, "population: its stones are single blocks"),
     (
-        {"scene": SLIPPERY_SCENE, "friction": [0.2, 1.0]},
+        {"scene": SCENE_WITH_ITS_OWN_FRICTION, "friction": [0.2, 1.0]},
         "friction: the scene has coefficients of its own; leave it out",
     ),
     (
@@ -330,7 +330,11 @@ def test_compatible_settings_of_a_study_are_accepted() -> None:
     assert study_from_content(SMALL_STUDY | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
     assert study_from_content(SMALL_STUDY | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
     block = {"block": {"scene": "gravestone", "contact": {"damping_ratio": 0.5}}}
-    both = {"scene": SLIPPERY_SCENE, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
+    both = {
+        "scene": SCENE_WITH_ITS_OWN_FRICTION,
+        "friction": [0.2, 1.0],
+        "variants": {"stack": {"scene": "three-tier"}},
+    }
     assert study_from_content(SMALL_STUDY | both, "x").friction == (0.2, 1.0)
     assert (
         study_from_content(SMALL_STUDY | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact

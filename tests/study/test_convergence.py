@@ -158,7 +158,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
-    def planned_step_counts(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
+    def planned_time_steps_per_motion_sample(model: PlanarModel | None = None, **changed: Any) -> np.ndarray:
         numerics = NumericalOptions(time_step="0.01 stable", **changed)
         return plan_simulation(
             model or PlanarModel(),
@@ -170,9 +170,11 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     stiff = {
         "model": PlanarModel(gravestone(Contact(static_penetration=DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO / 4)))
     }
-    np.testing.assert_array_equal(planned_step_counts(refinement=8), 8 * planned_step_counts())
+    np.testing.assert_array_equal(
+        planned_time_steps_per_motion_sample(refinement=8), 8 * planned_time_steps_per_motion_sample()
+    )
     # Whole steps follow the motion, whatever the contact.
-    np.testing.assert_array_equal(planned_step_counts(**stiff), planned_step_counts())
+    np.testing.assert_array_equal(planned_time_steps_per_motion_sample(**stiff), planned_time_steps_per_motion_sample())
     assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
     assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
     opposite = np.where(done.sample.study_outcomes["overturned"] == 0, 1, 0).astype(np.int8)
@@ -365,7 +367,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
         1,
     )
     assert again == found.model_copy(update=one_fall_less | one_of_each)
-    workflow.recompute_sample_with_finer_steps(
+    workflow.recompute_sample_to_check_convergence(
         settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json"
     )
     assert read_convergence_result(tmp_path / "found.json").rigid_block_comparison == found
@@ -482,7 +484,7 @@ def test_the_check_convergence_command_checks_a_scene_within_its_cost_limit(tmp_
     settings = study_of_two_stones_side_by_side(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
     cube = simulate_study_cube(settings, [near_field_strong_part(7)], tmp_path)
     output = tmp_path / "convergence.json"
-    workflow.recompute_sample_with_finer_steps(settings.model_dump_json(), tmp_path / "motion", cube, output)
+    workflow.recompute_sample_to_check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = read_convergence_result(output)
     assert 6 <= found.rerun_case_count < found.wanted_case_count == 24, "none of the scene's azimuths is mirrored"
     spent = sum(

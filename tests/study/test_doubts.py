@@ -12,7 +12,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_not_reaching_their_stop
 from overturning.study.load import load_study, study_from_content
 from tests.dem.test_polygon_fallen import arch_scene
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 from tests.sources import shipped_files
 
 CONFIG_FOLDER = Path(__file__).parents[2] / "config"
@@ -257,7 +257,7 @@ def test_study_check_prints_warnings_and_succeeds(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     keys = {"name": "mine", "records": PULSE_RECORD_SETTINGS, "b_over_h": [2.5], "density": 2.65}
     path.write_text(json.dumps(keys), encoding="utf-8")
-    text = command_output("study", "check", path)
+    text = run_overturning_and_return_printed_text("study", "check", path)
     assert f"{path}: b_over_h: 2.5 above 1.5; H/B? Give width over height: 0.4\n" in text
     assert f"{path}: density: 2.65 kg/m³ outside" in text
     assert "study 'mine', 1 record" in text

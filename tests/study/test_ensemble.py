@@ -28,7 +28,7 @@ from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import (
     MEMBERS_PER_BATCH,
-    EnsembleMembers,
+    EnsembleParameterChanges,
     EnsembleRunner,
     draw_parameter_changes_of_members,
     fall_probability_convergence_mask,
@@ -62,7 +62,11 @@ def nominal_outcomes(pulse_motion: Motion) -> dict[str, np.ndarray]:
 
 
 def ensemble_statistics_of_grid(
-    motion: Motion, nominal: dict[str, np.ndarray], members: EnsembleMembers, run_all_cells: bool = True, **more
+    motion: Motion,
+    nominal: dict[str, np.ndarray],
+    members: EnsembleParameterChanges,
+    run_all_cells: bool = True,
+    **more,
 ):
     """Run the ensemble members of the cells of `GRID` and return their statistics."""
 
@@ -96,7 +100,10 @@ def test_ensemble_members_depend_only_on_the_seed(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         draw_parameter_changes_of_members(EnsembleSettings(seed=seed)).write_csv(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
-    members, again = draw_parameter_changes_of_members(EnsembleSettings()), EnsembleMembers.read_csv(tmp_path / "a")
+    members, again = (
+        draw_parameter_changes_of_members(EnsembleSettings()),
+        EnsembleParameterChanges.read_csv(tmp_path / "a"),
+    )
     for name in ("sobol_sequence_number", "amplitude_factor", "azimuth_change_deg", "initial_tilt_rad"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
@@ -109,7 +116,7 @@ def test_a_damaged_table_of_ensemble_members_is_refused_by_name(tmp_path: Path) 
     ):
         (tmp_path / "members.csv").write_text(text)
         with pytest.raises(ResultError, match=r"members\.csv"):
-            EnsembleMembers.read_csv(tmp_path / "members.csv")
+            EnsembleParameterChanges.read_csv(tmp_path / "members.csv")
 
 
 def test_ensembles_are_run_near_a_change_of_the_overturning_flag() -> None:
@@ -364,7 +371,7 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
         cube["peak_penetration"][:] = 99.0
     found = recompute_and_compare_random_cases(tmp_path / "cube.nc", max_random_case_count=18)
-    assert found.recomputed_cell_count == found.recomputed_cell_count_with_ensemble == 18
+    assert found.recomputed_cell_count == found.cell_count_with_recomputed_ensemble == 18
     # What was changed is found in every cell, each of them looked at once, and nothing else.
     assert len(set(found.difference_messages)) == len(found.difference_messages) == 18
     assert all("peak_penetration is 99.0 in the cube" in line for line in found.difference_messages)

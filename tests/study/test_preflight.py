@@ -25,7 +25,7 @@ from overturning.study.preflight import (
     estimate_cases_time_memory_and_disk_of_study,
     find_record_rows_and_files,
 )
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 from tests.records.world_writers import unam_text
 
 ROOT = Path(__file__).parents[2]
@@ -156,7 +156,7 @@ def test_study_check_finds_that_the_package_for_soil_is_missing(
         else {"variants": {"soil": {"site": SOIL_SITE_SETTINGS}, "flat": {"vertical": False}}}
     )
     (tmp_path / "mine.yaml").write_text(json.dumps({"name": "mine", "records": pulse} | site), encoding="utf-8")
-    (line,) = command_output("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
+    (line,) = run_overturning_and_return_printed_text("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
     assert line.startswith(f"error: {tmp_path / 'mine.yaml'}: {key}: soil layers need pystrata")
     assert "python -m pip install 'overturning[soil]'" in line
 
@@ -194,7 +194,7 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
         ([(None, True), (None, False), (30.0, None)], False),
     ],
 )
-def test_fault_alignment_needs_a_fault_strike_in_the_first_record_group(
+def test_fault_alignment_needs_the_strike_of_a_pulse_record_if_pulses_are_distinguished(
     records: list[tuple[float | None, bool | None]], answer: bool
 ) -> None:
     """Fault strikes count only for records with a pulse if there are records with and without a pulse.
@@ -284,7 +284,9 @@ def test_a_study_of_pulses_needs_no_record_file(tmp_path: Path, monkeypatch: pyt
     monkeypatch.chdir(ROOT)
     study = tmp_path / "pulse.yaml"
     study.write_text('name: pulse\nrecords: {pulses: {p1: "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}\n')
-    assert "study 'pulse', 1 record × 216 cases = 216; about " in command_output("study", "check", study)
+    assert "study 'pulse', 1 record × 216 cases = 216; about " in run_overturning_and_return_printed_text(
+        "study", "check", study
+    )
 
 
 def test_a_record_table_separated_by_commas_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.scan import ScannedStone
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleMembers, EnsembleRunner, draw_parameter_changes_of_members
+from overturning.study.ensemble import EnsembleParameterChanges, EnsembleRunner, draw_parameter_changes_of_members
 from overturning.study.load import load_study_from_file_or_json, study_from_content
 
 STONE_VERTICES = np.array(
@@ -41,7 +41,7 @@ def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: 
     for members, columns in ((plain, 7), (varied, 9)):
         members.write_csv(tmp_path / "members.csv")
         assert len((tmp_path / "members.csv").read_text().splitlines()[0].split(",")) == columns
-        again = EnsembleMembers.read_csv(tmp_path / "members.csv")
+        again = EnsembleParameterChanges.read_csv(tmp_path / "members.csv")
         for name in ("amplitude_factor", "orientation_change_deg", "relief_m"):
             np.testing.assert_array_equal(getattr(again, name), getattr(members, name))
 

@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleMembers, draw_parameter_changes_of_members
+from overturning.study.ensemble import EnsembleParameterChanges, draw_parameter_changes_of_members
 from overturning.study.resume import (
     back_up_cubes,
     lock_results_folder_or_refuse,
@@ -51,11 +51,11 @@ def test_a_change_in_the_table_of_ensemble_members_is_detected(tmp_path: Path) -
     path = tmp_path / "members.csv"
     drawn = draw_parameter_changes_of_members(EnsembleSettings(members=16))
     drawn.write_csv(path)
-    np.testing.assert_array_equal(EnsembleMembers.read_csv(path).friction_factor, drawn.friction_factor)
+    np.testing.assert_array_equal(EnsembleParameterChanges.read_csv(path).friction_factor, drawn.friction_factor)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("1.", "2.", 1), encoding="utf-8")
     with pytest.raises(ResultError, match="damaged"):
-        EnsembleMembers.read_csv(path)
+        EnsembleParameterChanges.read_csv(path)
 
 
 def test_resuming_removes_only_damaged_and_incomplete_files(tmp_path: Path) -> None:

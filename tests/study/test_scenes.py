@@ -33,7 +33,7 @@ from overturning.study.load import study_from_content
 from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 ROOT = Path(__file__).parents[2]
@@ -164,7 +164,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
-        exported = command_output("cube", "export", paths["monolith"], tmp_path / "cases.csv")
+        exported = run_overturning_and_return_printed_text("cube", "export", paths["monolith"], tmp_path / "cases.csv")
         assert f"cases.csv: 24 cases, {variant_label_in_list_if_not_nominal(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = StudyResults(
@@ -309,4 +309,4 @@ def test_a_recheck_reproduces_the_cube_of_a_scene_cell_by_cell(tmp_path: Path, v
         simulate_study_cube(study, [_record_of_two_sine_cycles()], tmp_path, variant), max_random_case_count=6
     )
     assert found.difference_messages == []
-    assert found.recomputed_cell_count == found.recomputed_cell_count_with_ensemble == 6
+    assert found.recomputed_cell_count == found.cell_count_with_recomputed_ensemble == 6

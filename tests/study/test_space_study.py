@@ -18,7 +18,7 @@ from overturning.study.answers import (
     count_outcome_differences,
     create_outcome_array_to_fill,
     fall_azimuths_differ,
-    outcomes_differ,
+    mask_of_cases_with_different_falls,
 )
 from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
 from overturning.study.cube import open_cube, study_of_cube
@@ -31,7 +31,7 @@ from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 from overturning.study.sweep import simulate_and_write_cases_of_record
-from tests.expect import command_output
+from tests.expect import run_overturning_and_return_printed_text
 from tests.model.solids import (
     box,
     column_with_overhanging_slab,
@@ -192,7 +192,7 @@ def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
 def test_a_recheck_reproduces_every_bit_of_a_3d_cube(cube_file: Path) -> None:
     found = recompute_and_compare_random_cases(cube_file, max_random_case_count=12)
     assert found.is_identical
-    assert found.recomputed_cell_count_with_ensemble == 12
+    assert found.cell_count_with_recomputed_ensemble == 12
 
 
 def test_convergence_of_a_3d_study_is_checked_with_finer_and_stiffer_reruns(
@@ -216,7 +216,7 @@ def test_fall_azimuths_more_than_fifteen_degrees_apart_count_as_different() -> N
     first["azimuth"][:, 0], second["azimuth"][:, 0] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
     found = count_outcome_differences(flags, flags, fall_azimuths_differ(first, second)[:, 0])
     assert (found.cases, found.flags, found.fallen, found.sides) == (4, 0, 3, 1)
-    assert outcomes_differ(first, second).tolist() == [False, True, False, False]
+    assert mask_of_cases_with_different_falls(first, second).tolist() == [False, True, False, False]
 
 
 def test_merging_a_3d_cube_refuses_a_2d_sweep_part(cube_file: Path, study_settings: Study, tmp_path: Path) -> None:
@@ -283,7 +283,7 @@ def test_study_check_reports_how_an_open_mesh_was_repaired(tmp_path: Path, monke
     path = tmp_path / "study.yaml"
     path.write_text(f"name: b\nrecords: {{pulses: {{p: sine amplitude_gal=300 period_s=1}}}}\nbody: {{mesh: {mesh}}}\n")
     monkeypatch.chdir(Path(__file__).parents[2])
-    lines = command_output("study", "check", path)
+    lines = run_overturning_and_return_printed_text("study", "check", path)
     assert f"{path}: body: as scanned: volume 0.3 m³\n" in lines
     assert f"{path}: body: the open base is closed by a flat lid; its 4 open edges" in lines
 

@@ -317,7 +317,7 @@ def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from
     ) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
 
 
-def test_both_planes_of_a_stone_share_its_height_and_friction(make_cube_from_fall_rules) -> None:
+def test_falls_in_both_planes_are_combined_at_equal_height_and_friction(make_cube_from_fall_rules) -> None:
     """At one friction blocks fall forwards, at the other to the right: none of them stands."""
 
     def fall_sides_along_axis_set_by_friction(azimuth, height, slender, friction):
@@ -586,7 +586,9 @@ def test_side_of_a_fall_follows_from_face_and_fall_azimuth(azimuth: float, side:
     assert observed_standing_or_side_index(fallen_stone(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
 
 
-def test_a_study_or_survey_without_falls_gives_no_evidence(make_cube_from_fall_rules) -> None:
+def test_likelihood_ratio_is_neutral_without_predicted_falls_and_missing_without_observed_ones(
+    make_cube_from_fall_rules,
+) -> None:
     site = make_cube_from_fall_rules(lambda a, *_rest: np.zeros_like(a))
     comparison = compare_survey_with_prediction([fallen_stone(10), fallen_stone(200)], site)
     assert comparison.log_likelihood_ratio == pytest.approx(0, abs=1e-9)

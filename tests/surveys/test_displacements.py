@@ -239,7 +239,7 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
     )
 
 
-def test_2_d_cubes_empty_surveys_and_wrong_backgrounds_are_refused(tmp_path: Path) -> None:
+def test_2_d_cubes_empty_surveys_and_wrong_shares_of_random_directions_are_refused(tmp_path: Path) -> None:
     stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,1\n")
     with pytest.raises(ArgumentError, match="cube: of 2-D blocks"):
         compare_displacements(stones, cube_of_standing_stones_with_given_values().drop_vars("residual_twist"))

@@ -365,7 +365,7 @@ def test_rows_that_are_read_as_comments_give_a_warning(tmp_path: Path) -> None:
     assert "lines 3, 5: not used, because # marks a comment" in doubt
 
 
-def test_rows_within_a_quoted_cell_give_a_warning(tmp_path: Path) -> None:
+def test_an_unclosed_quotation_mark_that_swallows_whole_rows_gives_a_warning(tmp_path: Path) -> None:
     text = 'stone;outcome;note\nA;fell;\nB;stands;"open\nC;fell;x\nD;fell;"\nE;stands;"two\nlines; and more"\n'
     (doubt,) = write_and_read_survey_table(tmp_path, text).warnings
     assert "line 3: a cell in quotation marks contains whole rows" in doubt

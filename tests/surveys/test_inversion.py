@@ -28,9 +28,9 @@ from overturning.surveys.library import (
 from overturning.surveys.posterior import MOTION_ROTATION_COUNT, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
     CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND,
-    StoneDimensions,
+    StoneHeightAndSideRatios,
     StoneOutcomeProbabilities,
-    case_count_and_processor_time_s,
+    count_cases_to_simulate_and_estimate_time_s,
     dimensions_of_survey_stones,
 )
 from overturning.surveys.stone_outcomes import (
@@ -73,7 +73,7 @@ def outcomes_by_pgv_rule(
         len(size_grid_indices),
         len(SIMULATED_FRICTIONS),
         SIMULATED_PGV_M_S.size,
-        StoneDimensions(d_over_b=aspect).orientations_to_simulate_deg.size,
+        StoneHeightAndSideRatios(d_over_b=aspect).orientations_to_simulate_deg.size,
     )
     return np.broadcast_to(way[:, None, :, None], size).astype(np.int8)
 
@@ -82,7 +82,7 @@ def outcomes_by_pgv_rule(
 def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
     """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_pgv_rule)
-    kinds = [StoneDimensions(*size, 0.0) for size in ROUND_COLUMN_SIZES]
+    kinds = [StoneHeightAndSideRatios(*size, 0.0) for size in ROUND_COLUMN_SIZES]
     return SurveyInversion(
         StoneOutcomeProbabilities(
             [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, outcome_cache_folder=tmp_path
@@ -116,7 +116,7 @@ def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outco
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
 
-def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(
+def test_without_stones_the_posterior_is_the_prior_and_pgv_is_unbounded(
     inversion_with_known_outcomes: SurveyInversion,
 ) -> None:
     one = inversion_with_known_outcomes.compute_posterior(
@@ -294,7 +294,7 @@ def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_out
     found = inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0]), tall, shaped])
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (
-        StoneDimensions.from_stone_with_nearest_d_over_b(one).size_grid_weights(StonePopulation())
+        StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(one).size_grid_weights(StonePopulation())
         for one in (tall, shaped)
     )
     assert 0.6 < np.exp(np.log(SIMULATED_HEIGHTS_M) @ heights.sum(axis=1)) < 0.9
@@ -336,11 +336,11 @@ def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_kno
 
 def test_stone_dimensions_to_simulate_have_the_smaller_of_both_b_over_h() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height_m=0.8)
-    assert StoneDimensions.from_stone_with_nearest_d_over_b(stone) == StoneDimensions(0.8, 0.25, 2.0)
+    assert StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone) == StoneHeightAndSideRatios(0.8, 0.25, 2.0)
     assert stone.slender_plane_azimuth_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (StoneDimensions.from_stone_with_nearest_d_over_b(square), square.slender_plane_azimuth_deg) == (
-        StoneDimensions(None, 0.25, 1.0),
+    assert (StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(square), square.slender_plane_azimuth_deg) == (
+        StoneHeightAndSideRatios(None, 0.25, 1.0),
         30,
     )
 
@@ -355,7 +355,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
     asked = SurveyInversion(
         StoneOutcomeProbabilities(
-            [one], [StoneDimensions.from_stone_with_nearest_d_over_b(north)], outcome_cache_folder=tmp_path
+            [one], [StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(north)], outcome_cache_folder=tmp_path
         )
     )
     level = int(np.argmin(np.abs(SIMULATED_PGV_M_S * one.pga_m_s2 / one.pgv_m_s - 0.4 * 9.80665)))
@@ -393,7 +393,7 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
     asked = SurveyInversion(
         StoneOutcomeProbabilities(
             others,
-            [StoneDimensions.from_stone_with_nearest_d_over_b(stone) for stone in stones],
+            [StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone) for stone in stones],
             outcome_cache_folder=tmp_path,
             thread_count=2,
         )
@@ -415,7 +415,7 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
         return outcomes_by_pgv_rule(one, aspect, nodes, threads)
 
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
-    one, kind = elliptic_candidate_motion(0.5), StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0)
+    one, kind = elliptic_candidate_motion(0.5), StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind)
     assert np.array_equal(
         StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind), first
@@ -423,7 +423,7 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
     StoneOutcomeProbabilities(
-        [one], [kind, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
+        [one], [kind, StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
     )
     StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], outcome_cache_folder=tmp_path)
     assert calls[1] > 0
@@ -442,7 +442,7 @@ def test_stone_sizes_outside_the_simulated_range_are_refused() -> None:
         ("height_m 50", Stone(False, math.nan, False, height_m=50.0, line_number=7)),
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
-            StoneDimensions.from_stone_with_nearest_d_over_b(
+            StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(
                 stone
             )  # without its height it would be computed as one of 0.6 to 0.9 m
 
@@ -464,17 +464,22 @@ def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, mon
 
     monkeypatch.setattr(stone_outcomes, "simulate_cases", count_and_fake_cases)
     motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
-    kinds = [StoneDimensions(*ROUND_COLUMN_SIZES[0], 0.0), StoneDimensions(*ROUND_COLUMN_SIZES[1], 2.0)]
-    cases, seconds = case_count_and_processor_time_s(motions, kinds, tmp_path)
+    kinds = [
+        StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[0], 0.0),
+        StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[1], 2.0),
+    ]
+    cases, seconds = count_cases_to_simulate_and_estimate_time_s(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, outcome_cache_folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND * cases / 2 * sum(lasts))
-    assert case_count_and_processor_time_s(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = case_count_and_processor_time_s(motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], tmp_path)
+    assert count_cases_to_simulate_and_estimate_time_s(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = count_cases_to_simulate_and_estimate_time_s(
+        motions, [*kinds, StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[2], 0.0)], tmp_path
+    )
     asked.clear()
     StoneOutcomeProbabilities(
-        motions, [*kinds, StoneDimensions(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
+        motions, [*kinds, StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
     )
     assert 0 < more == sum(asked)
 

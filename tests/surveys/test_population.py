@@ -309,7 +309,7 @@ def test_fragility_fits_separate_spread_of_records_from_that_of_stones() -> None
 
 
 @pytest.mark.parametrize("agree", [1, 2, 3])
-def test_agreement_shares_equal_in_all_earthquakes_have_an_interval(agree: int) -> None:
+def test_agreement_share_equal_in_all_earthquakes_has_an_interval_of_nonzero_width(agree: int) -> None:
     """Of the four motions of each of ten earthquakes, equally many agree: other earthquakes may still differ."""
     selected = np.ones((10, 4), np.bool_)
     events = np.array([f"earthquake {number}" for number in range(10)])

@@ -53,7 +53,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     def fall_rate_density(x: float, a: float, one: float, k: float) -> float:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
 
-    def fall_rate_by_quadrature(low: float, high: float) -> float:
+    def annual_fall_rate_from_hazard_curve_by_quadrature(low: float, high: float) -> float:
         """Return the fall rate ∫ P |dν| from `low` to `high`, g, by SciPy for a log-log linear hazard curve ν.
 
         The logarithm of ν is linear in that of the level between the levels of the curve.
@@ -70,12 +70,17 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     found = estimate_standing_probability(
         fragility_curve_row(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
     )
-    assert found.annual_fall_rate_per_stone == pytest.approx(fall_rate_by_quadrature(0, 9) + top, rel=1e-8)
+    assert found.annual_fall_rate_per_stone == pytest.approx(
+        annual_fall_rate_from_hazard_curve_by_quadrature(0, 9) + top, rel=1e-8
+    )
     assert found.fall_rate_share_outside_fragility_data == pytest.approx(
-        1 - fall_rate_by_quadrature(0.3, 0.8) / (fall_rate_by_quadrature(0, 9) + top), rel=1e-7
+        1
+        - annual_fall_rate_from_hazard_curve_by_quadrature(0.3, 0.8)
+        / (annual_fall_rate_from_hazard_curve_by_quadrature(0, 9) + top),
+        rel=1e-7,
     )
     assert (found.standing_probability_low, found.standing_probability_high) == pytest.approx(
-        (math.exp(-1000 * (fall_rate_by_quadrature(0, 9) + rate[-1])), 1.0), rel=1e-8
+        (math.exp(-1000 * (annual_fall_rate_from_hazard_curve_by_quadrature(0, 9) + rate[-1])), 1.0), rel=1e-8
     )
     inside = estimate_standing_probability(fragility_curve_row(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
     assert inside.fall_rate_share_outside_fragility_data == pytest.approx(0.0, abs=1e-12), (

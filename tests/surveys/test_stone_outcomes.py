@@ -15,8 +15,8 @@ from overturning.motion.motion import Motion
 from overturning.surveys import stone_outcomes
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.responses import (
-    StoneDimensions,
-    case_count_and_processor_time_s,
+    StoneHeightAndSideRatios,
+    count_cases_to_simulate_and_estimate_time_s,
     note_on_stones_simulated_with_smaller_d_over_b,
 )
 from overturning.surveys.stone_outcomes import shipped_stone_outcomes_of_motion, simulate_outcomes_of_sizes
@@ -45,7 +45,7 @@ def test_simulated_grid_equals_that_of_shipped_outcomes_on_any_processor() -> No
     command = [
         sys.executable,
         "-c",
-        f"from {stone_outcomes.__name__} import simulated_grid_as_text; print(simulated_grid_as_text())",
+        f"import {stone_outcomes.__name__} as outcomes; print(outcomes.simulated_grid_text_to_detect_outdated_files())",
     ]
     done = subprocess.run(
         command,
@@ -82,7 +82,7 @@ def standing_stone(height: float, aspect: float, b_over_h: float = 0.3) -> Stone
         ((0.0, 1.0, 4.9), None),
     ],
 )
-def test_note_counts_stones_broader_than_the_largest_simulated_aspect(
+def test_note_counts_stones_above_the_largest_simulated_depth_to_width_ratio(
     aspects: tuple[float, ...], note: str | None
 ) -> None:
     unknown = Stone(True, math.nan, False)
@@ -103,18 +103,18 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
     motions = candidate_motions_of_package
     assert len(motions) == count
     known = [
-        StoneDimensions.from_stone_with_nearest_d_over_b(standing_stone(height, aspect, ratio))
+        StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(standing_stone(height, aspect, ratio))
         for height in (0.25, 0.9, highest)
         for ratio in (0.1, 0.37, 0.8)
         for aspect in (0.0, 1.0, 1.5, 2.3, 3.5, 7.0)
     ]
-    assert case_count_and_processor_time_s(motions, known) == (0, 0.0)
-    every, seconds = case_count_and_processor_time_s(motions, known, counts_cases_with_stored_outcomes=True)
+    assert count_cases_to_simulate_and_estimate_time_s(motions, known) == (0, 0.0)
+    every, seconds = count_cases_to_simulate_and_estimate_time_s(motions, known, counts_cases_with_stored_outcomes=True)
     assert every > 1e6
     assert seconds > 60.0
     assert (
-        case_count_and_processor_time_s(
-            motions, [StoneDimensions.from_stone_with_nearest_d_over_b(standing_stone(1.05 * highest, 1.0))]
+        count_cases_to_simulate_and_estimate_time_s(
+            motions, [StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(standing_stone(1.05 * highest, 1.0))]
         )[0]
         > 0
     )

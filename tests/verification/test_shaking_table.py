@@ -286,7 +286,7 @@ def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.fall_shares_by_size_neighbourhood_and_test(tests)
+    shares = small_table.fall_shares_of_similar_stones_by_size_and_test(tests)
     probabilities, centres = small_table.predict_each_half_from_the_other(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)

@@ -19,7 +19,7 @@ from verification.stability.stacks import (
     MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT,
     STACK_COLUMN_LONG_NAMES_AND_UNITS,
     ParametersOfStackCases,
-    draw_parameters_of_stack_cases,
+    generate_random_parameters_of_stack_cases,
     name_of_first_failed_stack_check,
     simulate_and_check_stack_cases,
     stack_scene_from_parameters,
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.long
 
 
 def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
-    settings = draw_parameters_of_stack_cases(16, 7)
+    settings = generate_random_parameters_of_stack_cases(16, 7)
     rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
     assert set(rows) == set(STACK_COLUMN_LONG_NAMES_AND_UNITS)
     silent = rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
@@ -46,7 +46,7 @@ def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
 def simulated_stack_case() -> tuple[ParametersOfStackCases, Motion, CaseResults]:
     """Return a setting with two stones, of which the upper falls, its motion, and the results of its case."""
     setting = replace(
-        draw_parameters_of_stack_cases(1, 1)[0],
+        generate_random_parameters_of_stack_cases(1, 1)[0],
         stone_sizes=np.array([[0.6, 0.6, 0.3], [0.2, 0.2, 0.6]]), stone_densities=np.array([2650.0, 2650.0]),
         static_penetration_to_width_ratio=2e-6, contact_damping_ratio=1.0, friction_by_case=np.array([0.7]),
         amplitude_factor_by_case=np.array([1.0]),

@@ -12,7 +12,7 @@ from verification.whole_run import (
     QUANTITY_PREFIX_WITHOUT_FORK_SERVER,
     CostOfCommandSteps,
     WholeRunCost,
-    compare_whole_runs,
+    compare_run_costs_with_other_checkout,
     fork_server_comparison_table,
     read_step_costs,
 )
@@ -60,7 +60,10 @@ def test_checkouts_are_timed_in_pairs_without_their_first_runs(tmp_path: Path, m
         )
 
     monkeypatch.setattr(whole_run, "run_whole_study_and_measure_cost", return_invented_run_times)
-    rows = [line.strip("| ").split(" | ") for line in compare_whole_runs(tmp_path, 2, "name: a").splitlines()[2:]]
+    rows = [
+        line.strip("| ").split(" | ")
+        for line in compare_run_costs_with_other_checkout(tmp_path, 2, "name: a").splitlines()[2:]
+    ]
     assert served == [(False, tmp_path, "name: a"), (True, ROOT, "name: a")] * 3
     found = {row[0]: row[1:] for row in rows}
     assert found["time on two cores, s"] == ["150", "75", "0.50"]

@@ -44,9 +44,9 @@ from overturning.dem.body.state import (
     BodyState,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     angular_velocity_from_momentum,
-    lean_as_squared_sine,
+    squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.state import BodyConstants as Constants
 from overturning.dem.body.statics import largest_squared_frequency_on_unit_springs
@@ -178,7 +178,7 @@ def apply_contact_law(
     `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
     displacements. `waits_flat_landing_time_tilting` are True if the point carries only later, True if the body lands
     flat, its landing time, s, if it touches now, and the tilting share of the base
-    (`BaseContactState.tilting_friction_share_in_flat_landing`).
+    (`BaseContactState.flat_landing_tilting_share_of_friction_moment`).
     """
     waiting, flat, begun, base_tilting = waits_flat_landing_time_tilting
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
@@ -275,7 +275,7 @@ def advance_body_one_step(
     contact_totals: ContactForceAndLargestPenetration,
     peak_values: BodyPeakValues,
     energy_and_momentum_account: BodyEnergyAndMomentumAccount,
-    inertial_accelerations_in_sample: InertialAccelerations3D,
+    inertial_accelerations_in_sample: InertialAndUpwardBaseAccelerations3D,
 ) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.tick_length_s * TICKS_PER_STEP
@@ -312,7 +312,7 @@ def advance_body_one_step(
     )
     # Update the peaks and the last time before the critical tilt.
     lean, bx, by = (
-        lean_as_squared_sine(body_axes),
+        squared_sine_of_lean_continued_beyond_90_deg(body_axes),
         body_state.centre_position.x - body.centre_height * body_axes.xz,
         body_state.centre_position.y - body.centre_height * body_axes.yz,
     )
@@ -357,7 +357,7 @@ CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceA
 CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
 load_contact_totals, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactForceAndLargestPenetration)
 zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).zero
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
 load_peaks, load_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).load,
@@ -371,7 +371,7 @@ load_vertex, (load_memory, store_memory, _) = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load,
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start"),
 )
-VERTEX_VALUE_COUNT_OF_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -411,7 +411,7 @@ def add_vertex_contact_forces(
                 vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.position_from_centre.z, left),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
-                base_contact.tilting_friction_share_in_flat_landing,
+                base_contact.flat_landing_tilting_share_of_friction_moment,
             ),
         )
         b, right = apply_contact_law(
@@ -424,7 +424,7 @@ def add_vertex_contact_forces(
                 vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.position_from_centre.z, right),
                 body_base_lands_flat(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
-                base_contact.tilting_friction_share_in_flat_landing,
+                base_contact.flat_landing_tilting_share_of_friction_moment,
             ),
         )
         store_memory(first_vertex_rows, j, left)
@@ -463,7 +463,7 @@ def add_contact_forces_at_opposite_rim_points(
             body_base_lands_flat(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
-        tilting = base_contact.tilting_friction_share_in_flat_landing
+        tilting = base_contact.flat_landing_tilting_share_of_friction_moment
         at, on = (
             rim_contact_point(body, s, f, lean_component, transverse_component, dt),
             rim_contact_point(body, s, f, -lean_component, -transverse_component, dt),
@@ -558,17 +558,17 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
     ) -> None:
         """Advance all bodies by the time steps of one sampling interval."""
         half, acting = (
-            contact_point_count // 2 * VERTEX_VALUE_COUNT_OF_ALL_LANES,
+            contact_point_count // 2 * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
             cache_line_aligned_zeros(CONTACT_TOTALS_ARRAY_LENGTH),
         )
         advance_momenta_with_last_forces(state, lane_count, -0.5)
         for _ in range(steps_per_sample):
             compute_axes_and_reset_contact_forces(state, acting, lane_count)
             compute_base_contact_states(state, vertex_rows, half, base_vertex_count, lane_count, has_rim)
-            for pair in range(0, half, VERTEX_VALUE_COUNT_OF_ALL_LANES):
+            for pair in range(0, half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
                 one, other = (
-                    vertex_rows[pair : pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
-                    vertex_rows[half + pair : half + pair + VERTEX_VALUE_COUNT_OF_ALL_LANES],
+                    vertex_rows[pair : pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES],
+                    vertex_rows[half + pair : half + pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES],
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0

@@ -70,7 +70,7 @@ def one_cosine_cycle(pga_g: float, pgv_over_pga_s: float, sampling_interval: flo
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def fall_shares_by_size_neighbourhood_and_test(tests: pd.DataFrame) -> FloatArray:
+def fall_shares_of_similar_stones_by_size_and_test(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones of similar size that fall in each test, never 0 or 1: shape (sizes, tests).
 
     Stones are of similar size if B/H and height lie in a range around a centre (a neighbourhood).
@@ -144,7 +144,7 @@ def score_predictions_of_small_table_tests() -> tuple[pd.DataFrame, pd.DataFrame
     for name, label in DATE_AND_ORIENTATION_BY_TEST_FILE.items():
         tests = read_small_table_tests(name)
         probabilities, centres = predict_each_half_from_the_other(
-            tests, fall_shares_by_size_neighbourhood_and_test(tests)
+            tests, fall_shares_of_similar_stones_by_size_and_test(tests)
         )
         fell, motions = tests["fell"].to_numpy(), motion_name_by_test(tests)
         samples, motion_count = bootstrap_samples_of_test_indices(motions), np.unique(motions).size

@@ -25,7 +25,7 @@ from verification.stability.maps import (
 from verification.stability.stacks import (
     MAX_STEPS_OF_STACK_CASE,
     STACK_COLUMN_LONG_NAMES_AND_UNITS,
-    draw_parameters_of_stack_cases,
+    generate_random_parameters_of_stack_cases,
     simulate_and_check_stack_cases,
 )
 from verification.tables import write_table
@@ -101,7 +101,7 @@ def simulate_stacks_and_write_stability_map(
     """Simulate and check 3-D stacks of two to five stones with extreme parameters; write the map of stability."""
     rows = collect_stability_map_rows(
         simulate_and_check_stack_cases,
-        draw_parameters_of_stack_cases(settings, seed),
+        generate_random_parameters_of_stack_cases(settings, seed),
         threads=threads,
         report_finished_and_total_count=print_progress,
     )

@@ -261,7 +261,7 @@ def rotations_requiring_fallen_flag(prepared_scene: PreparedScene) -> FloatArray
     90° for an element with an upright face. Results contain rotations up to 90° only: the limit is infinite for
     larger angles.
     """
-    angle = _fall_rotations_of_free_elements(prepared_scene)
+    angle = _fall_rotation_thresholds_of_free_elements(prepared_scene)
     for place, index in enumerate(prepared_scene.free_element_indices):
         item = prepared_scene.elements[index]
         # The longest face that this rotation turns down.
@@ -286,7 +286,7 @@ def rotations_forbidding_fallen_flag(prepared_scene: PreparedScene) -> FloatArra
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
     for index, asked in zip(
-        prepared_scene.free_element_indices, _fall_rotations_of_free_elements(prepared_scene), strict=True
+        prepared_scene.free_element_indices, _fall_rotation_thresholds_of_free_elements(prepared_scene), strict=True
     ):
         item = prepared_scene.elements[index]
         on_ground = all(
@@ -299,7 +299,7 @@ def rotations_forbidding_fallen_flag(prepared_scene: PreparedScene) -> FloatArra
     return np.array(found)
 
 
-def _fall_rotations_of_free_elements(prepared_scene: PreparedScene) -> FloatArray:
+def _fall_rotation_thresholds_of_free_elements(prepared_scene: PreparedScene) -> FloatArray:
     """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
     items = [prepared_scene.elements[index] for index in prepared_scene.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]

@@ -21,7 +21,7 @@ from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import MIN_STONE_HEIGHT_M, Cases
 from overturning.model.contact import VertexContact
-from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_circle_or_polygon
+from overturning.model.element import ContactLaw, Element, Material, PlanShape, plan_area_of_circle_or_regular_polygon
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
@@ -126,10 +126,10 @@ class ParametersOfStackCases:
 
 def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
     """Return the area of a stone's plan over that of the square or rectangle around it."""
-    return 1.0 if plan == "rectangle" else plan_area_of_circle_or_polygon(plan, 1.0)
+    return 1.0 if plan == "rectangle" else plan_area_of_circle_or_regular_polygon(plan, 1.0)
 
 
-def draw_parameters_of_stack_cases(stack_count: int, seed: int) -> list[ParametersOfStackCases]:
+def generate_random_parameters_of_stack_cases(stack_count: int, seed: int) -> list[ParametersOfStackCases]:
     """Draw 3-D stacks at random, each with a contact law, a motion and the parameters of several cases."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
     return [_draw_stack_motion_and_case_parameters(generator) for _ in range(stack_count)]

@@ -58,7 +58,7 @@ MAX_BOUNDARIES_PER_RECORD: Final = 4
 """Largest number of boundaries for each record."""
 STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP: Final = 0.03
 """Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
-RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS: Final = 0.02
+RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY: Final = 0.02
 """Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
 EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
 """The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
@@ -226,13 +226,13 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
         groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD
     )
     near, right = boundary_b_over_h_by_usual_and_finest_numerics(
-        groups, where, usual, slow, RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS
+        groups, where, usual, slow, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY
     )
     for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS:
         setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
         found, spent = setting.run_and_measure_cost_per_case(groups)
         shift = median_relative_boundary_shift(
-            groups, where, setting.run_cases_arguments, near, right, RELATIVE_BRACKET_HALF_WIDTH_OVER_STIFFNESS
+            groups, where, setting.run_cases_arguments, near, right, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY
         )
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
         yield setting.error_table_row(f"records, {sliding_or_rocking_blocks}", "stiffest springs", **columns)

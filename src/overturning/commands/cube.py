@@ -161,8 +161,8 @@ def recheck_random_cases_of_cube(
     if len(result.difference_messages) > 10:
         print(f"… and {len(result.difference_messages) - 10} more")
     with_ensemble = (
-        f", {result.recomputed_cell_count_with_ensemble} of them with their ensemble"
-        if result.recomputed_cell_count_with_ensemble
+        f", {result.cell_count_with_recomputed_ensemble} of them with their ensemble"
+        if result.cell_count_with_recomputed_ensemble
         else ""
     )
     different = (

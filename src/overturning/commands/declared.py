@@ -78,11 +78,11 @@ class RecordFileOptions:
     def to_declared_file_properties(self) -> DeclaredFileProperties:
         """Convert the options to declared file properties; the ArgumentError for an invalid value names its option."""
         from overturning.errors import ArgumentError
-        from overturning.records.formats.table import find_format_by_name
+        from overturning.records.formats.table import find_format_by_name_or_none_if_auto
 
         given: dict[str, Any] = {name: value for name, value in vars(self).items() if value not in ("", None)}
         try:
-            find_format_by_name(self.format or "auto")
+            find_format_by_name_or_none_if_auto(self.format or "auto")
             return DeclaredFileProperties(**given)
         except ArgumentError as problem:
             raise ArgumentError(

@@ -129,7 +129,7 @@ class ForkServer:
                 and (last := self._sweep_arguments_by_variant.get(variant)) is not None
             ):
                 self._sweep_arguments_by_variant[variant] = None
-                _load_compiled_simulation_code(last)
+                _load_compiled_code_cached_by_earlier_step(last)
 
     def _store_resource_use_and_send_exit_statuses(self) -> None:
         """Store processor time and memory of ended steps, and send their exit statuses to their clients."""
@@ -181,7 +181,7 @@ def _receive_request_and_output_descriptors(client_connection: socket.socket) ->
     return json.loads(data), outputs
 
 
-def _load_compiled_simulation_code(arguments_of_earlier_simulation_step: list[str]) -> None:
+def _load_compiled_code_cached_by_earlier_step(arguments_of_earlier_simulation_step: list[str]) -> None:
     """Load the compiled simulation code that a finished simulation step of the same variant has stored on disk."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from overturning.surveys.responses import StoneDimensions
+    from overturning.surveys.responses import StoneHeightAndSideRatios
 
 WORKFLOW_FILES_AND_FOLDERS = ("Snakefile", "profiles", "workflow")
 """Files and folders of the workflow, at the top of the repository and of each project."""
@@ -86,7 +86,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     size = estimate_and_check_study_size(study, str(path))
     check_soil_curve_package(study, str(path))
     entries, _ = find_record_rows_and_files(study, str(path))
-    searched: list[StoneDimensions] = []
+    searched: list[StoneHeightAndSideRatios] = []
     for number, survey in enumerate(study.surveys):
         stones, notes, doubts = read_fallen_and_standing_stones_notes_and_warnings(Path(survey.stones))
         check_survey_site_names(study, number, {stone.site for stone in stones}, str(path))
@@ -110,18 +110,20 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
 
 
 def _note_on_processor_time_to_infer_motion(
-    stone_dimensions_of_surveys: "Sequence[StoneDimensions]", study_record_count: int
+    stone_dimensions_of_surveys: "Sequence[StoneHeightAndSideRatios]", study_record_count: int
 ) -> str:
     """Return a note on the processor time needed to infer the ground motion from each survey of a study."""
     from overturning.study.preflight import format_duration
     from overturning.surveys.library import candidate_motions
-    from overturning.surveys.responses import case_count_and_processor_time_s
+    from overturning.surveys.responses import count_cases_to_simulate_and_estimate_time_s
 
     library = candidate_motions()
-    _, seconds = case_count_and_processor_time_s(library, stone_dimensions_of_surveys)
+    _, seconds = count_cases_to_simulate_and_estimate_time_s(library, stone_dimensions_of_surveys)
     # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds += (
-        case_count_and_processor_time_s(library, stone_dimensions_of_surveys, counts_cases_with_stored_outcomes=True)[1]
+        count_cases_to_simulate_and_estimate_time_s(
+            library, stone_dimensions_of_surveys, counts_cases_with_stored_outcomes=True
+        )[1]
         * study_record_count
         / len(library)
     )

@@ -318,7 +318,7 @@ def infer_motion_from_survey(
     from overturning.surveys.posterior import write_inversion_result
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
-        case_count_and_processor_time_s,
+        count_cases_to_simulate_and_estimate_time_s,
         dimensions_of_survey_stones,
         note_on_stones_simulated_with_smaller_d_over_b,
     )
@@ -334,7 +334,7 @@ def infer_motion_from_survey(
     library = candidate_motions(
         read_records_and_make_ids_unique(motion_files or ()), only_user_records=only_given_motions
     )
-    cases, seconds = case_count_and_processor_time_s(library, kinds)
+    cases, seconds = count_cases_to_simulate_and_estimate_time_s(library, kinds)
     if cases:
         under, expected = format_count_with_noun(len(library), "motion"), format_duration(seconds / threads)
         print(

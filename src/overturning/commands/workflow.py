@@ -155,14 +155,17 @@ def simulate_cases_of_record(
 ) -> None:
     """Simulate all cases of one record, or one chunk (part) of them, and write the outcomes."""
     from overturning.records.store import read_record_from_motion_file
-    from overturning.study.ensemble import EnsembleMembers
+    from overturning.study.ensemble import EnsembleParameterChanges
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.parts import SweepChunk
     from overturning.study.scenes import numerical_options_of_study
     from overturning.study.sweep import simulate_and_write_cases_of_record
 
     settings, part = load_study_from_file_or_json(study), SweepChunk.parse(chunk)
-    record, drawn = read_record_from_motion_file(motion), EnsembleMembers.read_csv(members) if members else None
+    record, drawn = (
+        read_record_from_motion_file(motion),
+        EnsembleParameterChanges.read_csv(members) if members else None,
+    )
     numerics = numerical_options_of_study(settings, threads, _create_percent_progress_printer())
     simulate_and_write_cases_of_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
@@ -219,7 +222,7 @@ def fit_fragility(
         write_openquake_fragility_model(chosen, output / openquake_file_name(measure), "gravestones")
 
 
-def recompute_sample_with_finer_steps(
+def recompute_sample_to_check_convergence(
     study: StudyOption,
     motions: MotionFolderOption,
     cube: CubePathOption,
@@ -350,7 +353,7 @@ WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {
     "members": write_random_parameter_changes_of_ensemble,
     "sweep": simulate_cases_of_record,
     "gather": merge_outcome_files_into_cube,
-    "check-convergence": recompute_sample_with_finer_steps,
+    "check-convergence": recompute_sample_to_check_convergence,
     "fragility": fit_fragility,
     "record-figures": draw_figures_of_records,
     "figures": draw_figures_of_study,

@@ -54,7 +54,7 @@ def simulate_cases_on_cluster(
     count = max(1, wanted, -(-cases.case_count // MAX_CASES_PER_TASK))
     pieces = [np.arange(part, cases.case_count, count) for part in range(count)]
     # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
-    ground = client.submit(_motion_as_shared_task_result, motion, pure=False)
+    ground = client.submit(_return_motion_unchanged_as_dask_task, motion, pure=False)
     tasks = {
         client.submit(simulate_cases, ground, _select_cases(cases, piece), here, pure=False): piece for piece in pieces
     }
@@ -69,7 +69,7 @@ def simulate_cases_on_cluster(
     return type(parts[0])(**columns)
 
 
-def _motion_as_shared_task_result(motion: Motion) -> Motion:
+def _return_motion_unchanged_as_dask_task(motion: Motion) -> Motion:
     """Return the motion unchanged: run as a dask task, whose result all simulation tasks on the cluster share."""
     return motion
 

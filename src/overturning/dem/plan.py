@@ -64,7 +64,7 @@ class SimulationPlan(ABC):
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
     trajectory_dtype: ClassVar[Any]
     """Dtype of a row of the path; if structured, it has a column `time`."""
-    trajectory_time_column_index: ClassVar[Any] = "time"
+    index_or_field_name_of_trajectory_time: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
     base_acceleration_columns: ClassVar[Any] = ("ground_acceleration",)
     """Indices of the base motion in a row of the path."""
@@ -191,7 +191,7 @@ class SimulationPlan(ABC):
             outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             if simulated_time_after_outcome_s > 0.0:
-                path = self.trajectory_rows_continued_or_unchanged(
+                path = self.continue_trajectory_rows_if_several_elements(
                     path, simulated_time_after_outcome_s, np.atleast_1d(results.overturned[0]) == 1
                 )
         rest = self.trajectory_rows_at_rest(self.motion.sample_count)
@@ -199,7 +199,7 @@ class SimulationPlan(ABC):
             self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
         )
 
-    def trajectory_rows_continued_or_unchanged(
+    def continue_trajectory_rows_if_several_elements(
         self,
         trajectory_rows: NDArray[Any],
         added_time_s: float,  # noqa: ARG002
@@ -219,17 +219,17 @@ class SimulationPlan(ABC):
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion, taken from
         `row_at_rest_by_sample`, which has a row for each sample of the record.
         """
-        interval, time = self.motion.sampling_interval, trajectory_rows[self.trajectory_time_column_index]
+        interval, time = self.motion.sampling_interval, trajectory_rows[self.index_or_field_name_of_trajectory_time]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
         after = np.repeat(np.arange(len(trajectory_rows)), missing + 1)
         # Number of samples between each row and the computed row that follows it; 0 for computed rows.
         ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
         filled, new = trajectory_rows[after], ahead > 0
-        filled[self.trajectory_time_column_index] = time[after] - ahead * interval
+        filled[self.index_or_field_name_of_trajectory_time] = time[after] - ahead * interval
         for column in self.base_acceleration_columns:
             ground = np.interp(
-                filled[self.trajectory_time_column_index],
-                row_at_rest_by_sample[self.trajectory_time_column_index],
+                filled[self.index_or_field_name_of_trajectory_time],
+                row_at_rest_by_sample[self.index_or_field_name_of_trajectory_time],
                 row_at_rest_by_sample[column],
             )
             filled[column] = np.where(new, ground, filled[column])

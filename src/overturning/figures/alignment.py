@@ -23,13 +23,13 @@ def fault_normal_alignment_figure_from_fall_axes(
         for name, data in fall_axes_by_group.items()
     }
     means = {
-        name: plotted_estimate_of_mean(one.mean_cos_of_doubled_angle_to_fault_normal)
+        name: convert_mean_to_plotted_estimate(one.mean_cos_of_doubled_angle_to_fault_normal)
         for name, one in summary_by_group.items()
     }
     return fault_normal_alignment_by_earthquake_figure(values, means)
 
 
-def plotted_estimate_of_mean(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
+def convert_mean_to_plotted_estimate(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
     """Convert a mean over earthquakes (value, interval, number of earthquakes) to the form that figures draw."""
     return PlottedEstimate(
         earthquake_mean.mean,

@@ -137,7 +137,8 @@ def explorer_page_data(
         "element": [str(name) for name in one["element"].to_numpy()],
         "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].fall_clarity_sort_key), "aspect": 0, **first},
         "degrees": degrees,
-        "directionEdges": _list_with_nine_decimals(_direction_cell_edges_rad_or_deg(direction, model.is_planar)),
+        "directionEdges": _list_with_nine_decimals(_azimuth_edges_rad_or_orientation_edges_deg(direction,
+        model.is_planar)),
         "radiusEdges": _list_with_nine_decimals(b_over_h_cell_edges(part["b_over_h"].to_numpy().astype(np.float64))),
         "steps": {"rotation": turn_steps, "azimuth": ENCODED_AZIMUTH_STEP_DEG,
         "chance": 1 / ENCODED_PROBABILITY_STEP_COUNT},
@@ -189,7 +190,9 @@ def _list_with_nine_decimals(values: NDArray[Any]) -> list[float]:
     return [round(float(value), 9) for value in values]
 
 
-def _direction_cell_edges_rad_or_deg(azimuths_or_orientations_deg: FloatArray, is_planar: bool) -> FloatArray:
+def _azimuth_edges_rad_or_orientation_edges_deg(
+    azimuths_or_orientations_deg: FloatArray, is_planar: bool
+) -> FloatArray:
     """Return the boundaries between neighbouring direction cells: radians for azimuths, degrees for orientations."""
     if is_planar:
         return azimuth_cell_edges_rad(azimuths_or_orientations_deg)

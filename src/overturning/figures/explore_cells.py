@@ -22,7 +22,7 @@ Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, b
 becomes 1.
 """
 
-_MIN_ENCODED_TIME_STEP_S: Final = 1e-2
+_MIN_ENCODED_OVERTURNING_TIME_RESOLUTION_S: Final = 1e-2
 """Smallest step of times, s."""
 
 ENCODED_AZIMUTH_STEP_DEG: Final = 1 / 101
@@ -66,7 +66,7 @@ def encode_outcomes_of_record(
     )
     time = transpose_to_page_order(record_cube["overturning_time"])
     time_step = max(
-        _MIN_ENCODED_TIME_STEP_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
+        _MIN_ENCODED_OVERTURNING_TIME_RESOLUTION_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
     )  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(

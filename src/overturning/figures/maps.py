@@ -35,7 +35,7 @@ _MIN_AND_MAX_ARROW_LENGTH_OVER_MAP_WIDTH: Final = (1 / 30, 1 / 10)
 """Least and largest length of an arrow, as a share of the width of its map."""
 
 
-def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
+def fall_azimuths_by_orientation_and_b_over_h_figure(cube: xr.Dataset, title: str) -> Figure:
     """Draw the fall azimuths of 3-D bodies under one record by orientation and B/H, one panel per block, and a rose."""
     cube = trim_rings_without_falls_except_innermost(cube, cube["overturned"])
     cube = cube if "aspect" in cube.dims else cube.expand_dims(aspect=[1.0])
@@ -49,7 +49,7 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):
             axes = panels[row, column]
-            _draw_falls_by_orientation(axes, cube.sel(height=height, aspect=aspect, friction=friction))
+            _draw_fall_azimuths_by_orientation(axes, cube.sel(height=height, aspect=aspect, friction=friction))
             several = f", D/B = {aspect:g}" if cube.sizes["aspect"] > 1 else ""
             axes.set_title(f"µ = {friction:g}, H = {height:g} m{several}", fontsize=8)
             style.label_axes(
@@ -77,7 +77,7 @@ def fall_map_by_orientation_figure(cube: xr.Dataset, title: str) -> Figure:
     return figure
 
 
-def _draw_falls_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
+def _draw_fall_azimuths_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
     """Draw the fall azimuths of a 3-D body of one height and friction by orientation and B/H, as colours and arrows."""
     x, y = (block_cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
     azimuth = np.radians(block_cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
@@ -122,4 +122,4 @@ def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.D
     """
     if default_model_for_results_cube(cube).is_planar:
         return fall_map_by_azimuth_figure(cube, title, [peak_velocity_by_azimuth])
-    return fall_map_by_orientation_figure(cube, title)
+    return fall_azimuths_by_orientation_and_b_over_h_figure(cube, title)

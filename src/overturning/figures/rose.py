@@ -23,7 +23,7 @@ from overturning.figures.style import (
 from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import FallAxisSummary
-from overturning.statistics.roses import MeanFallShareRose, fall_rose, fall_rose_by_record_group
+from overturning.statistics.roses import FallShareRoseAveragedOverEarthquakes, fall_rose, fall_rose_by_record_group
 
 MAX_ROSES_PER_ROW: Final = 4
 
@@ -40,7 +40,9 @@ _MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS: Final = 1.08
 """Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
-def draw_fall_rose(axes: Any, rose: MeanFallShareRose, outer_radius_as_root_of_share: float | None = None) -> None:
+def draw_fall_rose(
+    axes: Any, rose: FallShareRoseAveragedOverEarthquakes, outer_radius_as_root_of_share: float | None = None
+) -> None:
     """Draw a rose diagram of fall directions or axes; sector areas are proportional to shares of the falls.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
@@ -147,7 +149,7 @@ def axis_interval_arcs_deg(mean_axis_deg: float, interval_half_width_deg: float)
     return [(low, high) for low, high in clipped if low < high]
 
 
-def common_rose_radius_as_root_of_share(*roses: MeanFallShareRose) -> float:
+def common_rose_radius_as_root_of_share(*roses: FallShareRoseAveragedOverEarthquakes) -> float:
     """Return the outer radius that fits all given roses, as the square root of a share of falls."""
     most = [
         np.nanmax([rose.mean_fall_share_by_sector, rose.share_interval_high_by_sector]) if rose.fall_count else 0.0
@@ -156,7 +158,7 @@ def common_rose_radius_as_root_of_share(*roses: MeanFallShareRose) -> float:
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
-def _azimuth_deg_for_radius_labels(rose: MeanFallShareRose) -> float:
+def _azimuth_deg_for_radius_labels(rose: FallShareRoseAveragedOverEarthquakes) -> float:
     """Return the azimuth, degrees, at which to write the radius labels of a rose: where few stones fall."""
     most = np.fmax(rose.mean_fall_share_by_sector, rose.share_interval_high_by_sector)
     between = np.arange(22.5, 360.0, 45.0)
@@ -199,7 +201,7 @@ def fall_roses_by_group_figure(
     return figure
 
 
-def _rose_legend_entries(roses: list[MeanFallShareRose], has_mean_axis: bool) -> list[Any]:
+def _rose_legend_entries(roses: list[FallShareRoseAveragedOverEarthquakes], has_mean_axis: bool) -> list[Any]:
     """Return the legend entries of fall roses: shares, their intervals, and the mean axis if drawn."""
     marks = [style.legend_patch(FALL_COLOUR, "share of the falls (area)")]
     if any(np.isfinite(rose.share_interval_low_by_sector).any() for rose in roses):

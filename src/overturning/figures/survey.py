@@ -97,7 +97,7 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
         _draw_survey_rose(axes, survey)
         if count > 1:
             axes.set_title(survey.name, fontsize=8.5, pad=9, parse_math=False)
-    _draw_fallen_shares(figure.add_subplot(below), drawn_surveys)
+    _draw_observed_and_computed_fall_shares(figure.add_subplot(below), drawn_surveys)
     marks = [
         legend_patch(FALL_COLOUR, "observed falls (area: number)"),
         Line2D([], [], **_COMPUTED_ROSE_LINE_STYLE, label="computed for as many falls"),
@@ -180,7 +180,7 @@ def _mean_direction_marker_style(
     }  # fmt: skip
 
 
-def _draw_fallen_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) -> None:
+def _draw_observed_and_computed_fall_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) -> None:
     """Draw the observed and the computed share of fallen stones with their intervals, two rows per survey."""
     ticks = []
     for row, survey in enumerate(drawn_surveys):

@@ -38,14 +38,14 @@ from overturning.findings.displacements import ElementDisplacementFindings, fina
 from overturning.findings.exactness import (
     ConvergenceFindings,
     EnsembleFindings,
-    FinalTwist,
+    FinalTwistOfMovedStandingStones,
     convergence_findings,
     ensemble_findings,
     final_twist_findings,
 )
 from overturning.findings.extent import (
     CaseCountOfStatus,
-    RecordSource,
+    RecordSourceAndLicence,
     ReportMaps,
     StudyCounts,
     case_counts_by_status,
@@ -124,7 +124,7 @@ class Findings(FindingBaseClass):
     """Logistic fit of the probability of overturning."""
     criteria_scores: CriteriaFindings | None
     """Skill of published criteria."""
-    final_twist: FinalTwist | None
+    final_twist: FinalTwistOfMovedStandingStones | None
     """Rotation about the vertical of stones that stand."""
     ensemble: EnsembleFindings | None
     """Cells whose repeated runs disagree."""
@@ -136,7 +136,7 @@ class Findings(FindingBaseClass):
     record_notes: RecordNotes
     """Notes and doubts about the data of the records."""
     status_case_counts: list[CaseCountOfStatus]
-    sources: list[RecordSource]
+    sources: list[RecordSourceAndLicence]
     numerical_quality: NumericalQuality
     """Energy error, penetration and versions."""
 

@@ -7,7 +7,7 @@ from overturning.study.convergence import ConvergenceCheckResult, OutcomeChanges
 from overturning.study.ensemble import wilson_95_percent_interval
 
 
-class ChangedCases(FindingBaseClass):
+class ChangedCaseCountAndShare(FindingBaseClass):
     """Number and share of cases whose outcome changes if they are computed again in another way.
 
     The interval of the share is that of Wilson, for a random sample of the cases.
@@ -35,19 +35,19 @@ class ComparisonWithSecondComputation(FindingBaseClass):
     """Element that is compared; empty for a single block."""
     refusal_reason: str
     """Reason why the computation was not possible; otherwise empty."""
-    fall_or_stand_changes: ChangedCases
+    fall_or_stand_changes: ChangedCaseCountAndShare
     """Cases that fall in one computation and stand in the other."""
-    fall_or_stand_changes_if_ensemble_agrees: ChangedCases
+    fall_or_stand_changes_if_ensemble_agrees: ChangedCaseCountAndShare
     """Share of `fall_or_stand_changes` among the cases whose ensemble agrees whether the block falls."""
-    fall_side_changes: ChangedCases
+    fall_side_changes: ChangedCaseCountAndShare
     """Cases that fall in both computations, but to different sides (in 3-D: 30° or more apart)."""
-    fall_side_changes_if_ensemble_agrees: ChangedCases
+    fall_side_changes_if_ensemble_agrees: ChangedCaseCountAndShare
     """Share of `fall_side_changes` among the cases whose ensemble falls to one side only."""
 
 
 def share_of_changed_cases(
     changed_case_count: int, compared_case_count: int, compared_cases_are_random_sample: bool
-) -> ChangedCases:
+) -> ChangedCaseCountAndShare:
     """Return the share of compared cases whose outcome changed in a second computation.
 
     It has Wilson's 95 % interval if the compared cases are a random sample.
@@ -58,7 +58,7 @@ def share_of_changed_cases(
         else (math.nan, math.nan)
     )
     share = changed_case_count / compared_case_count if compared_case_count else math.nan
-    return ChangedCases(
+    return ChangedCaseCountAndShare(
         changed_count=changed_case_count, compared_count=compared_case_count, value=share, low=low, high=high
     )
 

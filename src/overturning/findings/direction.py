@@ -52,7 +52,7 @@ class BlockSelectionAlignment(FindingBaseClass):
     """Alignment if the mean axis of every record were its fault normal."""
 
 
-class RecordGroupFallDirection(FindingBaseClass):
+class RecordGroupFallAxisAndAlignment(FindingBaseClass):
     """Mean axis of the falls in a group of records, and their alignment with the fault normal."""
 
     record_group: str
@@ -95,7 +95,7 @@ class FallDirection(FindingBaseClass):
     reason_for_no_axis_comparable_with_fault: str
     """Reason why not: "no outcome", "no falls", "one plane", "uneven planes", "falls in every plane", "unknown
     outcomes", "every direction or none" or "no fault normal"; empty if they have one."""
-    groups: list[RecordGroupFallDirection]
+    groups: list[RecordGroupFallAxisAndAlignment]
     """Direction of the falls of each group of records."""
     first_minus_second_group_alignment: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
@@ -251,7 +251,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
             if one.mean_cos_2_angle_to_fault_normal.value is not None
         ]
         groups.append(
-            RecordGroupFallDirection(
+            RecordGroupFallAxisAndAlignment(
                 record_group=name,
                 earthquake_count=summary.earthquake_count,
                 mean_cos_2_angle_to_fault_normal=estimate_from_mean(

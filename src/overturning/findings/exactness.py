@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 
 from overturning.findings.comparison import (
-    ChangedCases,
+    ChangedCaseCountAndShare,
     ComparisonWithSecondComputation,
     comparisons_with_second_computations,
     share_of_changed_cases,
 )
-from overturning.findings.relief import BaseReliefFindings, fall_variance_due_to_base_relief
+from overturning.findings.relief import BaseReliefFindings, share_of_fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
@@ -67,7 +67,7 @@ class FinerStepChangesUnderRecord(FindingBaseClass):
     """Cases of one record whose outcome changes with finer time steps."""
 
     record: str
-    changes: ChangedCases
+    changes: ChangedCaseCountAndShare
 
 
 class ConvergenceFindings(FindingBaseClass):
@@ -84,9 +84,9 @@ class ConvergenceFindings(FindingBaseClass):
     """Cases that change in each second computation."""
     share_below_rocking_and_sliding_thresholds: OptionalNumber
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
-    changes_under_tiny_amplitude_increase: ChangedCases
+    changes_under_tiny_amplitude_increase: ChangedCaseCountAndShare
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
-    fall_azimuth_changes_with_amplitude: ChangedCases | None
+    fall_azimuth_changes_with_amplitude: ChangedCaseCountAndShare | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
     records_with_most_changes: list[FinerStepChangesUnderRecord]
     """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
@@ -96,7 +96,7 @@ class ConvergenceFindings(FindingBaseClass):
     """
 
 
-class FinalTwist(FindingBaseClass):
+class FinalTwistOfMovedStandingStones(FindingBaseClass):
     """Final rotation about the vertical, degrees, of stones that moved and stand."""
 
     moved_standing_stone_count: int
@@ -148,7 +148,7 @@ def _records_with_unusually_many_outcome_changes(
     return sorted(found, key=lambda one: -(one.changes.value or 0.0))
 
 
-def final_twist_findings(results: StudyResults) -> FinalTwist | None:
+def final_twist_findings(results: StudyResults) -> FinalTwistOfMovedStandingStones | None:
     """Summarise the final rotation about the vertical, degrees, of standing 3-D bodies; None for 2-D models and stacks.
 
     The findings `element_displacements` have the rotations of the stones of a stack.
@@ -158,7 +158,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwist | None:
     found = summarise_twists_sorting_in_place(
         np.concatenate(list(abs_twist_deg_of_moved_standing_stones(results.reference_element_cube).values()))
     )
-    return FinalTwist(
+    return FinalTwistOfMovedStandingStones(
         moved_standing_stone_count=found.stone_count,
         median_abs_twist_deg=found.median_deg,
         percentile_90_abs_twist_deg=found.upper_quantile_deg,
@@ -195,7 +195,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         runs_per_cell_in_first_batch=min(MEMBERS_PER_BATCH, settings.members),
         share_of_repeated_cells_with_fall_and_stand=ratio_of_sums_over_records("divided", "with_first_batch"),
         share_of_repeated_cells_falling_to_both_sides=ratio_of_sums_over_records("apart", "agree"),
-        base_relief=fall_variance_due_to_base_relief(results),
+        base_relief=share_of_fall_variance_due_to_base_relief(results),
     )
 
 

@@ -88,7 +88,7 @@ class CaseCountOfStatus(FindingBaseClass):
     case_count: int
 
 
-class RecordSource(FindingBaseClass):
+class RecordSourceAndLicence(FindingBaseClass):
     """Source and licence of the file from which a record was read."""
 
     record: str
@@ -171,9 +171,9 @@ def case_counts_by_status(results: StudyResults) -> list[CaseCountOfStatus]:
     ]
 
 
-def source_and_licence_of_records(results: StudyResults) -> list[RecordSource]:
+def source_and_licence_of_records(results: StudyResults) -> list[RecordSourceAndLicence]:
     """Return the source and the licence of the file of each record of the study."""
     return [
-        RecordSource(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))
+        RecordSourceAndLicence(record=str(row["id"]), source=str(row["source"]), licence=str(row["licence"]))
         for row in record_sources(results.reference_element_cube)
     ]

@@ -31,7 +31,7 @@ class BaseReliefFindings(FindingBaseClass):
     """Share of the variance of the outcome (1 fall, 0 stand) within ensembles that lies between both halves of runs."""
 
 
-def fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFindings | None:
+def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFindings | None:
     """Compute the share of the variance of falls within ensembles that is due to the relief of a scanned stone's base.
 
     The relief is the height above the lowest point of the base up to which its points bear load. None unless it varies

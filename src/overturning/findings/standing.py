@@ -10,7 +10,7 @@ from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     FALL_RATE_BOUND_PROBABILITY,
     MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA,
-    SurvivalByStoneClass,
+    SurvivalProbabilityByStoneClass,
     annual_fall_rate_below_lowest_hazard_level,
     hazard_unit_warning,
     upper_bound_of_annual_fall_rate,
@@ -55,7 +55,7 @@ class StoneClassWithoutFragilityCurve(FindingBaseClass):
     """True if the median lies beyond the records, False if no curve fits the falls."""
 
 
-class SurveyStandingCountsAndRateBound(FindingBaseClass):
+class SurveyStandingCountsAndFallRateBound(FindingBaseClass):
     """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that follows."""
 
     stood: int
@@ -78,11 +78,11 @@ class StoneSurvivalUnderHazardFindings(FindingBaseClass):
     """Doubts about the units of the hazard curves."""
     survival_of_stone_classes: list[StoneClassSurvival]
     classes_without_fragility_curve: list[StoneClassWithoutFragilityCurve]
-    survey_stone_counts: SurveyStandingCountsAndRateBound | None
+    survey_stone_counts: SurveyStandingCountsAndFallRateBound | None
 
 
 def survival_findings(
-    survival: SurvivalByStoneClass, survey_stones: Sequence[Stone] | None
+    survival: SurvivalProbabilityByStoneClass, survey_stones: Sequence[Stone] | None
 ) -> StoneSurvivalUnderHazardFindings:
     """Return the report's numbers on the survival of stone classes, and the bound from standing stones.
 
@@ -116,7 +116,7 @@ def survival_findings(
     )
 
 
-def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> list[str]:
+def _check_hazard_units_and_list_warnings(survival: SurvivalProbabilityByStoneClass) -> list[str]:
     """Return a warning for each hazard curve whose intensity levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of
@@ -142,7 +142,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalByStoneClass) -> lis
 
 
 def _survival_finding_of_stone_class(
-    survival: SurvivalByStoneClass, stone_class_index: int, max_fall_rate_per_year: float
+    survival: SurvivalProbabilityByStoneClass, stone_class_index: int, max_fall_rate_per_year: float
 ) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[stone_class_index]
@@ -169,10 +169,10 @@ def _survival_finding_of_stone_class(
 
 def _survey_standing_counts_and_rate_bound(
     standing_stone_count: int, fallen_stone_count: int, max_fall_rate_per_year: float
-) -> SurveyStandingCountsAndRateBound:
+) -> SurveyStandingCountsAndFallRateBound:
     """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
     low, high = exact_share_interval(standing_stone_count, standing_stone_count + fallen_stone_count)
-    return SurveyStandingCountsAndRateBound(
+    return SurveyStandingCountsAndFallRateBound(
         stood=standing_stone_count,
         fell=fallen_stone_count,
         total=standing_stone_count + fallen_stone_count,

@@ -20,7 +20,7 @@ from overturning.surveys.stones import OCTANTS
 from overturning.units import CM
 
 
-class ObservedShareOrMedian(FindingBaseClass):
+class ObservedShareOrMedianWithInterval(FindingBaseClass):
     """Observed share or median of a survey's stones, with its exact 95 % interval."""
 
     value: OptionalNumber
@@ -51,7 +51,7 @@ class DisplacementMeasureFinding(FindingBaseClass):
     """Share that fell, share of the standing stones that are shifted or twisted, share of clockwise twists, medians."""
     observed_stone_count: int
     """Number of observed stones of the share or median."""
-    observed: ObservedShareOrMedian
+    observed: ObservedShareOrMedianWithInterval
     computed: ShareOrMedianWithRangeOverFrictions
 
 
@@ -170,7 +170,7 @@ def _site_displacement_findings(site_name: str, comparison: DisplacementComparis
             DisplacementMeasureFinding(
                 share_or_median_name=one.name,
                 observed_stone_count=one.observed_stone_count,
-                observed=ObservedShareOrMedian(**observed),
+                observed=ObservedShareOrMedianWithInterval(**observed),
                 computed=ShareOrMedianWithRangeOverFrictions(**computed),
             )
         )

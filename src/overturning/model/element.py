@@ -24,7 +24,7 @@ MIN_ELEMENT_LENGTH_M, MAX_ELEMENT_LENGTH_M = 1e-6, 1e6
 PlanShape = Literal["rectangle", "circle"] | Annotated[int, Field(ge=3, le=16)]
 
 
-def plan_area_of_circle_or_polygon(plan: PlanShape, inscribed_circle_diameter: float) -> float:
+def plan_area_of_circle_or_regular_polygon(plan: PlanShape, inscribed_circle_diameter: float) -> float:
     """Return the area, m², of a circular plan, or of a regular polygon around a circle of this diameter (m)."""
     if plan == "circle":
         return 0.25 * math.pi * inscribed_circle_diameter * inscribed_circle_diameter
@@ -117,7 +117,7 @@ class Element(StrictModel):
         if (isinstance(plan, int) and not 3 <= plan <= 16) or not MIN_ELEMENT_LENGTH_M <= width <= MAX_ELEMENT_LENGTH_M:
             return unvalidated_element_content
         return unvalidated_element_content | {
-            "depth": plan_area_of_circle_or_polygon(plan, float(width)) / float(width)
+            "depth": plan_area_of_circle_or_regular_polygon(plan, float(width)) / float(width)
         }
 
     @model_validator(mode="after")
@@ -148,7 +148,7 @@ class Element(StrictModel):
         if self.width is None:
             raise ValueError(f"element {self.name}: plan {self.plan} needs a width and a height")
         if not math.isclose(
-            self.depth * self.width, plan_area_of_circle_or_polygon(self.plan, self.width), rel_tol=1e-6
+            self.depth * self.width, plan_area_of_circle_or_regular_polygon(self.plan, self.width), rel_tol=1e-6
         ):
             raise ValueError(f"element {self.name}: plan {self.plan} has no depth of its own; leave depth out")
         return self
@@ -205,7 +205,7 @@ class Element(StrictModel):
         return self.rotate_points(self.vertices_before_rotation_and_shift)
 
     @property
-    def rotated_polygon(self) -> Polygon:
+    def rotated_unshifted_polygon(self) -> Polygon:
         """Polygon of the element after the rotation and before the shift given in the scene file."""
         return make_polygon(self.name, self.rotated_vertices)
 

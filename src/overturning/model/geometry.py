@@ -162,7 +162,7 @@ def place_elements(
 
 def wide_ground_element_name(scene: SceneElementsAndMaterials) -> str | None:
     """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
-    free = [item.rotated_polygon for item in scene.elements if item.kind == "free"]
+    free = [item.rotated_unshifted_polygon for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
     for one in scene.elements:
         if one.kind == "free" or one.width is None or one.height is None or one.rotation_deg or one.stands_on:

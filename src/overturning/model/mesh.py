@@ -162,7 +162,7 @@ def read_scanned_stone(
         Unit of the file's coordinates; metres if not given.
     base_relief_m : float, optional
         Height above the lowest point up to which the points of the base bear, m; default
-        `overturning.model.scan.DEFAULT_BASE_RELIEF_M`.
+        `overturning.model.scan.DEFAULT_LOAD_BEARING_BASE_RELIEF_M`.
 
     Raises
     ------

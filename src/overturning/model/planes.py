@@ -144,7 +144,7 @@ PLANE_WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9
 """Largest difference between weights of planes that are equal but for rounding."""
 
 
-def simulated_planes_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
+def plane_azimuths_alone_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
     """Return True if the choice of azimuths to simulate already gives falls a mean axis, whatever the motion.
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
@@ -170,9 +170,9 @@ def simulated_planes_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
 def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
     """Return True if the choice of azimuths in 2-D results already gives falls a mean axis; False for 3-D.
 
-    See `simulated_planes_impose_fall_axis`.
+    See `plane_azimuths_alone_impose_fall_axis`.
     """
-    return "azimuth" in cube.dims and simulated_planes_impose_fall_axis(cube["azimuth"].to_numpy())
+    return "azimuth" in cube.dims and plane_azimuths_alone_impose_fall_axis(cube["azimuth"].to_numpy())
 
 
 def case_weight_at_each_azimuth(
@@ -306,7 +306,9 @@ class PlanarModel(SceneModel):
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)
         for variable in self.outcome_variables:
             if variable.name != "mirrored":
-                outcome_arrays[variable.name][mirrored] = variable.mirrored_values(outcome_arrays, mirrored)
+                outcome_arrays[variable.name][mirrored] = variable.values_mirrored_to_opposite_azimuth(
+                    outcome_arrays, mirrored
+                )
 
     @override
     def ensemble_statistics_by_case(
@@ -391,7 +393,7 @@ class PlanarModel(SceneModel):
         }
         found = values_at_grid_indices(one_record_cube, self.variable_names_read_for_square_stones, both)
         side = np.where(planes.is_mirrored, -found["overturned"], found["overturned"])
-        side = np.where(planes.is_between_simulated_directions, side, np.nan).swapaxes(0, 1)
+        side = np.where(planes.is_within_simulated_directions, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
         fell, azimuth = fall_flag_and_azimuth_from_planes(
             np.abs(side), found["overturning_time"].swapaxes(0, 1), towards

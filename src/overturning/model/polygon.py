@@ -34,7 +34,7 @@ class Polygon:
     convex_pieces_if_not_convex: tuple[
         "Polygon", ...
     ] = ()  # convex pieces of a non-convex polygon; empty if it is convex
-    end_bears_load_and_uncut_side_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
+    ends_bear_load_and_uncut_side_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
     """1 or 0 per face: first end can bear load; second end can; face is a side of the whole polygon, not a cut.
 
     Shape (n, 3), or (1, 3) if equal for all faces.
@@ -93,7 +93,7 @@ class Polygon:
         """Ends, outward normal and distances of each face of a convex polygon, for compiled code; shape (n, 12).
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
-        the tangent (−n_z, n_x), half length, `end_bears_load_and_uncut_side_flags_by_face` (3). Mirrored faces of a
+        the tangent (−n_z, n_x), half length, `ends_bear_load_and_uncut_side_flags_by_face` (3). Mirrored faces of a
         symmetric polygon have exactly mirrored numbers.
         """
         first, second = self.vertices_from_centroid, np.roll(self.vertices_from_centroid, -1, axis=0)
@@ -104,7 +104,7 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        carries = np.broadcast_to(self.end_bears_load_and_uncut_side_flags_by_face, (len(first), 3))
+        carries = np.broadcast_to(self.ends_bear_load_and_uncut_side_flags_by_face, (len(first), 3))
         table = np.column_stack([first, second, normal, offset, along, 0.5 * length, carries])
         table.flags.writeable = False
         return table
@@ -208,7 +208,7 @@ def _convex_pieces_of_polygon(
                 (0.0, 0.0),
                 0.0,
                 0.0,
-                end_bears_load_and_uncut_side_flags_by_face=np.array(carries, dtype=np.float64),
+                ends_bear_load_and_uncut_side_flags_by_face=np.array(carries, dtype=np.float64),
             )
         )
     return tuple(shapes)

@@ -51,14 +51,14 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
         base = below[scipy.spatial.ConvexHull(hull.vertices_from_centre_of_mass[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
-    tilt, faces = _least_resting_tilt_and_resting_face_normals(hull, size, min_resting_tilt_of_fallen_body_rad)
+    tilt, faces = _least_resting_tilt_on_other_faces_and_normals(hull, size, min_resting_tilt_of_fallen_body_rad)
     fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, min_resting_tilt_of_fallen_body_rad)
     kept = np.concatenate(
         [
             base,
             np.setdiff1d(
                 np.append(
-                    _indices_of_vertices_that_can_touch_ground(hull, tilt), fall.vertex_indices_touching_before_fall
+                    _indices_of_vertices_that_can_touch_ground(hull, tilt), fall.touchable_vertex_indices_until_fall
                 ),
                 below,
             ),
@@ -87,7 +87,7 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
         tilt,
         faces,
         point_indices_by_non_base_contact_face=tuple(facets),
-        fall_limit_table_by_lean_sector=fall.fall_limit_table_by_lean_sector,
+        lean_sector_vectors_and_fall_limits=fall.lean_sector_vectors_and_fall_limits,
     )
 
 
@@ -139,7 +139,7 @@ def hull_with_origin_at_centre_of_mass(
     )
 
 
-def _least_resting_tilt_and_resting_face_normals(
+def _least_resting_tilt_on_other_faces_and_normals(
     hull: ConvexHull, largest_extent: float, min_resting_tilt_of_fallen_body_rad: float
 ) -> tuple[float, FloatArray]:
     """Return the least tilt (rad) at which a body can rest on a face other than base and top, and such face normals.

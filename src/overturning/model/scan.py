@@ -23,11 +23,11 @@ from overturning.model.shapes import CornersAndEdges, Polyhedron, Shape
 from overturning.model.solid import MAX_CONTACT_VERTICES, RigidSolid, TooManyContactVerticesError
 from overturning.model.surface import MassProperties, TriangleSurface, mass_properties_inside_surface
 
-DEFAULT_BASE_RELIEF_M: Final = 0.002
+DEFAULT_LOAD_BEARING_BASE_RELIEF_M: Final = 0.002
 """Default relief, m: height above the lowest point of a scanned base up to which its points bear load."""
 
 MAX_BASE_RELIEF_M: Final = 0.03
-"""Largest relief (see `DEFAULT_BASE_RELIEF_M`), m; more would raise a small stone visibly."""
+"""Largest relief (see `DEFAULT_LOAD_BEARING_BASE_RELIEF_M`), m; more would raise a small stone visibly."""
 
 FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 1e-3
 """Largest distance by which a simplified footprint is smaller, as a share of the body's size."""
@@ -87,7 +87,7 @@ class ScannedStone(Shape):
     vertices: ArrayLike
     centre_of_mass: ArrayLike
     inertia_moments_and_products_per_mass: ArrayLike
-    base_relief_m: float = DEFAULT_BASE_RELIEF_M
+    base_relief_m: float = DEFAULT_LOAD_BEARING_BASE_RELIEF_M
     name: str = "scan"
     hull_tolerance_to_size_ratio: float = HULL_TOLERANCE_TO_BODY_SIZE_RATIO
     slenderness_is_parameter: ClassVar[bool] = False
@@ -132,7 +132,7 @@ class ScannedStone(Shape):
     @cached_property
     def possible_ground_contact_points(self) -> FloatArray:
         """Points of the stone that can touch the ground, with the footprint in one plane, shape (n, 3), m."""
-        return _lower_footprint_to_lowest_plane(np.asarray(self.vertices), self.base_relief_m)
+        return _flatten_footprint_at_lowest_level(np.asarray(self.vertices), self.base_relief_m)
 
     @cached_property
     def unscaled_solid(self) -> RigidSolid:
@@ -173,7 +173,7 @@ class ScannedStone(Shape):
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
 
 
-def _lower_footprint_to_lowest_plane(points: FloatArray, base_relief_m: float) -> FloatArray:
+def _flatten_footprint_at_lowest_level(points: FloatArray, base_relief_m: float) -> FloatArray:
     """Lower the footprint (convex outline of the points up to the relief) to the lowest level; keep all higher points.
 
     The result has the corners of the footprint first; shape (n, 3), m.
@@ -337,7 +337,7 @@ def stone_from_surface(
             pose.rotation_matrix_from_scan_axes @ found.centre_of_mass - origin, STORED_POSITION_DECIMALS_OF_METRE
         ),
         np.round(six, 9),
-        DEFAULT_BASE_RELIEF_M if base_relief_m is None else base_relief_m,
+        DEFAULT_LOAD_BEARING_BASE_RELIEF_M if base_relief_m is None else base_relief_m,
         stone_name,
     )
     return ScanResult(shape, found.signed_volume, pose, mesh_change_notes)
@@ -355,7 +355,9 @@ def _scan_as_polyhedron_if_convex(
     height = points[:, 2] - points[:, 2].min()
     if (
         inside.max() > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size
-        or ((height > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size) & (height <= DEFAULT_BASE_RELIEF_M)).any()
+        or (
+            (height > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size) & (height <= DEFAULT_LOAD_BEARING_BASE_RELIEF_M)
+        ).any()
     ):
         return None
     if len(points) > MAX_CONTACT_VERTICES:

@@ -185,7 +185,7 @@ def _second_moments_of_polygon_area(vertices: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class ContactPatchAtRest:
+class ContactPatchAndMassAboveAtRest:
     """Contact area (polygon) of a stone on its support at rest, and mass and centre of the stones above this area."""
 
     corners_xy_in_stack_axes: FloatArray  # horizontal positions, anticlockwise, shape (n, 2), m
@@ -232,7 +232,7 @@ def _polygonal_contact_corners(stone: StackStone, stone_below: StackStone | None
     return patch
 
 
-def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest]:
+def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAndMassAboveAtRest]:
     """Return the contact area below each stone of a stack at rest, from the lowest stone up."""
     level = np.concatenate(
         [[0.0], np.cumsum([stone.centre_height_above_base + stone.upper_face_height_above_centre for stone in stones])]
@@ -254,7 +254,7 @@ def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest
         else:
             corners = _polygonal_contact_corners(stone, below)
             if corners.size == 0:
-                found.append(ContactPatchAtRest(corners, np.zeros(0), np.array([-np.inf]), total, 0.0))
+                found.append(ContactPatchAndMassAboveAtRest(corners, np.zeros(0), np.array([-np.inf]), total, 0.0))
                 continue
             length = np.sqrt(((np.roll(corners, -1, axis=0) - corners) ** 2).sum(axis=1))
             weights, reach = (
@@ -262,5 +262,5 @@ def contact_patches_at_rest(stones: list[StackStone]) -> list[ContactPatchAtRest
                 polygon_side_distances_from_point(corners, middle),
             )
         height = float(np.sum(mass[k:] * z[k:]) / total - level[k])
-        found.append(ContactPatchAtRest(corners, weights, reach, total, height))
+        found.append(ContactPatchAndMassAboveAtRest(corners, weights, reach, total, height))
     return found

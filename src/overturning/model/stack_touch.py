@@ -20,7 +20,7 @@ from overturning.model.stack_stones import (
 TILT_DIRECTION_COUNT: Final = 360
 """Number of directions of tilt that are examined, at equal angles; those along and across the plane are among them."""
 
-TEST_PARTS_PER_OUTLINE_SIDE: Final = 64
+TOUCH_CHECK_PARTS_PER_OUTLINE_SIDE: Final = 64
 """Number of equal parts into which a side of an outline is divided: its points, too, can meet the rim of a face."""
 
 TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS: Final = 8
@@ -108,7 +108,7 @@ def _first_contact_with_face(
     early = critical * (1.0 - RELATIVE_ROUNDING_TOLERANCE)
     if face.corners_or_none_if_unbounded is not None and np.any(tilt < early):
         points = _surface_points_to_test_for_contact(
-            stone, TEST_PARTS_PER_OUTLINE_SIDE, TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS
+            stone, TOUCH_CHECK_PARTS_PER_OUTLINE_SIDE, TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS
         )
         tilt = np.minimum(
             _least_tilt_for_point_to_touch_face(stone, points, ahead, edge, face),

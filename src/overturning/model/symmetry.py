@@ -39,14 +39,14 @@ class EquivalentSimulatedDirections:
     is_mirrored : ndarray of bool
         True if the simulated plane is the requested one seen from behind: a fall towards its azimuth is a fall away
         from the requested azimuth. Always False in 3-D.
-    is_between_simulated_directions : ndarray of bool
+    is_within_simulated_directions : ndarray of bool
         True if the simulated directions on both sides of the requested one are at most 180° apart, or one equals it.
     """
 
     simulated_direction_index: NDArray[np.intp]
     clockwise_rotation_from_simulated_deg: FloatArray
     is_mirrored: NDArray[np.bool_]
-    is_between_simulated_directions: NDArray[np.bool_]
+    is_within_simulated_directions: NDArray[np.bool_]
 
 
 def nearest_simulated_planes(

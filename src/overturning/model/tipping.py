@@ -47,9 +47,9 @@ class FallTiltByLeanDirection(NamedTuple):
     """Least tilt at which it can rest on another face, rad."""
     fall_tilt_in_each_direction_rad: FloatArray
     """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
-    fall_limit_table_by_lean_sector: FloatArray
+    lean_sector_vectors_and_fall_limits: FloatArray
     """Rows of the table of fall limits of `RigidSolid`; empty if all directions have the same tilt."""
-    vertex_indices_touching_before_fall: NDArray[np.int64]
+    touchable_vertex_indices_until_fall: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def fall_tilt_towards_faces_rad(self, face_normals: FloatArray) -> FloatArray:

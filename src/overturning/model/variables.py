@@ -59,7 +59,7 @@ class OutcomeVariable:
         """CF attributes of the variable, by name: long name, units and further ones."""
         return {"long_name": self.long_name, "units": self.units, **self.further_cf_attributes}
 
-    def mirrored_values(
+    def values_mirrored_to_opposite_azimuth(
         self, outcome_arrays: Mapping[str, NDArray[Any]], case_index_or_mask: Any = ...
     ) -> NDArray[Any]:
         """Return this variable's values at azimuth φ + 180°, mirrored from a symmetric scene's outcomes at φ."""

@@ -18,7 +18,7 @@ _DAUBECHIES_SCALING_FILTER = np.array([
 ])  # fmt: skip
 """Scaling filter of the Daubechies wavelet with four vanishing moments (Daubechies 1992, Ten Lectures, table 6.1)."""
 
-_WAVELET_CYCLES_IN_SUPPORT, _WAVELET_SUPPORT_LENGTH = 5, 7
+_WAVELET_CYCLES_IN_SUPPORT, _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS = 5, 7
 """Number of cycles in the support of the wavelet, at the peak of its Fourier amplitude, and length of the support."""
 
 _WAVELET_SAMPLES_PER_ARGUMENT_UNIT = 256
@@ -54,7 +54,7 @@ def daubechies_wavelet_values() -> FloatArray:
         turns = np.exp(-2j * np.pi * np.multiply.outer(frequencies_in_cycles_per_sample, np.arange(filter_taps.size)))
         return np.asarray(turns @ filter_taps / np.sqrt(2.0), dtype=np.complex128)
 
-    period = _WAVELET_SUPPORT_LENGTH + 1  # slightly more than the support, to avoid wrap-around
+    period = _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS + 1  # slightly more than the support, to avoid wrap-around
     half = np.arange(period * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT // 2 + 1) / (2.0 * period)
     transform = filter_frequency_response(
         _DAUBECHIES_SCALING_FILTER[::-1] * (-1.0) ** np.arange(_DAUBECHIES_SCALING_FILTER.size), half
@@ -63,7 +63,7 @@ def daubechies_wavelet_values() -> FloatArray:
         transform *= filter_frequency_response(_DAUBECHIES_SCALING_FILTER, half / 2.0**level)
     return (
         np.fft.irfft(transform, period * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT)[
-            : _WAVELET_SUPPORT_LENGTH * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT + 1
+            : _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT + 1
         ]
         * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT
     )
@@ -88,10 +88,10 @@ def strongest_pulse_axis_deg_and_period_s(motion: Accelerogram) -> tuple[float, 
     places = np.arange(wavelet.size) / _WAVELET_SAMPLES_PER_ARGUMENT_UNIT
     best, found = 0.0, (float("nan"), float("nan"))
     for period in PULSE_PERIOD_CANDIDATES_S:
-        scale = _WAVELET_CYCLES_IN_SUPPORT / _WAVELET_SUPPORT_LENGTH * period
-        stretched = np.interp(np.arange(0.0, _WAVELET_SUPPORT_LENGTH, interval / scale), places, wavelet) / np.sqrt(
-            scale
-        )
+        scale = _WAVELET_CYCLES_IN_SUPPORT / _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS * period
+        stretched = np.interp(
+            np.arange(0.0, _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS, interval / scale), places, wavelet
+        ) / np.sqrt(scale)
         coefficient = np.fft.irfft(spectrum * np.fft.rfft(stretched, count).conj(), count)
         strength = (coefficient**2).sum(axis=0)
         at = int(strength.argmax())

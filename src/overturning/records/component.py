@@ -158,7 +158,7 @@ def direction_from_azimuth_and_dip_with_notes(
     return direction, (f"{file_and_channel_label} dips by {dip_deg:g}°; it is read as {what}",)
 
 
-def direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
+def horizontal_direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
     """Convert a header code above 0 and up to 360, an azimuth in degrees, to a direction; else `UNKNOWN_DIRECTION`."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN_DIRECTION
 
@@ -283,7 +283,7 @@ class RecordComponent:
     sensor_location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
     is_already_corrected: bool = False  # True for corrected data, which the default processing does not change
     user_declared_unit: str = ""  # unit of the samples that the user declares, if the format states none
-    is_from_film: bool = False  # digitised from film; its traces may end at different times
+    is_digitised_from_analogue_film: bool = False  # digitised from film; its traces may end at different times
     shared_key_of_record_files: str = ""  # key that declared files of one record share
     extra_metadata: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
     notes: tuple[str, ...] = ()  # notes for the user on how it was read

@@ -181,7 +181,7 @@ class _RecordsOfEarthquake:
 
 
 @dataclass(frozen=True)
-class EarthquakeLabelsOfRecordsAndNotes:
+class RecordEarthquakesAndAssignmentNotes:
     """Earthquake of each record of a study, with notes on doubtful assignments."""
 
     earthquake_labels_in_record_order: tuple[str, ...]  # label of each record; equal for records of one earthquake only
@@ -200,7 +200,7 @@ class EarthquakeLabelsOfRecordsAndNotes:
         )
 
 
-def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) -> EarthquakeLabelsOfRecordsAndNotes:
+def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) -> RecordEarthquakesAndAssignmentNotes:
     """Assign each record of a study to an earthquake; return one label per record, and notes on doubts.
 
     If two records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
@@ -225,7 +225,7 @@ def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) ->
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add_record(index, known[index])
     found.sort(key=lambda one: min(one.metadata_by_record_index))
-    return EarthquakeLabelsOfRecordsAndNotes(
+    return RecordEarthquakesAndAssignmentNotes(
         _earthquake_label_of_each_record(found),
         tuple(_notes_on_earthquakes_with_several_names(found)),
         (

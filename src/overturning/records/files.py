@@ -12,7 +12,7 @@ from overturning.records.formats.table import (
     NO_ACCELERATION_REASON,
     RecordFileFormat,
     detect_format,
-    find_format_by_name,
+    find_format_by_name_or_none_if_auto,
     has_known_format,
     holds_no_acceleration,
 )
@@ -33,7 +33,9 @@ def read_components(
     files_and_archives = list(files_and_archives)
     packed = list(_unpacked_files_with_their_archives(files_and_archives))
     user_declared_properties = user_declared_properties.with_station_xml_from_files(member for member, _ in packed)
-    named = find_format_by_name("csv" if user_declared_properties.columns else user_declared_properties.format)
+    named = find_format_by_name_or_none_if_auto(
+        "csv" if user_declared_properties.columns else user_declared_properties.format
+    )
     is_csv = named is not None and named.name == "csv"
     components: list[RecordComponent] = []
     left_out: dict[SourceFile, str] = {}

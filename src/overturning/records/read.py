@@ -23,7 +23,7 @@ from overturning.records.catalogue import RecordTableRow, paths_of_record_files,
 from overturning.records.component import RecordComponent, find_vertical_by_elimination
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
-from overturning.records.formats.table import find_format_by_name
+from overturning.records.formats.table import find_format_by_name_or_none_if_auto
 from overturning.records.grouping import belongs_to_record, group_components_by_record
 from overturning.records.neighbours import find_similarly_named_files, is_vertical_component
 from overturning.records.processing import process_record
@@ -118,7 +118,7 @@ def _read_record_components(table_row: RecordTableRow, data_dir: Path | str) -> 
 
         return fema_p695.read_components(table_row.source)
     try:
-        find_format_by_name(table_row.declared_file_properties.format)
+        find_format_by_name_or_none_if_auto(table_row.declared_file_properties.format)
     except ArgumentError as problem:
         raise ConfigError(f"record {table_row.id}: {problem}") from None
     return read_components(read_record_files(table_row, Path(data_dir)), table_row.declared_file_properties)

@@ -142,7 +142,7 @@ def _checked_longest_minus_shortest_duration_s(
     """
     sizes = [c.acceleration.size for c in components]
     spread = (max(sizes) - min(sizes)) * sampling_interval
-    one_file = len({c.sha256 for c in components}) == 1 or all(c.is_from_film for c in components)
+    one_file = len({c.sha256 for c in components}) == 1 or all(c.is_digitised_from_analogue_film for c in components)
     if spread > MAX_START_OR_DURATION_DIFFERENCE_S + 0.5 * sampling_interval and not one_file:
         bound = f"(at most {MAX_START_OR_DURATION_DIFFERENCE_S} s)"
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart {bound}"

@@ -107,7 +107,9 @@ def format_share_with_interval(share_estimate: Any, min_percent_decimals: int = 
     return f"{format_percent(share_estimate.value, min_percent_decimals)} ({interval})"
 
 
-def format_fragility_median(fragility_curve: Any, shows_median: bool = True, *, word_between_ends: str) -> str:
+def format_fragility_median_or_interval(
+    fragility_curve: Any, shows_median: bool = True, *, word_between_ends: str
+) -> str:
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
     decimals = _decimals_of_fragility_median_and_interval(fragility_curve)
 
@@ -153,7 +155,7 @@ def _decimals_of_fragility_median_and_interval(fragility_curve: Any) -> int:
 
 def format_fragility_median_interval(fragility_curve: Any, *, word_between_ends: str) -> str:
     """Format the interval of a fragility median; ends outside the data's range become "> 1.4" or "< 0.2"."""
-    return format_fragility_median(fragility_curve, shows_median=False, word_between_ends=word_between_ends)
+    return format_fragility_median_or_interval(fragility_curve, shows_median=False, word_between_ends=word_between_ends)
 
 
 def format_percentage_points(share_difference: Estimate, *, word_between_ends: str) -> str:
@@ -214,7 +216,7 @@ FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS: Final[dict[str, Callable[..., str]]] = 
     "ends": format_interval,
     "estimate": format_estimate_with_interval,
     "share": format_share_with_interval,
-    "censored": format_fragility_median,
+    "censored": format_fragility_median_or_interval,
     "censored_interval": format_fragility_median_interval,
     "points": format_percentage_points,
     "data_range": format_predictor_data_range,

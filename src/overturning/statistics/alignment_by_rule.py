@@ -54,8 +54,9 @@ def fault_normal_alignments_by_record_group(
 
     The result has a list for each name of a group, with one entry for each rule of `block_selection_rules`.
 
-    Alignments are missing if the planes of the cube impose the axis of the falls (`simulated_planes_impose_fall_axis`),
-    and so are those of records whose unknown outcomes do (`unknown_outcomes_may_bias_fall_axis`).
+    Alignments are missing if the planes of the cube impose the axis of the falls
+    (`plane_azimuths_alone_impose_fall_axis`), and so are those of records whose unknown outcomes do
+    (`unknown_outcomes_may_bias_fall_axis`).
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
     alignment is that of the rule `block_selection_rule_for_cube(cube)`.

@@ -38,7 +38,7 @@ from overturning.statistics.circular import (
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
     mean_directions_and_axes_from_vector_sums,
-    sum_fall_vectors,
+    sum_fall_vectors_over_directions,
     unknown_outcomes_may_bias_fall_axis,
 )
 from overturning.units import EARTH_RADIUS_KM
@@ -50,13 +50,13 @@ BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
 def fall_counts_and_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Sum falls and fall vectors for each record, over azimuths and the blocks that direction statistics use.
 
-    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors`, and
+    Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors_over_directions`, and
     `mask_of_blocks_for_direction_statistics` for the blocks.
     """
     model = default_model_for_results_cube(cube)
     over = [name for name in model.case_dims_without_direction if name not in kept_dims]
     made = apply_to_record_batches_and_join(
-        partial(sum_fall_vectors, summed_dims=over, only_informative_blocks=True),
+        partial(sum_fall_vectors_over_directions, summed_dims=over, only_informative_blocks=True),
         cube,
         model.variable_names_read_for_fall_probability,
     )
@@ -69,10 +69,12 @@ def mean_fall_directions_and_axes_by_record(cube: xr.Dataset) -> xr.Dataset:
     For these blocks see `mask_of_blocks_for_direction_statistics`. The variables are those of `mean_fall_directions`,
     and ``is_imposed``: True for a record whose unknown outcomes impose the axis
     (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose the
-    axis (`simulated_planes_impose_fall_axis`). The cube is read in batches of records.
+    axis (`plane_azimuths_alone_impose_fall_axis`). The cube is read in batches of records.
     """
     model = default_model_for_results_cube(cube)
-    of_batch = partial(sum_fall_vectors, summed_dims=model.case_dims_without_direction, only_informative_blocks=True)
+    of_batch = partial(
+        sum_fall_vectors_over_directions, summed_dims=model.case_dims_without_direction, only_informative_blocks=True
+    )
     sums = apply_to_record_batches_and_join(of_batch, cube, model.variable_names_read_for_fall_probability)
     imposed = unknown_outcomes_may_bias_fall_axis(sums)
     means = mean_directions_and_axes_from_vector_sums(sums).where(
@@ -104,7 +106,7 @@ def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str)
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
         block falls, no fault normal is known, or the planes of the cube impose the axis
-        (`simulated_planes_impose_fall_axis`). Records whose unknown outcomes impose the axis do not count
+        (`plane_azimuths_alone_impose_fall_axis`). Records whose unknown outcomes impose the axis do not count
         (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below
         `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
     """

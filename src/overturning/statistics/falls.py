@@ -48,7 +48,7 @@ def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
         return cube
     sources = nearest_simulated_planes(azimuth, everywhere, plane_azimuth_period_deg(cube))
     if plane_azimuth_period_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:
-        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.is_between_simulated_directions])
+        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.is_within_simulated_directions])
     turned = cube.isel(azimuth=sources.simulated_direction_index).assign_coords(
         azimuth=("azimuth", everywhere, cube["azimuth"].attrs)
     )
@@ -292,14 +292,14 @@ def unknown_outcomes_may_bias_fall_axis(fall_vector_sums: xr.Dataset) -> xr.Data
 
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
     `MAX_RESULTANT_OF_UNIFORM_PLANES` times the number of known outcomes: falls in all known cases alike would show an
-    axis, as those of `simulated_planes_impose_fall_axis`. It also has to be longer than
+    axis, as those of `plane_azimuths_alone_impose_fall_axis`. It also has to be longer than
     `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
     neither do unknown outcomes at evenly spread azimuths.
 
     Parameters
     ----------
     fall_vector_sums : Dataset
-        Result of `sum_fall_vectors`, or further sums of it. False everywhere for a 3-D model.
+        Result of `sum_fall_vectors_over_directions`, or further sums of it. False everywhere for a 3-D model.
     """
     length = xr.apply_ufunc(np.hypot, fall_vector_sums["axis_cosine"], fall_vector_sums["axis_sine"], dask="allowed")
     if "known" not in fall_vector_sums:
@@ -311,7 +311,7 @@ def unknown_outcomes_may_bias_fall_axis(fall_vector_sums: xr.Dataset) -> xr.Data
     return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_vector_sums["falls"] > 0)
 
 
-def sum_fall_vectors(
+def sum_fall_vectors_over_directions(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), only_informative_blocks: bool = False
 ) -> xr.Dataset:
     """Sum, over all azimuths, the falls of each block and the cosines and sines of (doubled) fall azimuths.
@@ -339,7 +339,7 @@ def mean_fall_directions(
     """Compute the mean direction and the mean axis of falls over all azimuths (3-D: orientations).
 
     Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
-    ``only_informative_blocks`` see `sum_fall_vectors`.
+    ``only_informative_blocks`` see `sum_fall_vectors_over_directions`.
 
     Returns
     -------
@@ -349,12 +349,15 @@ def mean_fall_directions(
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
     return mean_directions_and_axes_from_vector_sums(
-        sum_fall_vectors(cube, summed_dims=summed_dims, only_informative_blocks=only_informative_blocks)
+        sum_fall_vectors_over_directions(cube, summed_dims=summed_dims, only_informative_blocks=only_informative_blocks)
     )
 
 
 def mean_directions_and_axes_from_vector_sums(fall_vector_sums: xr.Dataset) -> xr.Dataset:
-    """Compute mean direction and mean axis of falls from summed fall vectors (see `sum_fall_vectors`)."""
+    """Compute mean direction and mean axis of falls from summed fall vectors.
+
+    The sums are those of `sum_fall_vectors_over_directions`.
+    """
     means = dict[str, xr.Variable]()
     falls = fall_vector_sums["falls"].variable
     total = falls.where(falls > 0)
@@ -379,7 +382,7 @@ def mean_cosine_and_sine_to_reference(
     Parameters
     ----------
     fall_vector_sums : Dataset
-        Result of `sum_fall_vectors`.
+        Result of `sum_fall_vectors_over_directions`.
     reference_azimuth_deg : DataArray
         Reference azimuth of each record, degrees; NaN if there is none.
     axial : bool

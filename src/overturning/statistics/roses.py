@@ -22,7 +22,7 @@ from overturning.statistics.falls import fall_counts_towards_azimuths, mask_of_b
 
 
 @dataclass(frozen=True)
-class MeanFallShareRose:
+class FallShareRoseAveragedOverEarthquakes:
     """Rose diagram of falls: mean share, over earthquakes, of the falls in each sector of azimuth.
 
     The sectors cover a full circle, or half of it for axes.
@@ -65,7 +65,7 @@ _FALL_WEIGHT_VARIABLES: Final = ("probability_falls", "fall_north", "fall_east",
 """Variables of a 3-D cube that determine the weight of a fall."""
 
 
-def _fall_azimuths_and_weights_of_record(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
+def _informative_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     """Return azimuth (degrees) and weight of the falls under one record, two arrays of the same shape.
 
     Only informative blocks (see `mask_of_blocks_for_direction_statistics`) count. In planar models there is one entry
@@ -101,7 +101,7 @@ def fall_rose(
     axial: bool = False,
     confidence_level: float = 0.95,
     bootstrap_sample_count: int = 2000,
-) -> MeanFallShareRose:
+) -> FallShareRoseAveragedOverEarthquakes:
     """Compute the rose diagram of falls: the share of falls in each sector of azimuth, averaged over earthquakes.
 
     Nominal outcomes are used, and the cube is read one record at a time.
@@ -119,7 +119,7 @@ def fall_rose(
     for row, one in enumerate(
         iterate_results_by_record(cube, ["overturned"] if planes else ["fall_azimuth", *_FALL_WEIGHT_VARIABLES])
     ):
-        azimuth, counts = _fall_azimuths_and_weights_of_record(one)
+        azimuth, counts = _informative_fall_azimuths_and_weights(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * case_weight_at_each_azimuth(azimuth, plane_azimuth_period_deg(cube)) if planes else counts
             wide = _width_of_spread_of_2d_falls_in_rose_deg(azimuth) if planes else 0.0
@@ -131,17 +131,21 @@ def fall_rose(
     means = means_by_earthquake(shares[fell], events[fell])
     if means.size == 0:
         nowhere = np.full(shares.shape[1], np.nan)
-        return MeanFallShareRose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, measure_from_fault_normal)
+        return FallShareRoseAveragedOverEarthquakes(
+            0, np.zeros(nowhere.size), nowhere, nowhere, 0, measure_from_fault_normal
+        )
     # All sectors use the same bootstrap samples, since the seed is the same.
     ends = [
         mean_share_interval(column, confidence_level=confidence_level, bootstrap_sample_count=bootstrap_sample_count)
         for column in means.T
     ]
     low, high = np.array(ends).T
-    return MeanFallShareRose(total, means.mean(axis=0), low, high, len(means), measure_from_fault_normal)
+    return FallShareRoseAveragedOverEarthquakes(
+        total, means.mean(axis=0), low, high, len(means), measure_from_fault_normal
+    )
 
 
-def fall_rose_of_all_records(cube: xr.Dataset) -> MeanFallShareRose:
+def fall_rose_of_all_records(cube: xr.Dataset) -> FallShareRoseAveragedOverEarthquakes:
     """Compute the rose diagram of all falls of a study, with angles from the fault normal if any is known.
 
     Angles count from the fault normal if at least one record has one.
@@ -155,7 +159,7 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> MeanFallShareRose:
     )
 
 
-def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, MeanFallShareRose]:
+def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, FallShareRoseAveragedOverEarthquakes]:
     """Compute the rose diagram of falls for each group of records, by name of the group.
 
     See `fall_rose_of_all_records` and `record_masks_by_group`.

@@ -73,7 +73,7 @@ def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_di
     return xr.Dataset({"cases": total["cases"], **shares})
 
 
-class TwistSummary(NamedTuple):
+class AbsTwistSummaryOfMovedStandingStones(NamedTuple):
     """Absolute rotation about the vertical where a stone moves but stands: number of cases, quantiles in degrees."""
 
     stone_count: int
@@ -105,11 +105,11 @@ def abs_twist_deg_of_moved_standing_stones(cube: xr.Dataset) -> dict[tuple[float
 
 def summarise_twists_sorting_in_place(
     absolute_twists_deg: NDArray[np.float32], probability_of_upper_quantile: float = 0.9
-) -> TwistSummary:
+) -> AbsTwistSummaryOfMovedStandingStones:
     """Compute number, median, upper quantile and maximum of absolute twists, degrees; the array gets partly sorted."""
     if absolute_twists_deg.size == 0:
-        return TwistSummary(0, *(float("nan"),) * 3)
-    return TwistSummary(
+        return AbsTwistSummaryOfMovedStandingStones(0, *(float("nan"),) * 3)
+    return AbsTwistSummaryOfMovedStandingStones(
         absolute_twists_deg.size,
         *(
             _rotation_quantile_deg_by_sorting_in_place(absolute_twists_deg, share)

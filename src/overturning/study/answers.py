@@ -79,7 +79,9 @@ def fall_azimuths_differ(
     return np.asarray(angle_between_azimuths(first, second) >= min_azimuth_difference_deg)
 
 
-def outcomes_differ(first_outcomes: CaseOutcomeArray, second_outcomes: CaseOutcomeArray) -> NDArray[np.bool_]:
+def mask_of_cases_with_different_falls(
+    first_outcomes: CaseOutcomeArray, second_outcomes: CaseOutcomeArray
+) -> NDArray[np.bool_]:
     """True for cases in which any scene element falls in only one of two computations, or elsewhere, shape (cases,)."""
     flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
     return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

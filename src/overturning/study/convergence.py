@@ -71,7 +71,7 @@ class FinerStepChangesOfRecord(BaseModel):
     changed_cases: int
 
 
-class FallChangesWithAmplitude(BaseModel):
+class FallChangesUnderSlightlyChangedAmplitude(BaseModel):
     """Numbers of 3-D falls that change if the motion is slightly weaker or stronger."""
 
     rerun_falls: int  # falls of the study that were run again
@@ -100,7 +100,7 @@ class ConvergenceCheckResult(BaseModel):
     finer_step_rerun: RerunResult
     stiffer_contact_rerun: RerunResult
     tests_of_finer_step_changes: ChangesWithFinerSteps
-    amplitude_change_rerun: FallChangesWithAmplitude | None  # None for planar models
+    amplitude_change_rerun: FallChangesUnderSlightlyChangedAmplitude | None  # None for planar models
     rigid_block_comparison: RigidComparison | None  # None if no cell has a block that cannot slide
     finer_step_changes_by_record: list[FinerStepChangesOfRecord] = []  # changes with finer steps
 

@@ -24,14 +24,19 @@ from overturning.model.results import CaseResults
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.answers import CaseOutcomeArray, count_outcome_differences, fall_azimuths_differ, outcomes_differ
+from overturning.study.answers import (
+    CaseOutcomeArray,
+    count_outcome_differences,
+    fall_azimuths_differ,
+    mask_of_cases_with_different_falls,
+)
 from overturning.study.convergence import (
     MAX_RELATIVE_AMPLITUDE_CHANGE,
     MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG,
     RELATIVE_AMPLITUDE_PERTURBATION,
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
-    FallChangesWithAmplitude,
+    FallChangesUnderSlightlyChangedAmplitude,
     FinerStepChangesOfRecord,
     OutcomeChangesOfElement,
     RerunResult,
@@ -77,7 +82,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
     allowed = round(settings.cost * case_sample.block_time_step_count_of_whole_study)
     runs = _CaseReruns(study, records, case_sample, thread_count, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.try_rerunning_as_many_cases_as_budget_permits(
+    if runs.rerun_cases_within_budget_unless_refused(
         "stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed
     ):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
@@ -86,7 +91,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
             "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
         )
     else:
-        runs.try_rerunning_as_many_cases_as_budget_permits("finer", 1.0, allowed)
+        runs.rerun_cases_within_budget_unless_refused("finer", 1.0, allowed)
     count = len(runs.rerun_outcomes_by_kind["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.rerun_outcomes_by_kind.values())
     return ConvergenceCheckResult(
@@ -138,7 +143,7 @@ class _CaseReruns:
         self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), case_sample.study_outcomes[:0])
         self.refusal_reason_by_kind: dict[str, str] = {}
 
-    def try_rerunning_as_many_cases_as_budget_permits(
+    def rerun_cases_within_budget_unless_refused(
         self, rerun_kind: str, total_to_own_block_step_ratio: float, max_block_time_steps_of_reruns: int
     ) -> bool:
         """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
@@ -253,7 +258,7 @@ class _CaseReruns:
             self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases],
         )
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
-        return known, known & outcomes_differ(finer, own)
+        return known, known & mask_of_cases_with_different_falls(finer, own)
 
     def retest_outcomes_changed_by_finer_steps(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
@@ -267,18 +272,18 @@ class _CaseReruns:
             self._rerun_cases("finest", rows),
             self._rerun_cases("finer", rows, 1.0 + RELATIVE_AMPLITUDE_PERTURBATION),
         )
-        kept = ~outcomes_differ(nudged, finer[rows])
+        kept = ~mask_of_cases_with_different_falls(nudged, finer[rows])
         return ChangesWithFinerSteps(
             changed_cases=changed.size,
             retested_cases=rows.size,
-            confirmed_cases=int((~outcomes_differ(finest, finer[rows]) & kept).sum()),
+            confirmed_cases=int((~mask_of_cases_with_different_falls(finest, finer[rows]) & kept).sum()),
             chaotic_cases=int((~kept).sum()),
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
     def rerun_falls_and_count_changes_with_amplitude(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
-    ) -> FallChangesWithAmplitude | None:
+    ) -> FallChangesUnderSlightlyChangedAmplitude | None:
         """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
         own, finer = (
             self.sample.study_outcomes[:count_of_first_sample_cases],
@@ -300,7 +305,7 @@ class _CaseReruns:
             stood |= ((own["overturned"][rows] == 1) & (again["overturned"] == 0)).any(axis=1)
             steps += int(again["block_steps"].sum())
         weight = self.sample.fall_direction_statistics_weight[rows]
-        return FallChangesWithAmplitude(
+        return FallChangesUnderSlightlyChangedAmplitude(
             rerun_falls=rows.size,
             falls_with_shifted_azimuth=int(moved.sum()),
             falls_standing_in_a_rerun=int(stood.sum()),

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import default_height_and_b_over_h
-from overturning.model.planes import simulated_planes_impose_fall_axis
+from overturning.model.planes import plane_azimuths_alone_impose_fall_axis
 from overturning.model.scene import Scene
 from overturning.model.stack_checks import unsimulated_overhang_contact_warnings
 from overturning.model.stack_stones import stack_stones
@@ -93,7 +93,7 @@ def _repeated_variant_warnings(study: Study) -> Iterator[str]:
 def _too_few_azimuths_warnings(study: Study) -> Iterator[str]:
     """Yield a warning if a 2-D study has so few azimuths that they, not the motion, determine the axis of the falls."""
     azimuths = study.azimuths_or_orientations_deg
-    if study.orientation is None and simulated_planes_impose_fall_axis(azimuths):
+    if study.orientation is None and plane_azimuths_alone_impose_fall_axis(azimuths):
         planes = sorted({azimuth % PLANE_SYMMETRY_PERIOD_DEG for azimuth in azimuths})
         which = f"planes along {_first_numbers_and_rest_count(planes)}" if len(planes) > 1 else f"{planes[0]:g} only"
         yield (

@@ -57,7 +57,7 @@ ArraysByVariableName = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class EnsembleMembers:
+class EnsembleParameterChanges:
     """Parameter changes of the runs (members) of an ensemble; the same set of runs is used for every case.
 
     Attributes
@@ -107,9 +107,9 @@ class EnsembleMembers:
         """Number of members (runs with changed parameters) of the ensemble."""
         return int(self.sobol_sequence_number.size)
 
-    def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleMembers":
+    def select_members(self, member_numbers: NDArray[np.intp]) -> "EnsembleParameterChanges":
         """Return an ensemble with only the members (runs with changed parameters) of the given numbers."""
-        return EnsembleMembers(*(getattr(self, name)[member_numbers] for name in FIELD_BY_CSV_COLUMN.values()))
+        return EnsembleParameterChanges(*(getattr(self, name)[member_numbers] for name in FIELD_BY_CSV_COLUMN.values()))
 
     def split_member_numbers_into_batches(self, members_per_batch: int) -> list[NDArray[np.intp]]:
         """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
@@ -146,7 +146,7 @@ FIELD_BY_CSV_COLUMN: Final = {
     "friction": "friction_factor", "damping": "damping_factor", "azimuth_deg": "azimuth_change_deg",
     "initial_tilt": "initial_tilt_rad", "orientation_deg": "orientation_change_deg", "relief": "relief_m",
 }  # fmt: skip
-"""Field of `EnsembleMembers` by column of the CSV file, in the order of the fields."""
+"""Field of `EnsembleParameterChanges` by column of the CSV file, in the order of the fields."""
 
 _DEFAULTS_OF_OPTIONAL_CSV_COLUMNS: Final = {"orientation_deg": 0.0, "relief": np.nan}
 """Values of columns that the members' file may lack."""
@@ -156,7 +156,7 @@ _MemberRow = create_model(  # type: ignore[call-overload]
 )
 
 
-def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMembers:
+def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleParameterChanges:
     """Draw the parameter changes of all ensemble runs from two Sobol sequences, scrambled differently (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
@@ -183,7 +183,7 @@ def draw_parameter_changes_of_members(settings: EnsembleSettings) -> EnsembleMem
         low, high = settings.relief.low, settings.relief.high
         reliefs = np.round(low + (high - low) * 0.5 * (signed[:, 7] + 1.0), 9)
     sequence_numbers = np.repeat(np.arange(SCRAMBLED_SOBOL_SEQUENCE_COUNT), half)
-    return EnsembleMembers(sequence_numbers, *np.column_stack([np.round(changes, 9), turns, reliefs]).T)
+    return EnsembleParameterChanges(sequence_numbers, *np.column_stack([np.round(changes, 9), turns, reliefs]).T)
 
 
 def mask_of_cases_for_ensemble_runs(
@@ -281,7 +281,7 @@ class EnsembleRunner:
     """Ensemble of a study: runs all cases, or those near a change of outcome, with changed parameters."""
 
     model: Model
-    members: EnsembleMembers
+    members: EnsembleParameterChanges
     run_all_cells: bool = True  # run all cells, not only those near a change of outcome
     max_fall_probability_interval_half_width: float = 0.0  # 0: every cell gets all members
 
@@ -350,7 +350,8 @@ class EnsembleRunner:
             relief = self.members.relief_m
             for own in batch[:, None] if self.members.varies_relief else [batch]:
                 results = run_cases(
-                    self._cases_of_cells_and_members(grid, cell_indices[unsettled], self.members.select_members(own)),
+                    self._cases_for_each_cell_and_ensemble_member(grid, cell_indices[unsettled],
+                    self.members.select_members(own)),
                     of_batch, *([float(relief[own[0]])] if self.members.varies_relief else []),
                 )  # fmt: skip
                 block_steps += int(results.block_steps.sum())
@@ -367,8 +368,8 @@ class EnsembleRunner:
             progress(1, 1)
         return block_steps
 
-    def _cases_of_cells_and_members(
-        self, grid: CaseGrid, cell_indices: NDArray[np.int64], members: EnsembleMembers
+    def _cases_for_each_cell_and_ensemble_member(
+        self, grid: CaseGrid, cell_indices: NDArray[np.int64], members: EnsembleParameterChanges
     ) -> Cases:
         """Return cases to simulate: each cell with the parameter changes of each ensemble member, sorted by cell."""
         direction, *rest = (
@@ -395,6 +396,9 @@ class EnsembleRunner:
             alike = is_copy[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored_values(results, where) for item in self.ensemble_result_variables}
+            seen = {
+                item.name: item.values_mirrored_to_opposite_azimuth(results, where)
+                for item in self.ensemble_result_variables
+            }
             for name, values in seen.items():
                 results[name][(behind, *rest)] = values

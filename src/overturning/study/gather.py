@@ -100,7 +100,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube[model.direction_dimension_name].setncatts(model.azimuth_period_attribute_or_empty)
     if said := note_on_different_stone_size_of_variant(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
-    own = StudyToSceneSizeConversion.for_variant(study, variant).fixed_scene_b_over_h_if_other_reference
+    own = StudyToSceneSizeConversion.for_variant(study, variant).scene_b_over_h_if_study_reference_differs
     sized = grid if own is None else grid.copy_with_dimension_values(b_over_h=np.full(grid["b_over_h"].size, own))
     # None for a single block, where it follows from B/H.
     if (critical := element_critical_angle_coordinate_or_none(model, sized)) is not None:

@@ -40,7 +40,7 @@ class ResimulationComparison:
     cube_cell_count: int  # number of cells of the cube
     content_hash_matches: bool  # True if the values match the hash in the file
     recomputed_cell_count: int = 0  # number of cells that were run again
-    recomputed_cell_count_with_ensemble: int = 0  # of these, with their ensemble
+    cell_count_with_recomputed_ensemble: int = 0  # of these, with their ensemble
     difference_messages: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
@@ -104,7 +104,7 @@ def recompute_and_compare_random_cases(
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
             motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
             again = _recompute_case_of_grid(motion, grid, place, study, variant, with_ensemble)
-            result.recomputed_cell_count_with_ensemble += with_ensemble
+            result.cell_count_with_recomputed_ensemble += with_ensemble
             result.recomputed_cell_count += 1
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.dimension_names, place, strict=True))
             where += f", amplitude {scales[scale]:g}" if grid.motion_amplitude_factors_if_several else ""

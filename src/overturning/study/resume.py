@@ -19,7 +19,7 @@ from typing import Any, Final
 from overturning.errors import ResultError
 from overturning.files import checksum_at_end_matches
 from overturning.study.convergence import read_convergence_result
-from overturning.study.ensemble import EnsembleMembers
+from overturning.study.ensemble import EnsembleParameterChanges
 from overturning.study.evaluation import FIGURE_FILE_FORMATS
 from overturning.study.netcdf import open_netcdf_without_masking_and_scaling
 
@@ -27,7 +27,7 @@ DAMAGED_FILE_LOG_PREFIX: Final = "damaged or gone, is made again if another resu
 """Log prefix of a damaged file, which was removed, or of a missing one."""
 
 _TABLE_READERS_BY_FILE_NAME: Final[dict[str, Callable[[Path], Any]]] = {
-    "members.csv": EnsembleMembers.read_csv,
+    "members.csv": EnsembleParameterChanges.read_csv,
     "convergence.json": read_convergence_result,
 }
 FILE_END_BYTES_BY_SUFFIX: Final = {

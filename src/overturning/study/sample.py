@@ -99,34 +99,36 @@ def read_random_case_sample(
         record, index = choose_random_record_and_grid_indices(convergence_check_settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
-        def values_of_chosen_cells(variable_name: str) -> NDArray[Any]:
+        def read_variable_of_sampled_cases(variable_name: str) -> NDArray[Any]:
             """Read a variable of the n chosen cases from the cube, shape (n, elements), one record at a time."""
             of = [file[variable_name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
-        overturned = values_of_chosen_cells("overturned")
+        overturned = read_variable_of_sampled_cases("overturned")
         answers = create_outcome_array_to_fill(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
-            answers["azimuth"] = values_of_chosen_cells("fall_azimuth")
+            answers["azimuth"] = read_variable_of_sampled_cases("fall_azimuth")
         falls = np.zeros(overturned.shape, np.float32)
-        falls += sum(values_of_chosen_cells(name) for name in _FALL_PROBABILITY_VARIABLES if name in file.variables)
+        falls += sum(
+            read_variable_of_sampled_cases(name) for name in _FALL_PROBABILITY_VARIABLES if name in file.variables
+        )
         divided, at_rest = (
             (falls > 0) & (falls < 1 - _PROBABILITY_ROUNDING_TOLERANCE),
-            values_of_chosen_cells("status")[:, 0] == 1,
+            read_variable_of_sampled_cases("status")[:, 0] == 1,
         )
         apart = divided.copy()
         if "probability_towards" in file.variables:
-            towards = values_of_chosen_cells("probability_towards")
+            towards = read_variable_of_sampled_cases("probability_towards")
             apart |= (towards > _PROBABILITY_ROUNDING_TOLERANCE) & (towards < 1 - _PROBABILITY_ROUNDING_TOLERANCE)
         weight = np.ones(record.size)
         if "fall_north" in file.variables:
-            parts = [values_of_chosen_cells(name) for name in ("fall_north", "fall_east")]
+            parts = [read_variable_of_sampled_cases(name) for name in ("fall_north", "fall_east")]
             apart |= (falls > 0) & (np.hypot(*parts) < MIN_RESULTANT_OF_AGREEING_FALLS * falls)
             # In a stack, the highest stone.
-            weight = case_weight_in_direction_statistics(falls, parts[0], parts[1], values_of_chosen_cells("members"))[
-                :, -1
-            ]
+            weight = case_weight_in_direction_statistics(
+                falls, parts[0], parts[1], read_variable_of_sampled_cases("members")
+            )[:, -1]
         cases = records * int(computed.sum())
         return RandomCaseSample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 

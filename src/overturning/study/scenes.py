@@ -131,7 +131,7 @@ class StudyToSceneSizeConversion:
     """Conversion of the study's heights and B/H to those of the stone that sets the size of a variant's scene."""
 
     scene_over_study_height_ratio: float = 1.0  # factor on the study's heights
-    fixed_scene_b_over_h_if_other_reference: float | None = (
+    scene_b_over_h_if_study_reference_differs: float | None = (
         None  # set if the study's B/H are of another reference element
     )
     b_over_h_decimal_places: int | None = 12  # to which B/H is rounded; None: not rounded (default scene)
@@ -160,9 +160,9 @@ class StudyToSceneSizeConversion:
         self, study_b_over_h_by_case: FloatArray, nominal_b_over_h_values_of_study: FloatArray
     ) -> FloatArray:
         """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""
-        if self.fixed_scene_b_over_h_if_other_reference is not None:
+        if self.scene_b_over_h_if_study_reference_differs is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
-            study_b_over_h_by_case = self.fixed_scene_b_over_h_if_other_reference * (
+            study_b_over_h_by_case = self.scene_b_over_h_if_study_reference_differs * (
                 study_b_over_h_by_case
                 / nominal_b_over_h_values_of_study[
                     np.abs(np.log(study_b_over_h_by_case[:, None] / nominal_b_over_h_values_of_study)).argmin(axis=1)
@@ -179,7 +179,7 @@ def note_on_different_stone_size_of_variant(study: Study, variant: str) -> str:
     """Return a note if the stone of a study's variant has another height or B/H than that of the study; else ""."""
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
     own, stone = study.scene.size_reference_element_name, variant_scene(study, variant).size_reference_element_name
-    height_ratio, b_over_h = sizes.scene_over_study_height_ratio, sizes.fixed_scene_b_over_h_if_other_reference
+    height_ratio, b_over_h = sizes.scene_over_study_height_ratio, sizes.scene_b_over_h_if_study_reference_differs
     said = [] if height_ratio == 1.0 else [f"{height_ratio:.3g} times that height"]
     said += [] if b_over_h is None else [f"a B/H of {b_over_h:.3g} whatever the {own} has"]
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""

@@ -19,7 +19,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.ensemble import (
     CaseRunner,
-    EnsembleMembers,
+    EnsembleParameterChanges,
     EnsembleRunner,
     draw_parameter_changes_of_members,
     subtask_progress_callback,
@@ -56,7 +56,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
 def create_ensemble_runner(
     study: Study,
     variant: str = NOMINAL_VARIANT,
-    members: EnsembleMembers | None = None,
+    members: EnsembleParameterChanges | None = None,
     run_members_in_all_grid_cells: bool = False,
 ) -> EnsembleRunner:
     """Create the ensemble runner of a study or variant, with the given parameter changes or newly drawn ones."""
@@ -80,12 +80,12 @@ def simulate_variant(
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
-    if sizes.fixed_scene_b_over_h_if_other_reference is None:
+    if sizes.scene_b_over_h_if_study_reference_differs is None:
         return simulate_grid_and_2d_face_planes_of_rectangle(model, motion, sized, numerics)
     arrays = simulate_grid_and_2d_face_planes_of_rectangle(
         model,
         motion,
-        sized.copy_with_dimension_values(b_over_h=np.array([sizes.fixed_scene_b_over_h_if_other_reference])),
+        sized.copy_with_dimension_values(b_over_h=np.array([sizes.scene_b_over_h_if_study_reference_differs])),
         numerics,
     )
     counts = {name: arrays.pop(name) for name in CASE_COUNTER_NAMES}
@@ -127,7 +127,7 @@ def simulate_and_write_cases_of_record(
     output_path: Path,
     variant: str = NOMINAL_VARIANT,
     *,
-    members: EnsembleMembers | None = None,
+    members: EnsembleParameterChanges | None = None,
     chunk: SweepChunk = SINGLE_CHUNK_OF_RECORD,
     numerics: NumericalOptions | None = None,
 ) -> None:

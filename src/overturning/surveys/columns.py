@@ -56,7 +56,7 @@ _CONVERSION_ADVICE_BY_COLUMN: Final = {
 }
 """Remedies for values in another unit, by the column that is meant and the unit in its name."""
 
-_STONE_COUNT_COLUMN_NAMES: Final = (
+_COLUMN_NAMES_SUGGESTING_STONE_COUNTS: Final = (
     "total", "totals", "sum", "all", "out_of", "n", "number", "no_of_stones", "number_of_stones", "stones",
     "stone_count", "not_fell", "not_fallen", "did_not_fall", "remained", "remaining", "number_standing",
 )  # fmt: skip
@@ -184,7 +184,7 @@ def stone_count_column_errors(
         "rows of their own, with their number in the column count; if they are yes and no, write yes and no"
         for name, meaning, cells in zip(column_names_in_file, standard_name_of_each_column, columns, strict=False)
         if not meaning
-        and _simplified_column_name(name) in _STONE_COUNT_COLUMN_NAMES
+        and _simplified_column_name(name) in _COLUMN_NAMES_SUGGESTING_STONE_COUNTS
         and all(re.fullmatch(r"\d*", cell) for cell in cells)
         and any(int(cell or 0) > 1 for cell in cells)
     ]

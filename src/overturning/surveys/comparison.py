@@ -217,7 +217,9 @@ def compare_survey_with_prediction(
         origin = mean_angle_deg_and_mean_resultant_length(exactly)[0]
     of_share = stones_of_sites_with_standing_stones(stones)
     share_fell, share_stones = fallen_and_all_stone_counts(of_share)
-    share_mean, share_low, share_high = _predicted_fall_share_mean_min_and_max(predictions, of_share or stones)
+    share_mean, share_low, share_high = _predicted_fall_share_over_heights_and_frictions(
+        predictions, of_share or stones
+    )
     return SurveyPredictionComparison(
         **_stone_counts_by_comparison_field(predictions, stones),
         fallen_count_at_sites_with_standing_stones=share_fell,
@@ -253,7 +255,7 @@ def _stones_fallen_in_known_direction_with_predictions(
     return fallen
 
 
-def _predicted_fall_share_mean_min_and_max(
+def _predicted_fall_share_over_heights_and_frictions(
     predictions: SurveyFallPrediction, stones: Sequence[Stone]
 ) -> tuple[float, float, float]:
     """Return the predicted share of stones that fall: mean, smallest and largest over heights and frictions.
@@ -283,7 +285,7 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
     def lacks_computed_outcome(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
         prediction = predictions.site_prediction_for_stone(stone)
-        return not prediction.has_simulated_outcome(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
+        return not prediction.has_known_fall_probability(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
 
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
@@ -316,7 +318,7 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
         "falls_without_prediction": count_stones_with(
             lambda stone: (
                 stone.fell_in_known_direction
-                and not predictions.site_prediction_for_stone(stone).has_simulated_outcome(stone)
+                and not predictions.site_prediction_for_stone(stone).has_known_fall_probability(stone)
             )
         ),
     }
@@ -335,7 +337,7 @@ def _confusion_matrix_of_standing_and_fall_sides(
         for stone in stones
         if has_known_face_and_b_over_h(stone)
         and (stone.fell_in_known_direction or not stone.fell)
-        and predictions.site_prediction_for_stone(stone).has_simulated_outcome(stone)
+        and predictions.site_prediction_for_stone(stone).has_known_fall_probability(stone)
     ]
     confusion = np.zeros((len(STANDING_OR_FALL_SIDES), len(STANDING_OR_FALL_SIDES)), dtype=np.int64)
     for stone in known:

@@ -16,7 +16,11 @@ from overturning.surveys.posterior import (
     MotionPosterior,
     SurveyInversionResult,
 )
-from overturning.surveys.responses import StoneDimensions, StoneOutcomeProbabilities, uninformed_outcome_probabilities
+from overturning.surveys.responses import (
+    StoneHeightAndSideRatios,
+    StoneOutcomeProbabilities,
+    uninformed_outcome_probabilities,
+)
 from overturning.surveys.stone_outcomes import (
     DIRECTION_BIN_COUNT,
     DIRECTION_BIN_WIDTH_DEG,
@@ -76,7 +80,7 @@ class SurveyInversion:
         is scaled.
         """
         table = self.stone_outcome_probabilities.outcome_probability_table(
-            StoneDimensions.from_stone_with_nearest_d_over_b(stone)
+            StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone)
         )
         turn, face = MOTION_ROTATION_STEP_DEG * np.arange(MOTION_ROTATION_COUNT), stone.slender_plane_azimuth_deg
         place, apart = np.zeros(MOTION_ROTATION_COUNT, np.intp), np.zeros(MOTION_ROTATION_COUNT, np.float64)

@@ -284,7 +284,7 @@ class SiteFallPrediction(AzimuthSectors):
                 at_height[place] = np.interp(stone.height_m, self.height[known], column[known])
         return np.asarray(np.broadcast_to(at_height, found.shape))
 
-    def has_simulated_outcome(self, stone: Stone) -> bool:
+    def has_known_fall_probability(self, stone: Stone) -> bool:
         """True if the fall probability interpolated to a stone's B/H and face azimuth is known at any height and µ."""
         return bool(np.isfinite(self.fall_probability_by_height_and_friction(stone)).any())
 

@@ -48,7 +48,7 @@ RANDOM_SIZE_COUNT: Final = 64
 
 
 @dataclass(frozen=True)
-class StoneDimensions:
+class StoneHeightAndSideRatios:
     """Kind of stone to simulate for a survey: height, B/H (each None if unknown) and D/B.
 
     Attributes
@@ -64,7 +64,7 @@ class StoneDimensions:
     d_over_b: float = 1.0
 
     @classmethod
-    def from_stone_with_nearest_d_over_b(cls, stone: Stone) -> "StoneDimensions":
+    def from_stone_with_nearest_d_over_b(cls, stone: Stone) -> "StoneHeightAndSideRatios":
         """Return height, smaller B/H and nearest simulated D/B of a survey's stone.
 
         An `ArgumentError` is raised if height or B/H lie beyond the simulated range by more than the factor
@@ -123,16 +123,16 @@ class StoneDimensions:
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / RANDOM_SIZE_COUNT)
 
 
-def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) -> list[StoneDimensions]:
-    """Return height and shape of each stone of a survey as a `StoneDimensions`.
+def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) -> list[StoneHeightAndSideRatios]:
+    """Return height and shape of each stone of a survey as a `StoneHeightAndSideRatios`.
 
     An ArgumentError lists all stones too far outside the simulated range, see
-    `StoneDimensions.from_stone_with_nearest_d_over_b`.
+    `StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b`.
     """
     kinds, faults = [], []
     for stone in stones:
         try:
-            kinds.append(StoneDimensions.from_stone_with_nearest_d_over_b(stone))
+            kinds.append(StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone))
         except ArgumentError as error:
             faults.append(f"{survey_file_name} {error}")
     if faults:
@@ -162,7 +162,7 @@ class StoneOutcomeProbabilities:
 
     Parameters
     ----------
-    candidate_motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
+    candidate_motions, stone_kinds : sequence of CandidateMotion, sequence of StoneHeightAndSideRatios
         Motions and kinds of stones; raise an `ArgumentError` if there is none of either.
     population_for_unknown_sizes : StonePopulation, optional
         Distribution of unknown heights and B/H.
@@ -177,7 +177,7 @@ class StoneOutcomeProbabilities:
     def __init__(
         self,
         candidate_motions: Sequence[CandidateMotion],
-        stone_kinds: Sequence[StoneDimensions],
+        stone_kinds: Sequence[StoneHeightAndSideRatios],
         population_for_unknown_sizes: StonePopulation | None = None,
         *,
         outcome_cache_folder: Path | None = None,
@@ -204,7 +204,7 @@ class StoneOutcomeProbabilities:
             report_count_of_finished_and_all_motions(len(candidate_motions), len(candidate_motions))
         self.outcome_probability_table = lru_cache(64)(self._outcome_probability_table)
 
-    def _outcome_probability_table(self, stone_kind: StoneDimensions) -> NDArray[np.float32]:
+    def _outcome_probability_table(self, stone_kind: StoneHeightAndSideRatios) -> NDArray[np.float32]:
         """Return the probabilities of each fall direction, relative to the motion's north, and of standing.
 
         The shape is (motions, levels, orientations, bins + 1), for direction bins and standing.
@@ -218,11 +218,11 @@ class StoneOutcomeProbabilities:
 
 
 def size_grid_weights_by_dimensions(
-    stone_kinds: Sequence[StoneDimensions], population_for_unknown_sizes: StonePopulation | None = None
-) -> dict[StoneDimensions, FloatArray]:
+    stone_kinds: Sequence[StoneHeightAndSideRatios], population_for_unknown_sizes: StonePopulation | None = None
+) -> dict[StoneHeightAndSideRatios, FloatArray]:
     """Return, for each kind of stone, the share of stones that each simulated height and B/H represents.
 
-    The arrays of shares have the shape (heights, shapes); see `StoneDimensions.size_grid_weights`.
+    The arrays of shares have the shape (heights, shapes); see `StoneHeightAndSideRatios.size_grid_weights`.
     """
     return {
         kind: kind.size_grid_weights(population_for_unknown_sizes or StonePopulation())
@@ -231,7 +231,7 @@ def size_grid_weights_by_dimensions(
 
 
 def masks_of_needed_sizes_by_d_over_b(
-    size_grid_weights_by_stone_kind: dict[StoneDimensions, FloatArray],
+    size_grid_weights_by_stone_kind: dict[StoneHeightAndSideRatios, FloatArray],
 ) -> dict[float, NDArray[np.bool_]]:
     """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
 
@@ -243,9 +243,9 @@ def masks_of_needed_sizes_by_d_over_b(
     return needed
 
 
-def case_count_and_processor_time_s(
+def count_cases_to_simulate_and_estimate_time_s(
     candidate_motions: Sequence[CandidateMotion],
-    stone_kinds: Sequence[StoneDimensions],
+    stone_kinds: Sequence[StoneHeightAndSideRatios],
     outcome_cache_folder: Path | None = None,
     *,
     counts_cases_with_stored_outcomes: bool = False,
@@ -254,7 +254,7 @@ def case_count_and_processor_time_s(
 
     Parameters
     ----------
-    candidate_motions, stone_kinds : sequence of CandidateMotion, sequence of StoneDimensions
+    candidate_motions, stone_kinds : sequence of CandidateMotion, sequence of StoneHeightAndSideRatios
         Motions, and heights and shapes of the stones.
     outcome_cache_folder : Path, optional
         Cache folder; default: in the cache of the user.
@@ -274,7 +274,7 @@ def case_count_and_processor_time_s(
         each = (
             len(SIMULATED_FRICTIONS)
             * SIMULATED_PGV_M_S.size
-            * StoneDimensions(d_over_b=aspect).orientations_to_simulate_deg.size
+            * StoneHeightAndSideRatios(d_over_b=aspect).orientations_to_simulate_deg.size
         )
         for one in candidate_motions:
             known = (
@@ -297,8 +297,9 @@ def _outcome_probabilities_under_one_motion(
 
     The shape is (levels, orientations, bins + 1): peak velocities to which the motion is scaled, orientations of the
     stone, and direction bins and standing. `outcome_arrays_by_size_key` has the outcomes of each simulated size (see
-    `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of `StoneDimensions.size_grid_weights`, and
-    over neighbouring levels, since the peak velocity differs within a site.
+    `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of
+    `StoneHeightAndSideRatios.size_grid_weights`, and over neighbouring levels, since the peak velocity differs within a
+    site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()
     outcome = np.stack([outcome_arrays_by_size_key[f"{h}-{b}"] for h, b in nodes])

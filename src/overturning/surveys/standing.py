@@ -220,7 +220,7 @@ def estimate_standing_probability(
 
 
 @dataclass(frozen=True)
-class SurvivalByStoneClass:
+class SurvivalProbabilityByStoneClass:
     """Probability that each class of stones in a fragility table survives the hazard for a number of years.
 
     Attributes
@@ -249,7 +249,7 @@ def survival_probability_by_stone_class(
     hazard_curve_by_measure: dict[str, HazardCurve],
     exposure_years: float,
     fragility_and_hazard_file_names: tuple[str, str],
-) -> SurvivalByStoneClass:
+) -> SurvivalProbabilityByStoneClass:
     """Compute the survival probability of each class of stones whose intensity measure has a hazard curve.
 
     A ResultError with `fragility_and_hazard_file_names` is raised if a unit differs between the two tables, or if the
@@ -276,7 +276,7 @@ def survival_probability_by_stone_class(
         for one in known
     )
     rest = tuple(one for one in shared if one not in known)
-    return SurvivalByStoneClass(exposure_years, hazard, hazard_curve_by_measure, tuple(estimates), rest)
+    return SurvivalProbabilityByStoneClass(exposure_years, hazard, hazard_curve_by_measure, tuple(estimates), rest)
 
 
 def hazard_unit_warning(hazard_curve: HazardCurve) -> str:

@@ -57,14 +57,14 @@ UNKNOWN_OUTCOME_INDEX: Final = DIRECTION_BIN_COUNT + 1
 SHIPPED_OUTCOMES_FILE: Final = Path(__file__).with_name("library-outcomes.npz")
 """Outcomes under the motions of the package, for stones of the heights of gravestones.
 
-`verification/library_outcomes.py` computes the file. `grid` is the text of `simulated_grid_as_text`, `motions` has a
-row of `identifying_numbers_of_motion` for each motion. For each D/B, written as ``:g``, ``sizes D/B`` has indices into
-`SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`, shape (sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions,
-sizes, frictions, levels, orientations).
+`verification/library_outcomes.py` computes the file. `grid` is the text of
+`simulated_grid_text_to_detect_outdated_files`, `motions` has a row of `identifying_numbers_of_motion` for each motion.
+For each D/B, written as ``:g``, ``sizes D/B`` has indices into `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`, shape
+(sizes, 2), and ``outcomes D/B`` the outcomes, shape (motions, sizes, frictions, levels, orientations).
 """
 
 
-def simulated_grid_as_text() -> str:
+def simulated_grid_text_to_detect_outdated_files() -> str:
     """Return the grid of simulated sizes, frictions, levels and orientations as text, to detect outdated files."""
     grid = (
         DIRECTION_BIN_WIDTH_DEG,
@@ -119,7 +119,7 @@ def _shipped_outcome_array(array_name_in_shipped_file: str) -> NDArray[np.generi
 def _d_over_b_texts_with_shipped_outcomes() -> frozenset[str]:
     """Return, as text, each D/B with simulated outcomes in the package; empty if they are on another size grid."""
     with np.load(SHIPPED_OUTCOMES_FILE) as stored:
-        if str(stored["grid"]) != simulated_grid_as_text():
+        if str(stored["grid"]) != simulated_grid_text_to_detect_outdated_files():
             return frozenset()
         return frozenset(name.partition(" ")[2] for name in stored.files if name.startswith("sizes "))
 
@@ -156,7 +156,7 @@ def _stone_outcome_cache_path(
     """
     motion_text = f"{candidate_motion.samples_sha256} {candidate_motion.pgv_m_s}"
     inputs = f"{_source_hash_of_stone_outcomes()} {motion_text} {d_over_b_or_0_if_round}"
-    key = hashlib.sha256(f"{inputs} {simulated_grid_as_text()}".encode()).hexdigest()[:24]
+    key = hashlib.sha256(f"{inputs} {simulated_grid_text_to_detect_outdated_files()}".encode()).hexdigest()[:24]
     return outcome_cache_folder / f"{key}.npz"
 
 

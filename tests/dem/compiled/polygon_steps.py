@@ -44,7 +44,12 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     used = pattern.is_submatrix_nonzero.sum()
     equations.clear_nonzero_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
-    return used, pattern.is_submatrix_nonzero.any() or pattern.later_coupled_element_counts.any(), matrix[0], state[0]
+    return (
+        used,
+        pattern.is_submatrix_nonzero.any() or pattern.coupled_higher_index_element_counts.any(),
+        matrix[0],
+        state[0],
+    )
 
 
 @cache_compiled_kernel
@@ -88,7 +93,7 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
     held = (
         workspace.array_that_owns_state_memory[0]
         + workspace.equation_matrix[0]
-        + workspace.nonzero_pattern.later_coupled_element_counts[0]
+        + workspace.nonzero_pattern.coupled_higher_index_element_counts[0]
     )
     held += workspace.active_pairs.active_pair_count[0] + workspace.moves_relative_to_base[0]
     return most, found, held + inputs.scene_arrays.initial_state_by_scene_variant[0, 0]

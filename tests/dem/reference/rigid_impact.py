@@ -10,7 +10,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def velocities_and_impulses_of_plastic_landing(arms, pivot_inertia):  # type: ignore[no-untyped-def]
+def velocities_and_impulses_of_flat_landing_without_bounce(arms, pivot_inertia):  # type: ignore[no-untyped-def]
     """Compute velocities and impulses of a body that lands flat without bounce, by Gauss-Seidel iteration.
 
     `arms`: positions of the points that touch, m; `pivot_inertia`: moment of inertia about the pivot over mass, m².

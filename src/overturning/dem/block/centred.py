@@ -19,12 +19,12 @@ from overturning.dem.block.state import (
     BlockExtrapolatedToStepEnd,
     BlockPredictedAtStepEnd,
     BlockState,
-    BlockStepEndVelocityCorrection,
+    BlockVelocityCorrectionAndCornerFriction,
     CornerEquationTerms,
     CornerPredictedAtStepEnd,
     CornerState,
+    PredictedCornerForceAndAssumedSliding,
     SignedFrictionCoefficientOrZeroIfSticking,
-    TrialCornerFriction,
     corner_x_and_depth_from_centre,
 )
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL
@@ -124,12 +124,12 @@ def predict_normal_force_per_mass_and_contact(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
-    predicted_forces_decide_contact_and_slip: bool,
+    uses_predicted_forces_instead_of_last_step: bool,
     is_flat_landing: bool,
 ) -> tuple[float, bool]:
     """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
-    In a step that resolves the contact vibration (`predicted_forces_decide_contact_and_slip`), the predicted force
+    In a step that resolves the contact vibration (`uses_predicted_forces_instead_of_last_step`), the predicted force
     decides about contact. In a longer step this force would be too large; a corner that was in contact after the last
     step stays in contact.
     """
@@ -138,7 +138,7 @@ def predict_normal_force_per_mass_and_contact(
         - block.dashpot_constant_per_mass * predicted_corner.velocity_z
     )
     return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.penetration > 0.0)) | (
-        (not predicted_forces_decide_contact_and_slip) & (previous_corner.normal_force_per_mass != 0.0)
+        (not uses_predicted_forces_instead_of_last_step) & (previous_corner.normal_force_per_mass != 0.0)
     )
 
 
@@ -148,7 +148,7 @@ def predict_corner_tangential_force_and_sliding(
     predicted_corner: CornerPredictedAtStepEnd,
     normal_force_per_mass: float,
     assumed_contact: AssumedCornerContact,
-) -> TrialCornerFriction:
+) -> PredictedCornerForceAndAssumedSliding:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
     In a step that resolves the contact vibration, sliding is predicted from the forces. A longer step assumes the
@@ -158,7 +158,10 @@ def predict_corner_tangential_force_and_sliding(
     (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
     together (`flat_landing_slides_mu_and_moment_factor`).
     """
-    slid, fine = assumed_contact.signed_mu_or_zero_if_sticking, assumed_contact.predicted_forces_decide_contact_and_slip
+    slid, fine = (
+        assumed_contact.signed_mu_or_zero_if_sticking,
+        assumed_contact.uses_predicted_forces_instead_of_last_step,
+    )
     spring = block.tangential_stiffness_per_mass * predicted_corner.tangential_stretch
     f = spring + block.dashpot_constant_per_mass * predicted_corner.velocity_x
     excess = abs(f) - block.friction * normal_force_per_mass if fine else abs(slid)
@@ -172,19 +175,23 @@ def predict_corner_tangential_force_and_sliding(
         predicted_corner.x_from_centre
         - slid * (assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre)
     )
-    return TrialCornerFriction(f, slides, slid, freedom > MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY)
+    return PredictedCornerForceAndAssumedSliding(
+        f, slides, slid, freedom > MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY
+    )
 
 
 @njit(**INLINE_OPTIONS)
 def signed_friction_coefficient_and_sliding(
-    corner_friction: TrialCornerFriction, other_corner_friction: TrialCornerFriction, other_corner_in_contact: bool
+    corner_friction: PredictedCornerForceAndAssumedSliding,
+    other_corner_friction: PredictedCornerForceAndAssumedSliding,
+    other_corner_in_contact: bool,
 ) -> tuple[float, bool]:
     """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
 
     A corner sticks if sliding friction would turn it into the base (Painlevé's paradox), unless the other corner
     sticks: then the block can only rotate about the other corner, which lifts this one.
     """
-    free = corner_friction.normal_force_pushes_out_sliding_corner | (
+    free = corner_friction.has_no_painleve_paradox_if_sliding | (
         other_corner_in_contact & (not other_corner_friction.slides)
     )
     return (corner_friction.signed_mu_if_sliding if free else 0.0), corner_friction.slides & free
@@ -245,9 +252,9 @@ def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,
-    predicted_forces_decide_contact_and_slip: bool,
+    uses_predicted_forces_instead_of_last_step: bool,
     predicted_block: BlockPredictedAtStepEnd,
-) -> BlockStepEndVelocityCorrection:
+) -> BlockVelocityCorrectionAndCornerFriction:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part.
@@ -258,10 +265,10 @@ def solve_velocity_corrections(
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_per_mass_and_contact(
-        block, left, state.left, predicted_forces_decide_contact_and_slip, held
+        block, left, state.left, uses_predicted_forces_instead_of_last_step, held
     )
     nr, on_r = predict_normal_force_per_mass_and_contact(
-        block, right, state.right, predicted_forces_decide_contact_and_slip, held
+        block, right, state.right, uses_predicted_forces_instead_of_last_step, held
     )
     # A corner in the air has no force, so the last step does not tell whether it slid.
     drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
@@ -271,8 +278,8 @@ def solve_velocity_corrections(
     lever_l, lever_r = tilting * drop_l, tilting * drop_r
     mu_l, mu_r = assumed_slip
     fine_l, fine_r = (
-        predicted_forces_decide_contact_and_slip | (state.left.normal_force_per_mass == 0.0),
-        predicted_forces_decide_contact_and_slip | (state.right.normal_force_per_mass == 0.0),
+        uses_predicted_forces_instead_of_last_step | (state.left.normal_force_per_mass == 0.0),
+        uses_predicted_forces_instead_of_last_step | (state.right.normal_force_per_mass == 0.0),
     )
     guess_l = predict_corner_tangential_force_and_sliding(
         block, left, nl, AssumedCornerContact(mu_l, fine_l, held, drifts, drift, tilting)
@@ -312,7 +319,7 @@ def solve_velocity_corrections(
     inverse = inverse * last
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
-    return BlockStepEndVelocityCorrection(
+    return BlockVelocityCorrectionAndCornerFriction(
         ex - predicted_block.step_end_centre_vx, ez - predicted_block.step_end_centre_vz,
         ew - predicted_block.step_end_angular_velocity, slid_l, slid_r,
     )  # fmt: skip
@@ -323,19 +330,19 @@ def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,  # noqa: ARG001, as `solve_velocity_corrections`
-    predicted_forces_decide_contact_and_slip: bool,
+    uses_predicted_forces_instead_of_last_step: bool,
     predicted_block: BlockPredictedAtStepEnd,
-) -> BlockStepEndVelocityCorrection:
+) -> BlockVelocityCorrectionAndCornerFriction:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
     half, inertia = predicted_block.half_step_duration, block.mass_over_moment_of_inertia
     left, right = predicted_block.left, predicted_block.right
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_per_mass_and_contact(
-        block, left, state.left, predicted_forces_decide_contact_and_slip, held
+        block, left, state.left, uses_predicted_forces_instead_of_last_step, held
     )
     nr, on_r = predict_normal_force_per_mass_and_contact(
-        block, right, state.right, predicted_forces_decide_contact_and_slip, held
+        block, right, state.right, uses_predicted_forces_instead_of_last_step, held
     )
     nl, press_l = zero_velocity_normal_force_and_dimensionless_slope(block, left, half, nl, on_l)
     nr, press_r = zero_velocity_normal_force_and_dimensionless_slope(block, right, half, nr, on_r)
@@ -349,7 +356,7 @@ def solve_velocity_corrections_without_friction(
     inverse = 1.0 / (a22 * last)
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
-    return BlockStepEndVelocityCorrection(
+    return BlockVelocityCorrectionAndCornerFriction(
         ex - predicted_block.step_end_centre_vx,
         ez - predicted_block.step_end_centre_vz,
         ew - predicted_block.step_end_angular_velocity,

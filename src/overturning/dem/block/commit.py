@@ -4,17 +4,17 @@ import math
 
 from numba import njit
 
-from overturning.dem.block.landing import flat_landing_time_left_after_step
+from overturning.dem.block.landing import remaining_two_corner_landing_time_after_step
 from overturning.dem.block.state import (
     MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
     BlockAfterAttemptedStep,
     BlockConstants,
     BlockEnergyAccount,
-    BlockPeakValues,
+    BlockPeaksAndLastUprightTick,
     BlockPredictedAtStepEnd,
     BlockState,
-    BlockStepEndVelocityCorrection,
+    BlockVelocityCorrectionAndCornerFriction,
     CornerPredictedAtStepEnd,
     CornerState,
     SignedFrictionCoefficientOrZeroIfSticking,
@@ -35,7 +35,7 @@ def corner_forces_new_state_and_contact_changes(
     predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
     assumed_contact: AssumedCornerContact,
-    velocity_correction: BlockStepEndVelocityCorrection,
+    velocity_correction: BlockVelocityCorrectionAndCornerFriction,
     with_friction: bool,
 ) -> SolvedCornerContact:
     """Return a corner's force per block mass at a step's end, limited by friction, its new state and contact changes.
@@ -75,7 +75,7 @@ def corner_forces_new_state_and_contact_changes(
     found, assumed = (
         sign if slips else 0.0,
         0.0
-        if assumed_contact.predicted_forces_decide_contact_and_slip
+        if assumed_contact.uses_predicted_forces_instead_of_last_step
         else assumed_contact.signed_mu_or_zero_if_sticking,
     )
     f = sign * n if slips else f
@@ -121,7 +121,7 @@ def contact_changes_in_block_step(
     block: BlockConstants,
     case_step_control: CaseStepControl,
     step_ticks: float,
-    predicted_forces_decide_contact_and_slip: bool,
+    uses_predicted_forces_instead_of_last_step: bool,
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
@@ -150,8 +150,8 @@ def contact_changes_in_block_step(
         )
     wrong, back = (
         (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption)
-        & (not predicted_forces_decide_contact_and_slip),
-        (left.has_friction_reversal | right.has_friction_reversal) & (not predicted_forces_decide_contact_and_slip),
+        & (not uses_predicted_forces_instead_of_last_step),
+        (left.has_friction_reversal | right.has_friction_reversal) & (not uses_predicted_forces_instead_of_last_step),
     )
     loaded = left.new_corner.normal_force_per_mass + right.new_corner.normal_force_per_mass > 0.0
     slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
@@ -171,7 +171,7 @@ def contact_changes_in_block_step(
 @njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
     slip_assumed_in_solved_step: SignedFrictionCoefficientOrZeroIfSticking,
-    predicted_forces_decide_contact_and_slip: bool,
+    uses_predicted_forces_instead_of_last_step: bool,
     solved_corners: SolvedCornerContactPair,
     next_attempt_repeats_step: bool,
     keeps_assumption_at_both_corners: bool,
@@ -183,12 +183,12 @@ def assumed_signed_friction_for_next_attempt(
     of_left, of_right = (
         (
             0.0
-            if predicted_forces_decide_contact_and_slip
+            if uses_predicted_forces_instead_of_last_step
             else slip_assumed_in_solved_step.left_signed_mu_or_zero_if_sticking
         ),
         (
             0.0
-            if predicted_forces_decide_contact_and_slip
+            if uses_predicted_forces_instead_of_last_step
             else slip_assumed_in_solved_step.right_signed_mu_or_zero_if_sticking
         ),
     )
@@ -228,7 +228,7 @@ def compute_block_state_after_step_if_accepted(
     block: BlockConstants,
     previous_step: BlockAfterAttemptedStep,
     predicted_block: BlockPredictedAtStepEnd,
-    velocity_correction: BlockStepEndVelocityCorrection,
+    velocity_correction: BlockVelocityCorrectionAndCornerFriction,
     solved_corners: SolvedCornerContactPair,
     step_ticks: float,
     with_vertical_base_motion: bool,
@@ -282,7 +282,7 @@ def compute_block_state_after_step_if_accepted(
     )
     early_loss = pl * left.dissipated_power_per_mass + pr * right.dissipated_power_per_mass
     lost = (half * (account.dissipated_power_per_mass + loss) + early_loss) + 0.5 * springs
-    peaks = BlockPeakValues(
+    peaks = BlockPeaksAndLastUprightTick(
         updated_maximum(peaks.max_abs_angle, abs(angle)),
         updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_lower_side_middle(block, x, sn))),
         updated_maximum(peaks.max_corner_penetration, deep_l if deep_l > deep_r else deep_r),
@@ -305,6 +305,6 @@ def compute_block_state_after_step_if_accepted(
         left=left.new_corner,
         right=right.new_corner,
         ticks_since_sample_start=tick,
-        remaining_flat_landing_time=flat_landing_time_left_after_step(block, s, 2.0 * half),
+        remaining_flat_landing_time=remaining_two_corner_landing_time_after_step(block, s, 2.0 * half),
     )
     return BlockAfterAttemptedStep(state, peaks, account)

@@ -7,14 +7,14 @@ from numba import njit
 from overturning.dem.block.landing import (
     block_lands_flat,
     flat_landing_slides_mu_and_moment_factor,
-    flat_landing_time_left_after_step,
+    remaining_two_corner_landing_time_after_step,
 )
 from overturning.dem.block.state import (
     TICKS_PER_WHOLE_STEP,
     BlockAccelerationsFromBaseMotion,
     BlockConstants,
     BlockEnergyAccount,
-    BlockPeakValues,
+    BlockPeaksAndLastUprightTick,
     BlockState,
     CornerState,
     corner_x_and_depth_from_centre,
@@ -45,7 +45,7 @@ class CornerContactForceAndNewState(NamedTuple):
     """Energy released by the normal spring, over half its stiffness, m²."""
     released_tangential_energy_over_half_stiffness: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    normal_force_less_spring_force_per_mass: float
+    inelastic_normal_force_per_mass: float
     """Normal force less that of the spring: the force of the dashpot, m/s²."""
     inelastic_tangential_force_per_mass: float
     """Tangential force less that of the spring: of the dashpot, or of friction beyond the spring, m/s²."""
@@ -97,7 +97,7 @@ def corner_contact_force(
         released_tangential_energy_over_half_stiffness=(
             (previous_corner.tangential_stretch + remaining) * (stretch - remaining)
         ),
-        normal_force_less_spring_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
+        inelastic_normal_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
         inelastic_tangential_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
         extra_spring_moment_in_flat_landing_per_mass=(
             block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop)
@@ -111,7 +111,7 @@ def corner_dashpot_and_friction_power_per_mass(
 ) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = (
-        corner_force.normal_force_less_spring_force_per_mass,
+        corner_force.inelastic_normal_force_per_mass,
         corner_force.inelastic_tangential_force_per_mass,
     )
     power = normal * (centre_vz - corner_force.x_from_centre * angular_velocity) + tangential * (
@@ -124,11 +124,11 @@ def corner_dashpot_and_friction_power_per_mass(
 def advance_block_one_step(
     block: BlockConstants,
     state: BlockState,
-    peaks: BlockPeakValues,
+    peaks: BlockPeaksAndLastUprightTick,
     energy_account: BlockEnergyAccount,
     inertial_accelerations: BlockAccelerationsFromBaseMotion,
     with_vertical_base_motion: bool,
-) -> tuple[BlockState, BlockPeakValues, BlockEnergyAccount]:
+) -> tuple[BlockState, BlockPeaksAndLastUprightTick, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peak values, and work and lost energy."""
     dt = block.seconds_per_tick * TICKS_PER_STEP
     push, lift = (
@@ -182,7 +182,7 @@ def advance_block_one_step(
     turn, tick = dt * vw, state.ticks_since_sample_start + TICKS_PER_STEP
     c, sn = rotate_cosine_and_sine_by_small_angle(state.cos, state.sin, turn)
     x, z, angle = state.centre_x + dt * vx, state.centre_z + dt * vz, state.angle + turn
-    peaks = BlockPeakValues(
+    peaks = BlockPeaksAndLastUprightTick(
         updated_maximum(peaks.max_abs_angle, abs(angle)),
         updated_maximum(peaks.max_abs_base_slip, abs(displacement_of_block_lower_side_middle(block, x, sn))),
         updated_maximum(
@@ -197,6 +197,6 @@ def advance_block_one_step(
         centre_x=x, centre_z=z, angle=angle, cos=c, sin=sn, centre_vx=vx, centre_vz=vz, angular_velocity=vw,
         centre_ax=ax, centre_az=az, angular_acceleration=aw,
         left=left.new_corner, right=right.new_corner, ticks_since_sample_start=tick,
-        remaining_flat_landing_time=flat_landing_time_left_after_step(block, state, dt),
+        remaining_flat_landing_time=remaining_two_corner_landing_time_after_step(block, state, dt),
     )  # fmt: skip
     return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work_per_mass + dt * power, lost, 0.0, 0.0)

@@ -11,7 +11,7 @@ from overturning.dem.block.state import (
     BlockAccelerationsFromBaseMotion,
     BlockConstants,
     BlockEnergyAccount,
-    BlockPeakValues,
+    BlockPeaksAndLastUprightTick,
     BlockState,
     displacement_of_block_lower_side_middle,
 )
@@ -21,7 +21,7 @@ from overturning.dem.kernel.ending import (
     MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
-    LargestTiltRatioAtEnd,
+    LargestTiltRatioInSecondHalfAfterRecord,
     updated_largest_tilt_ratio_near_case_end,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
@@ -29,24 +29,25 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block_constants, load_state, load_peaks = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BlockConstants, BlockState, BlockPeakValues)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
+    for of in (BlockConstants, BlockState, BlockPeaksAndLastUprightTick)
 )
 load_energy_account, load_case_progress = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
 )
 load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
-ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    LargestTiltRatioAtEnd, "tilt_over_critical_angle"
+LARGEST_TILT_RATIO_AT_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+    LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
 )
 
 
 @njit(**INLINE_OPTIONS)
 def velocities_at_time_of_position(
-    block: BlockConstants, state: BlockState, velocity_lag_steps: float
+    block: BlockConstants, state: BlockState, velocity_lag_behind_position_in_steps: float
 ) -> tuple[float, float, float]:
     """Return a block's velocities (x, z, angular) at the time of its position; stored ones lag behind it."""
-    time = velocity_lag_steps * TICKS_PER_WHOLE_STEP * block.seconds_per_tick
+    time = velocity_lag_behind_position_in_steps * TICKS_PER_WHOLE_STEP * block.seconds_per_tick
     return (
         state.centre_vx + time * state.centre_ax,
         state.centre_vz + time * state.centre_az,
@@ -55,9 +56,11 @@ def velocities_at_time_of_position(
 
 
 @njit(**INLINE_OPTIONS)
-def block_mechanical_energy_per_mass(block: BlockConstants, state: BlockState, velocity_lag_steps: float) -> float:
+def block_mechanical_energy_per_mass(
+    block: BlockConstants, state: BlockState, velocity_lag_behind_position_in_steps: float
+) -> float:
     """Return the kinetic (relative to the base), gravitational and spring energy of a block per mass, m²/s²."""
-    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag_steps)
+    vx, vz, vw = velocities_at_time_of_position(block, state, velocity_lag_behind_position_in_steps)
     motion = (vx * vx + vz * vz) + vw * vw / block.mass_over_moment_of_inertia
     ul, ur, tl, tr = (
         max(state.left.penetration, 0.0),
@@ -87,10 +90,10 @@ def standing_outcome_is_final(
     state: BlockState,
     max_abs_angle_so_far_rad: float,
     overturning_energy_per_mass: float,
-    velocity_lag_steps: float,
+    velocity_lag_behind_position_in_steps: float,
 ) -> bool:
     """True if a block on a base at rest can no longer fall, turn further than before, or slide on (unless μ = 0)."""
-    now = block_mechanical_energy_per_mass(block, state, velocity_lag_steps)
+    now = block_mechanical_energy_per_mass(block, state, velocity_lag_behind_position_in_steps)
     if not (now < overturning_energy_per_mass and abs(state.angle) < block.critical_angle):
         return False
     # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
@@ -120,7 +123,7 @@ def signed_remaining_slide_or_zero_if_frictionless(block: BlockConstants, state:
 def update_largest_tilt_and_return_case_status(
     state: Any,
     lane: int,
-    velocity_lag_steps: float,
+    velocity_lag_behind_position_in_steps: float,
     ticks_per_sample: float,
     record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
@@ -150,22 +153,32 @@ def update_largest_tilt_and_return_case_status(
             return CaseStatus.SIMULATED
     if sample < record_end_sample:
         return CASE_NOT_ENDED
-    if standing_outcome_is_final(block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_steps):
+    if standing_outcome_is_final(
+        block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_behind_position_in_steps
+    ):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.critical_angle, s.centre_z - block.half_height
     late_tilt = updated_largest_tilt_ratio_near_case_end(
-        state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane], course, sample, record_end_sample, tilt, rise
+        state[LARGEST_TILT_RATIO_AT_END_ROW_OFFSET + lane], course, sample, record_end_sample, tilt, rise
     )
-    state[ARRAY_INDEX_OF_LARGEST_TILT_NEAR_CASE_END + lane] = late_tilt
+    state[LARGEST_TILT_RATIO_AT_END_ROW_OFFSET + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
-    stands = block_mechanical_energy_per_mass(block, s, velocity_lag_steps) < course.overturning_energy and tilt < 1.0
+    stands = (
+        block_mechanical_energy_per_mass(block, s, velocity_lag_behind_position_in_steps) < course.overturning_energy
+        and tilt < 1.0
+    )
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_case_results_except_status_and_counters(
-    state: Any, lane: int, status: int, velocity_lag_steps: float, ticks_per_sample: float, result_row_out: Any
+    state: Any,
+    lane: int,
+    status: int,
+    velocity_lag_behind_position_in_steps: float,
+    ticks_per_sample: float,
+    result_row_out: Any,
 ) -> None:
     """Write the results of the case in column `lane`, except status and counters, into a row of the result table."""
     block, s, peaks = load_block_constants(state, lane), load_state(state, lane), load_peaks(state, lane)
@@ -191,7 +204,7 @@ def write_case_results_except_status_and_counters(
     result_row_out.peak_slip, result_row_out.residual_slip = peak_slip, residual_slip
     result_row_out.peak_penetration = peaks.max_corner_penetration
     balance = (
-        (block_mechanical_energy_per_mass(block, s, velocity_lag_steps) - course.initial_energy)
+        (block_mechanical_energy_per_mass(block, s, velocity_lag_behind_position_in_steps) - course.initial_energy)
         - account.base_motion_work_per_mass
         + account.lost_energy_per_mass
     )
@@ -202,7 +215,7 @@ def write_case_results_except_status_and_counters(
 def write_block_trajectory_row(
     state: Any,
     lane: int,
-    velocity_lag_steps: float,
+    velocity_lag_behind_position_in_steps: float,
     sampling_interval: float,
     ticks_per_sample: float,
     trajectory_row_out: Any,
@@ -218,7 +231,7 @@ def write_block_trajectory_row(
     ) * sampling_interval
     trajectory_row_out.centre_x, trajectory_row_out.centre_z, trajectory_row_out.angle = s.centre_x, s.centre_z, s.angle
     trajectory_row_out.centre_vx, trajectory_row_out.centre_vz, trajectory_row_out.angular_velocity = (
-        velocities_at_time_of_position(block, s, velocity_lag_steps)
+        velocities_at_time_of_position(block, s, velocity_lag_behind_position_in_steps)
     )
     trajectory_row_out.ground_acceleration = -(
         push.value_at_sample_start + push.slope_per_tick * s.ticks_since_sample_start

@@ -16,7 +16,9 @@ def block_is_airborne(state: BlockState) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_time_left_after_step(block: BlockConstants, state: BlockState, step_duration_s: float) -> float:
+def remaining_two_corner_landing_time_after_step(
+    block: BlockConstants, state: BlockState, step_duration_s: float
+) -> float:
     """Return the time (s) left, after a step, of a landing on both corners; its full duration for an airborne block."""
     return (
         block.flat_landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - step_duration_s
@@ -61,5 +63,5 @@ def flat_landing_slides_mu_and_moment_factor(
     return (
         slides,
         math.copysign(block.friction, centre_vx),
-        (block.flat_landing_friction_moment_factor if slides else 1.0),
+        (block.sliding_flat_landing_friction_moment_0_or_1 if slides else 1.0),
     )

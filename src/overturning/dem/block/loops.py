@@ -22,10 +22,10 @@ from overturning.dem.block.state import (
     BlockAfterAttemptedStep,
     BlockConstants,
     BlockEnergyAccount,
-    BlockPeakValues,
+    BlockPeaksAndLastUprightTick,
     BlockPredictedAtStepEnd,
     BlockState,
-    BlockStepEndVelocityCorrection,
+    BlockVelocityCorrectionAndCornerFriction,
     SignedFrictionCoefficientOrZeroIfSticking,
     SolvedCornerContactPair,
 )
@@ -42,7 +42,7 @@ from overturning.dem.time_step import IntegrationScheme
 class BlockCundallSchemeConstants(NamedTuple):
     """Constants of Cundall's scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
-    velocity_lag_steps: float = 0.5
+    velocity_lag_behind_position_in_steps: float = 0.5
     """Lag of velocities behind positions, steps."""
     max_steps_beyond_sample_end: int = 0
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
@@ -51,7 +51,7 @@ class BlockCundallSchemeConstants(NamedTuple):
 class BlockCentredSchemeConstants(NamedTuple):
     """Constants of the centred scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
-    velocity_lag_steps: float = 0.0
+    velocity_lag_behind_position_in_steps: float = 0.0
     """Lag of velocities behind positions, steps."""
     max_steps_beyond_sample_end: int = 1
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
@@ -90,7 +90,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         BlockPredictedAtStepEnd, unused_fields=unused
     )
     store_velocity_correction = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        BlockStepEndVelocityCorrection, unused_fields=unused
+        BlockVelocityCorrectionAndCornerFriction, unused_fields=unused
     ).store
     complete_block_steps = create_centred_step_completion_loop(with_vertical_base_motion, with_friction)
 
@@ -166,13 +166,13 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
     store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).store
-    load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+    load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
     load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockEnergyAccount
     )
     load_predicted_block = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPredictedAtStepEnd, unused_fields=unused).load
     load_velocity_correction = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-        BlockStepEndVelocityCorrection, unused_fields=unused
+        BlockVelocityCorrectionAndCornerFriction, unused_fields=unused
     ).load
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -240,7 +240,7 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=["normal_force_per_mass"]
     )
-    load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+    load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
     load_energy_account, store_energy_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockEnergyAccount, unused_fields=["base_motion_power_per_mass", "dissipated_power_per_mass"]
     )

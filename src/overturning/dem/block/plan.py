@@ -136,7 +136,7 @@ class StepLengthsByBlock(NamedTuple):
 
     whole_steps_per_sample: NDArray[np.int64]
     """Whole steps per sample."""
-    step_while_standing_still_in_whole_steps: NDArray[np.int64]
+    longest_step_at_rest_in_whole_steps: NDArray[np.int64]
     """Length of a step while a block stands still on both corners, in whole steps."""
     longest_contact_change_step_s: FloatArray
     """Longest step in which a contact may open or close, s."""
@@ -263,7 +263,7 @@ def plan_block_simulation(
             * width * alpha / period
         ),
         "shortest_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
-        "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.step_while_standing_still_in_whole_steps,
+        "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.longest_step_at_rest_in_whole_steps,
         "steps_before_doubling_after_contact_change": np.round(
             control.steps_before_length_doubles(square, rate) / step_ratio
         ),

@@ -276,7 +276,10 @@ def _simulate_fall_side_and_peak_angle(
     angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
     side = 1.0 if case.initial_tilt > 0.0 else -1.0 if case.initial_tilt < 0.0 else 0.0
     angle[0], velocity[0] = abs(case.initial_tilt), 0.0
-    sine[0], cosine[0] = case.sine_of_tilt_left_to_critical_angle, case.cosine_of_tilt_left_to_critical_angle
+    sine[0], cosine[0] = (
+        case.sine_of_critical_angle_minus_initial_tilt,
+        case.cosine_of_critical_angle_minus_initial_tilt,
+    )
     sin_alpha, cos_alpha = case.sine_of_critical_angle, case.cosine_of_critical_angle
     peak, tangent, samples = angle[0], sin_alpha / cos_alpha, across.size - 3
     scale, i = case.amplitude_factor / STANDARD_GRAVITY, 0
@@ -389,8 +392,8 @@ def simulate_rigid_rocking(
         "end_sample_if_undecided": motion.sample_count + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD / per_sample),
         "amplitude_factor": cases.amplitude,
         "initial_tilt": tilt,
-        "sine_of_tilt_left_to_critical_angle": evaluate_and_round_to_12_decimals(np.sin, alpha - np.abs(tilt)),
-        "cosine_of_tilt_left_to_critical_angle": evaluate_and_round_to_12_decimals(np.cos, alpha - np.abs(tilt)),
+        "sine_of_critical_angle_minus_initial_tilt": evaluate_and_round_to_12_decimals(np.sin, alpha - np.abs(tilt)),
+        "cosine_of_critical_angle_minus_initial_tilt": evaluate_and_round_to_12_decimals(np.cos, alpha - np.abs(tilt)),
     }
     for name, values in columns.items():
         table[name] = values

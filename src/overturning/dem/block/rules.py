@@ -25,7 +25,7 @@ from overturning.dem.block.state import (
     TICKS_PER_WHOLE_STEP,
     BlockAccelerationsFromBaseMotion,
     BlockConstants,
-    BlockPeakValues,
+    BlockPeaksAndLastUprightTick,
     BlockState,
     CornerState,
     SignedFrictionCoefficientOrZeroIfSticking,
@@ -34,7 +34,7 @@ from overturning.dem.block.state import (
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CaseProgress,
-    CaseRestLimitAndFlag,
+    RestAccelerationLimitAndAtRestFlag,
     body_is_still,
     case_cannot_have_ended,
     next_sample_tick_and_last_upright_time,
@@ -56,7 +56,11 @@ from overturning.dem.kernel.mechanics import (
     max_time_between_touches_in_one_impact,
     normalise_cosine_and_sine,
 )
-from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
+from overturning.dem.kernel.queue import (
+    SettingsOfParallelCases,
+    grow_trajectory_array_if_needed,
+    register_model_functions,
+)
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
@@ -86,7 +90,7 @@ class BlockWorkspace(NamedTuple):
 
 load_block_constants, store_block_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants)
 load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
-load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeakValues)
+load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 store_next_step_to_attempt, store_assumed_slip, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
@@ -101,12 +105,16 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 ROTATION_COSINE_ROW, ROTATION_SINE_ROW, TICKS_SINCE_SAMPLE_START_ROW, LAST_UPRIGHT_TICK_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BlockPeakValues,
+    STATE_ROW_LAYOUT.row_offset_of_field(BlockPeaksAndLastUprightTick,
     "last_tick_in_sample_below_critical_angle"),
 )  # fmt: skip
 NEXT_STEP_LENGTH_ROW = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
-REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "rest_acceleration_limit_g")
-AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "was_at_rest_at_sample_start")
+REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
+)
+AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
+)
 CURRENT_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
 LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
@@ -147,7 +155,7 @@ def write_block_constants_and_initial_state(
         max_contact_change_travel_without_halving_step=case_table_row.max_contact_change_travel_without_halving_step,
         flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
         max_time_between_touches_in_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
-        flat_landing_friction_moment_factor=0.0 if case_table_row.friction * h <= b else 1.0,
+        sliding_flat_landing_friction_moment_0_or_1=0.0 if case_table_row.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -173,7 +181,7 @@ def write_block_constants_and_initial_state(
     length, steps = case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change
     store_next_step_to_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_assumed_slip(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
-    store_peaks(state, lane, BlockPeakValues(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
+    store_peaks(state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
     state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.rest_acceleration_limit_g
     store_case_progress(state, lane, CaseProgress(
@@ -252,7 +260,7 @@ def attempt_steps_until_next_check(
     attempted_steps_between_end_checks = settings.attempted_steps_between_end_checks
     stride = attempted_steps_between_end_checks if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
-        path = grow_trajectory_array(
+        path = grow_trajectory_array_if_needed(
             path, recorded_row_count + attempted_steps_between_end_checks, settings.max_trajectory_rows
         )
         if path.shape[0] < recorded_row_count + attempted_steps_between_end_checks:
@@ -260,7 +268,12 @@ def attempt_steps_until_next_check(
     for done in range(0, attempted_steps_between_end_checks, stride):
         if path.shape[0] > 0 and (done == 0 or state[TICKS_SINCE_SAMPLE_START_ROW] == ticks):
             write_block_trajectory_row(
-                state, 0, scheme.velocity_lag_steps, settings.sampling_interval, ticks, path[recorded_row_count]
+                state,
+                0,
+                scheme.velocity_lag_behind_position_in_steps,
+                settings.sampling_interval,
+                ticks,
+                path[recorded_row_count],
             )
             recorded_row_count += 1
         step((up, with_friction), state, computed_lane_count, stride, ticks)
@@ -301,7 +314,7 @@ def mark_possibly_ended_block_cases(
     return count
 
 
-def skip_quiet_samples_of_resting_cases(
+def skip_samples_too_weak_to_move_resting_cases(
     kernel_input: Any,
     workspace: Any,
     case_index_by_lane: Any,
@@ -378,7 +391,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
     return update_largest_tilt_and_return_case_status(
         workspace.state,
         lane,
-        kernel_input.scheme_constants.velocity_lag_steps,
+        kernel_input.scheme_constants.velocity_lag_behind_position_in_steps,
         kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
         kernel_input.max_penetration_to_half_side_ratio,
@@ -388,12 +401,13 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int)
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case: int, status: int) -> None:
     """Write the results of the case in column `lane` of the state array into the table of results."""
     write_case_results_except_status_and_counters(
-        workspace.state, lane, status, kernel_input.scheme_constants.velocity_lag_steps,
+        workspace.state, lane, status, kernel_input.scheme_constants.velocity_lag_behind_position_in_steps,
         kernel_input.settings.ticks_per_sample, kernel_input.results[case],
     )  # fmt: skip
 
 
 register_model_functions(
     BlockKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
-    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
+    mark_possibly_ended_cases, skip_samples_too_weak_to_move_resting_cases, current_case_status,
+    write_results_of_ended_case,
 )  # fmt: skip

@@ -9,7 +9,11 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltRatioAtEnd
+from overturning.dem.kernel.ending import (
+    CaseProgress,
+    LargestTiltRatioInSecondHalfAfterRecord,
+    RestAccelerationLimitAndAtRestFlag,
+)
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
 
@@ -66,7 +70,7 @@ class BlockConstants(NamedTuple):
     """Duration of a flat landing after the first touch, s."""
     max_time_between_touches_in_one_impact: float
     """Time within which the touches of both corners count as one impact, s."""
-    flat_landing_friction_moment_factor: float
+    sliding_flat_landing_friction_moment_0_or_1: float
     """Factor on the moment of friction of a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
 
 
@@ -88,7 +92,7 @@ class AssumedCornerContact(NamedTuple):
 
     signed_mu_or_zero_if_sticking: float
     """±μ if the corner slides, else 0."""
-    predicted_forces_decide_contact_and_slip: bool
+    uses_predicted_forces_instead_of_last_step: bool
     """True if the step is fine, so that predicted forces, not the last step, decide about contact and sliding."""
     lands_flat: bool
     """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
@@ -134,7 +138,7 @@ class SignedFrictionCoefficientOrZeroIfSticking(NamedTuple):
     right_signed_mu_or_zero_if_sticking: float
 
 
-class BlockPeakValues(NamedTuple):
+class BlockPeaksAndLastUprightTick(NamedTuple):
     """Largest rotation (rad), slip (m) and penetration (m) so far, and last tick (time unit) below the critical angle.
 
     The tick is −1 if the block was not below its critical angle in this sample.
@@ -225,7 +229,7 @@ class BlockPredictedAtStepEnd(NamedTuple):
     right: CornerPredictedAtStepEnd
 
 
-class BlockStepEndVelocityCorrection(NamedTuple):
+class BlockVelocityCorrectionAndCornerFriction(NamedTuple):
     """Corrections of a block's predicted step-end velocities (m/s, rad/s), and ±μ of each corner, 0 if it sticks."""
 
     centre_vx: float
@@ -235,7 +239,7 @@ class BlockStepEndVelocityCorrection(NamedTuple):
     right_signed_mu_or_zero_if_sticking: float
 
 
-class TrialCornerFriction(NamedTuple):
+class PredictedCornerForceAndAssumedSliding(NamedTuple):
     """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
     tangential_force_per_mass: float
@@ -244,7 +248,7 @@ class TrialCornerFriction(NamedTuple):
     """True if the equations assume that the corner slides."""
     signed_mu_if_sliding: float
     """±μ with the sign of the friction that acts if the corner slides."""
-    normal_force_pushes_out_sliding_corner: bool
+    has_no_painleve_paradox_if_sliding: bool
     """True if a normal force on the sliding corner would push it out, so that it can slide (no Painlevé paradox)."""
 
 
@@ -310,18 +314,18 @@ class BlockAfterAttemptedStep(NamedTuple):
     """State, peaks and energy account of a block after a step; they become valid if the step is accepted."""
 
     state: BlockState
-    peaks: BlockPeakValues
+    peaks: BlockPeaksAndLastUprightTick
     energy_account: BlockEnergyAccount
 
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt,
     SignedFrictionCoefficientOrZeroIfSticking,
-    BlockPeakValues,
+    BlockPeaksAndLastUprightTick,
     BlockEnergyAccount, BlockAccelerationsFromBaseMotion, CaseProgress, BlockPredictedAtStepEnd,
-    BlockStepEndVelocityCorrection,
-    CaseRestLimitAndFlag,
-    LargestTiltRatioAtEnd,
+    BlockVelocityCorrectionAndCornerFriction,
+    RestAccelerationLimitAndAtRestFlag,
+    LargestTiltRatioInSecondHalfAfterRecord,
 )  # fmt: skip
 
 

@@ -115,9 +115,9 @@ class RigidCaseTableColumns(NamedTuple):
     """Factor on the motion."""
     initial_tilt: float
     """Initial rotation θ₀, rad."""
-    sine_of_tilt_left_to_critical_angle: float
+    sine_of_critical_angle_minus_initial_tilt: float
     """Sine of α − |θ₀|."""
-    cosine_of_tilt_left_to_critical_angle: float
+    cosine_of_critical_angle_minus_initial_tilt: float
     """Cosine of α − |θ₀|."""
 
 

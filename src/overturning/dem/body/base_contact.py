@@ -45,7 +45,7 @@ def vertex_belongs_to_base(body: BodyConstants, vertex: BodyVertex) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def one_if_normal_force_is_near_spring_force(
+def one_if_point_penetrates_nearly_at_rest(
     body: BodyConstants, point_state_at_step_start: BodyContactPointState
 ) -> float:
     """Return 1 if a point penetrates and its normal force differs by less than half from its spring force; else 0."""
@@ -69,30 +69,30 @@ def update_lowest_and_highest_base_vertex(
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z
     below = vertex_belongs_to_base(body, vertex)
-    still = one_if_normal_force_is_near_spring_force(body, point_state_at_step_start)
+    still = one_if_point_penetrates_nearly_at_rest(body, point_state_at_step_start)
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
-        (height < base_contact_state.lowest_vertex_height_above_centre)
+        (height < base_contact_state.lowest_base_vertex_height_above_centre)
         | (
-            (height == base_contact_state.lowest_vertex_height_above_centre)
+            (height == base_contact_state.lowest_base_vertex_height_above_centre)
             & (still > base_contact_state.lowest_vertex_rests)
         )
     )
     high = below & (
-        (height > base_contact_state.highest_vertex_height_above_centre)
+        (height > base_contact_state.highest_base_vertex_height_above_centre)
         | (
-            (height == base_contact_state.highest_vertex_height_above_centre)
+            (height == base_contact_state.highest_base_vertex_height_above_centre)
             & (still > base_contact_state.highest_vertex_rests)
         )
     )
     return BaseContactState(
-        height if low else base_contact_state.lowest_vertex_height_above_centre,
-        height if high else base_contact_state.highest_vertex_height_above_centre,
+        height if low else base_contact_state.lowest_base_vertex_height_above_centre,
+        height if high else base_contact_state.highest_base_vertex_height_above_centre,
         still if low else base_contact_state.lowest_vertex_rests,
         still if high else base_contact_state.highest_vertex_rests,
         base_contact_state.shortest_landing_time_left_of_base_points,
         base_contact_state.longest_landing_time_left_of_loaded_points,
-        base_contact_state.tilting_friction_share_in_flat_landing,
+        base_contact_state.flat_landing_tilting_share_of_friction_moment,
     )
 
 
@@ -111,11 +111,12 @@ def vertex_waits_until_extreme_vertices_rest(
     relative to the centre, m.
     """
     slack = body.extreme_vertex_tolerance_to_height_range * (
-        base_contact_state.highest_vertex_height_above_centre - base_contact_state.lowest_vertex_height_above_centre
+        base_contact_state.highest_base_vertex_height_above_centre
+        - base_contact_state.lowest_base_vertex_height_above_centre
     )
     between = (
-        (vertex_height_above_centre > base_contact_state.lowest_vertex_height_above_centre + slack)
-        & (vertex_height_above_centre < base_contact_state.highest_vertex_height_above_centre - slack)
+        (vertex_height_above_centre > base_contact_state.lowest_base_vertex_height_above_centre + slack)
+        & (vertex_height_above_centre < base_contact_state.highest_base_vertex_height_above_centre - slack)
         & vertex_belongs_to_base(body, vertex)
     )
     return (
@@ -179,14 +180,14 @@ POINT_LANDING_TIME_ROW, POINT_PENETRATION_ROW = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.remaining_flat_landing_time"),
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),
 )
-SHORTEST_LANDING_TIME_ROW, LONGEST_LANDING_TIME_ROW = (
+SHORTEST_REMAINING_LANDING_TIME_ROW, LONGEST_REMAINING_LANDING_TIME_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "shortest_landing_time_left_of_base_points"),
     STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time_left_of_loaded_points"),
 )
-TILTING_FRICTION_SHARE_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    BaseContactState, "tilting_friction_share_in_flat_landing"
+TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+    BaseContactState, "flat_landing_tilting_share_of_friction_moment"
 )
-"""Array index at which the values of `BaseContactState.tilting_friction_share_in_flat_landing` start."""
+"""Array index at which the values of `BaseContactState.flat_landing_tilting_share_of_friction_moment` start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -204,10 +205,10 @@ def raise_tilting_friction_share_where_body_tips(
 ) -> None:
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
-    The share is `BaseContactState.tilting_friction_share_in_flat_landing`. It is read only for bodies whose base lands
-    flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h ahead
-    of it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the normal
-    forces balance the moment of friction.
+    The share is `BaseContactState.flat_landing_tilting_share_of_friction_moment`. It is read only for bodies whose base
+    lands flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h
+    ahead of it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the
+    normal forces balance the moment of friction.
     """
     for point in range(0, vertex_array_length, ARRAY_LENGTH_PER_VERTEX):
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
@@ -222,8 +223,8 @@ def raise_tilting_friction_share_where_body_tips(
                 * (edge.next_base_edge_outward_normal_x * own.x + edge.next_base_edge_outward_normal_y * own.y)
             )
             outside = edge.next_base_edge_distance_from_point_below_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
-            body_states[TILTING_FRICTION_SHARE_ROW_OFFSET + j] = (
-                1.0 if outside else body_states[TILTING_FRICTION_SHARE_ROW_OFFSET + j]
+            body_states[TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET + j] = (
+                1.0 if outside else body_states[TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET + j]
             )
 
 
@@ -271,8 +272,8 @@ def compute_base_contact_states(
                 BaseContactState(
                     0.0,
                     0.0,
-                    one_if_normal_force_is_near_spring_force(body, ahead),
-                    one_if_normal_force_is_near_spring_force(body, behind),
+                    one_if_point_penetrates_nearly_at_rest(body, ahead),
+                    one_if_point_penetrates_nearly_at_rest(body, behind),
                     landing,
                     longest,
                     tilting,
@@ -288,10 +289,10 @@ def compute_base_contact_states(
         one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
         for j in range(assume_vector_multiple(lane_count)):
             of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
-            left, least = one[POINT_LANDING_TIME_ROW + j], body_states[SHORTEST_LANDING_TIME_ROW + j]
-            body_states[SHORTEST_LANDING_TIME_ROW + j] = left if of_base & (left < least) else least
-            longest = body_states[LONGEST_LANDING_TIME_ROW + j]
-            body_states[LONGEST_LANDING_TIME_ROW + j] = (
+            left, least = one[POINT_LANDING_TIME_ROW + j], body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j]
+            body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j] = left if of_base & (left < least) else least
+            longest = body_states[LONGEST_REMAINING_LANDING_TIME_ROW + j]
+            body_states[LONGEST_REMAINING_LANDING_TIME_ROW + j] = (
                 longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_ROW + j])
                 if of_base
                 else longest

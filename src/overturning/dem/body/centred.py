@@ -17,7 +17,7 @@ from overturning.dem.body.state import (
     BodyState,
     BodyVelocityCorrection,
     ContactForcesAndNegatedVelocityDerivatives,
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     PredictedContactPoint,
     angular_velocity_from_momentum,
     rotation_and_angular_velocity_after_step,
@@ -71,7 +71,7 @@ def predict_body_at_step_end(
     body: BodyConstants,
     state_at_step_start: BodyState,
     step_length_ticks: float,
-    inertial_accelerations: InertialAccelerations3D,
+    inertial_accelerations: InertialAndUpwardBaseAccelerations3D,
     ticks_per_sample: float,
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step with its acceleration and contact moment at the step's start."""
@@ -159,7 +159,7 @@ def flat_landing_slip_direction_and_tilt_share(
 
     The last value is the part of the moment of the point's friction that tilts the body.
     `lands_flat_and_tilting_share` holds whether the body lands flat, and that part for a point that slides meanwhile
-    (`BaseContactState.tilting_friction_share_in_flat_landing`). See
+    (`BaseContactState.flat_landing_tilting_share_of_friction_moment`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = lands_flat_and_tilting_share
@@ -171,17 +171,17 @@ def flat_landing_slip_direction_and_tilt_share(
     return x * one, y * one, drifts, (tilting if drifts else 1.0)
 
 
-class PointLandingConditions(NamedTuple):
+class FlatLandingConditionsOfPoint(NamedTuple):
     """Conditions of a flat landing for the prediction of one contact point of a body."""
 
-    is_deferred: bool
+    is_load_deferred_in_flat_landing: bool
     """True if the point carries load only later in the landing."""
     body_lands_flat: bool
     """True if the body lands flat."""
     landing_time_if_touching_now_s: float
     """Landing time of the point if it touches now, s."""
     tilting_friction_share: float
-    """See `BaseContactState.tilting_friction_share_in_flat_landing`."""
+    """See `BaseContactState.flat_landing_tilting_share_of_friction_moment`."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -193,7 +193,7 @@ def predict_contact_point(
     point_state_at_step_start: BodyContactPointState,
     predicted_forces_decide_contact: bool,
     base_is_round: bool,
-    landing_conditions: PointLandingConditions,
+    landing_conditions: FlatLandingConditionsOfPoint,
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
@@ -258,7 +258,7 @@ def predict_contact_point(
         is_deferred_until_extreme_vertices_rest=1.0 if deferred else 0.0,
         body_lands_flat=1.0 if flat else 0.0,
         tilting_share_of_friction_moment=tilting,
-        tilting_friction_share_in_flat_landing=base_tilting,
+        flat_landing_tilting_share_of_friction_moment=base_tilting,
         flat_landing_time_left_if_contact_begins_now=new_landing,
     )
 
@@ -357,10 +357,10 @@ def solve_velocity_correction(
     contact_terms_of_all_points: ContactForcesAndNegatedVelocityDerivatives,
 ) -> BodyVelocityCorrection:
     """Solve the linear equations of a step for the corrections of a body's predicted velocity and angular velocity."""
-    a = contact_terms_of_all_points.half_step_times_force_per_velocity
-    b = contact_terms_of_all_points.half_step_times_force_per_angular_velocity
-    c = contact_terms_of_all_points.half_step_times_moment_per_velocity
-    d = contact_terms_of_all_points.half_step_times_moment_per_angular_velocity
+    a = contact_terms_of_all_points.half_step_times_force_decrease_per_velocity
+    b = contact_terms_of_all_points.half_step_times_force_decrease_per_angular_velocity
+    c = contact_terms_of_all_points.half_step_times_moment_decrease_per_velocity
+    d = contact_terms_of_all_points.half_step_times_moment_decrease_per_angular_velocity
     u = scale_vector(
         predicted_body.half_step_length_s,
         minus(

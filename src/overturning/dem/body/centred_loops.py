@@ -13,7 +13,7 @@ from overturning.dem.body.base_contact import (
     vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
-    PointLandingConditions,
+    FlatLandingConditionsOfPoint,
     contact_force_and_derivatives_of_point,
     predict_body_at_step_end,
     predict_contact_point,
@@ -45,9 +45,9 @@ from overturning.dem.body.state import (
     ContactForceAndMomentSum,
     ContactForcesAndNegatedVelocityDerivatives,
     ContactPointAtStepStartAndEnd,
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     PredictedContactPoint,
-    StepRejectionAndSlipAssumptionFlags,
+    StepRejectionAndKeptSlipAssumptionFlags,
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import (
@@ -65,7 +65,7 @@ from overturning.dem.kernel.lanes import (
 )
 
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
-load_shaking = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
+load_shaking = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
 load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
@@ -75,7 +75,7 @@ load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.
     BodyEnergyAndMomentumAccount
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndSlipAssumptionFlags)
+load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndKeptSlipAssumptionFlags)
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
 load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
 load_force_sums_and_derivatives, store_force_sums_and_derivatives, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -106,7 +106,7 @@ SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def predict_bodies_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
+def predict_poses_and_velocities_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at their step ends, with constant acceleration and contact moment."""
     for j in range(assume_vector_multiple(lane_count)):
         w = predict_body_at_step_end(
@@ -135,15 +135,15 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         base_contact = load_base_contact(body_states, j)
         flat = body_base_lands_flat(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
-        tilting_share = base_contact.tilting_friction_share_in_flat_landing
+        tilting_share = base_contact.flat_landing_tilting_share_of_friction_moment
         a = matrix_times_vector(f, p.position_from_centre_in_body_axes)
         b = matrix_times_vector(f, q.position_from_centre_in_body_axes)
         left, right = load_point_state_at_step_start(vertex_rows, j), load_point_state_at_step_start(opposite_rows, j)
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left)
-        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right)
-        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
 
 
@@ -177,14 +177,14 @@ def predict_contact_of_rim_point_pair(
         base_contact = load_base_contact(body_states, j)
         flat = body_base_lands_flat(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
-        tilting_share = base_contact.tilting_friction_share_in_flat_landing
+        tilting_share = base_contact.flat_landing_tilting_share_of_friction_moment
         a = rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean)
         b = rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean)
         waits = between & (left.penetration <= 0.0)
-        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(point_rows, j, predict_contact_point(body, w, f, a, left, fine, True, landing))
         waits = between & (right.penetration <= 0.0)
-        landing = PointLandingConditions(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, True, landing))
 
 
@@ -300,7 +300,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
         store_next_step_to_attempt(body_states, j, following)
         store_rejection(
-            body_states, j, StepRejectionAndSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
+            body_states, j, StepRejectionAndKeptSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
         store_state_unless_rejected(body_states, j, again, accepted.state)
         store_peaks_unless_rejected(body_states, j, again, accepted.peak_values_so_far)
@@ -342,7 +342,7 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
         """Attempt `attempted_step_count` time steps of all bodies in parallel; a rejected step is attempted again."""
         half = vertex_count // 2 * ARRAY_LENGTH_PER_VERTEX
         for _ in range(attempted_step_count):
-            predict_bodies_at_step_end(body_states, lane_count, ticks_per_sample)
+            predict_poses_and_velocities_at_step_end(body_states, lane_count, ticks_per_sample)
             compute_base_contact_states(body_states, vertex_rows, half, base_vertex_count, lane_count, base_is_round)
             for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
                 one = vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX]

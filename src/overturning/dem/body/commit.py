@@ -19,9 +19,9 @@ from overturning.dem.body.state import (
     BodyState,
     BodyVelocityCorrection,
     ContactForceAndMomentSum,
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     PredictedContactPoint,
-    lean_as_squared_sine,
+    squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.vectors import (
     Vector3,
@@ -162,7 +162,7 @@ def compute_point_forces(
     spin = plus(predicted_body.end_angular_velocity, velocity_correction.angular_velocity)
     drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
         body, r, plus(predicted_body.end_velocity, velocity_correction.velocity), spin,
-        (predicted_point.body_lands_flat > 0.0, predicted_point.tilting_friction_share_in_flat_landing),
+        (predicted_point.body_lands_flat > 0.0, predicted_point.flat_landing_tilting_share_of_friction_moment),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     lands_flat = (predicted_point.body_lands_flat > 0.0) & inside
@@ -228,7 +228,7 @@ def lowest_rim_point_moves_too_far_in_step(
 
 @njit(**INLINE_OPTIONS)
 def base_acceleration_stays_below_limit(
-    inertial_accelerations: InertialAccelerations3D,
+    inertial_accelerations: InertialAndUpwardBaseAccelerations3D,
     inertial_xy_and_up_acceleration_at_step_end: Vector3,
     ticks_per_sample: float,
     max_horizontal_to_effective_gravity_ratio: float,
@@ -343,7 +343,11 @@ def complete_body_step(
         contact_force_sum.dissipated_power_per_mass,
         torque,
     )
-    lean, x, y = (lean_as_squared_sine(f), place.x - body.centre_height * f.xz, place.y - body.centre_height * f.yz)
+    lean, x, y = (
+        squared_sine_of_lean_continued_beyond_90_deg(f),
+        place.x - body.centre_height * f.xz,
+        place.y - body.centre_height * f.yz,
+    )
     peaks = BodyPeakValues(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
         updated_maximum(peaks.peak_squared_base_slip, x * x + y * y),

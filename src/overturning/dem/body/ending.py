@@ -14,9 +14,9 @@ from overturning.dem.body.state import (
     BodyState,
     BodyTerminationLimits,
     ContactPointAtStepStartAndEnd,
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     angular_velocity_of_state,
-    lean_as_squared_sine,
+    squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.vectors import (
     Matrix3,
@@ -37,10 +37,10 @@ from overturning.dem.kernel.ending import (
     MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
-    LargestTiltRatioAtEnd,
-    SlidingCaseEnd,
+    LargestTiltRatioInSecondHalfAfterRecord,
+    LastSampleOfContinuedSlidingCase,
     body_is_still,
-    update_slide_end_and_check_case_continues,
+    set_slide_end_once_and_check_case_continues,
     updated_largest_tilt_ratio_near_case_end,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
@@ -55,7 +55,7 @@ load_energy_account, load_case_progress, load_termination_limits = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
     for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAccelerations3D).load
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_start"
 ).load
@@ -63,8 +63,12 @@ ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
-LARGEST_LATE_TILT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(LargestTiltRatioAtEnd, "tilt_over_critical_angle")
-SLIDE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(SlidingCaseEnd, "sample_or_zero_before_known")
+LARGEST_LATE_TILT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
+)
+SLIDE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
+)
 
 
 @njit(**INLINE_OPTIONS)
@@ -148,7 +152,9 @@ def energy_per_mass_to_tilt_body_over_edge(
 @njit(**INLINE_OPTIONS)
 def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
-    return bool(lean_as_squared_sine(rotation_matrix(state.rotation)) < body.critical_lean_squared_sine)
+    return bool(
+        squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(state.rotation)) < body.critical_lean_squared_sine
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -256,7 +262,9 @@ def update_late_tilt_and_return_case_status(
     )
     if stands and past and not body_will_slide_noticeably(body, s, limits.min_base_edge_distance_from_centre):
         return CaseStatus.SIMULATED
-    tilt = np.sqrt(lean_as_squared_sine(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine)
+    tilt = np.sqrt(
+        squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine
+    )
     rise = s.centre_position.z - body.centre_height
     late_tilt = updated_largest_tilt_ratio_near_case_end(
         body_states[LARGEST_LATE_TILT_ROW + lane], course, sample, record_sample_count, tilt, rise
@@ -273,7 +281,7 @@ def update_late_tilt_and_return_case_status(
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
         gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.inverse_of_inertia_per_mass.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
-        if update_slide_end_and_check_case_continues(
+        if set_slide_end_once_and_check_case_continues(
             body_states, SLIDE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
         ):
             return CASE_NOT_ENDED
@@ -309,7 +317,7 @@ def body_rests_upright_on_all_base_vertices(
         held += 1 if one.normal_force_per_mass > 0.0 and one.slid_in_last_step == 0.0 else 0
     return bool(
         held >= base_vertex_count
-        and lean_as_squared_sine(rotation_matrix(s.rotation))
+        and squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(s.rotation))
         < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical_lean_squared_sine
     )
 
@@ -330,7 +338,9 @@ def write_case_results(
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_limits_by_lean_sector)
     result_row.fallen = 1.0 if fallen else 0.0
     result_row.last_upright_time_if_fallen = course.last_time_below_critical_angle if fallen else np.nan
-    result_row.peak_lean_squared_sine = max(peaks.peak_lean_squared_sine, lean_as_squared_sine(f))
+    result_row.peak_lean_squared_sine = max(
+        peaks.peak_lean_squared_sine, squared_sine_of_lean_continued_beyond_90_deg(f)
+    )
     result_row.peak_slip = np.sqrt(peaks.peak_squared_base_slip)
     result_row.slip_x_at_end, result_row.slip_y_at_end = (
         s.centre_position.x - body.centre_height * f.xz,
@@ -353,7 +363,7 @@ def write_case_results(
         )
         ** 1.5
     )
-    result_row.angular_momentum_error_ratio = (
+    result_row.vertical_angular_momentum_error_ratio = (
         abs(
             vertical_angular_momentum_about_origin_per_mass(s)
             - limits.initial_vertical_angular_momentum_per_mass

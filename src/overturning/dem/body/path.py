@@ -49,16 +49,16 @@ class BodyTrajectory:
             rotate_to_east_north_up, orientation_cosines_north_east=self.orientation_cosines_north_east
         )
 
-        def vectors_from_columns(*column_names: str) -> FloatArray:
+        def trajectory_vectors_from_columns(*column_names: str) -> FloatArray:
             """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
-        quaternion = vectors_from_columns("qw", "qx", "qy", "qz")
+        quaternion = trajectory_vectors_from_columns("qw", "qx", "qy", "qz")
         axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
         variables = {
             "place": dataset_variable_tuple(
                 "time enu",
-                to_east_north_up(vectors_from_columns("x", "y", "z")),
+                to_east_north_up(trajectory_vectors_from_columns("x", "y", "z")),
                 "m",
                 "centre, in the frame of the base",
             ),
@@ -70,19 +70,22 @@ class BodyTrajectory:
             ),
             "velocity": dataset_variable_tuple(
                 "time enu",
-                to_east_north_up(vectors_from_columns("vx", "vy", "vz")),
+                to_east_north_up(trajectory_vectors_from_columns("vx", "vy", "vz")),
                 "m s-1",
                 "of the centre, relative to the base",
             ),
             "angular_velocity": dataset_variable_tuple(
-                "time enu", to_east_north_up(vectors_from_columns("wx", "wy", "wz")), "rad s-1", "angular velocity"
+                "time enu",
+                to_east_north_up(trajectory_vectors_from_columns("wx", "wy", "wz")),
+                "rad s-1",
+                "angular velocity",
             ),
             "tilt_north": dataset_variable_tuple("time", axis[:, 1], "1", "northward component of the body's axis"),
             "tilt_east": dataset_variable_tuple("time", axis[:, 0], "1", "eastward component of the body's axis"),
             "ground_acceleration": dataset_variable_tuple(
                 "time enu",
                 to_east_north_up(
-                    vectors_from_columns("base_acceleration_x", "base_acceleration_y", "base_acceleration_z")
+                    trajectory_vectors_from_columns("base_acceleration_x", "base_acceleration_y", "base_acceleration_z")
                 ),
                 "m s-2",
                 "acceleration of the base",

@@ -131,7 +131,7 @@ class BodySimulationPlan(SimulationPlan3D):
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
             lean_sector_vectors_and_fall_limits_by_size=np.stack(
-                [body.fall_limit_table_by_lean_sector for body in self.solids_by_size]
+                [body.lean_sector_vectors_and_fall_limits for body in self.solids_by_size]
             ),
         )
 

@@ -62,7 +62,7 @@ def outcome_variables_of_bodies(
             "residual_twist": np.where(fell, np.nan, twist),
             "peak_penetration": case_result_rows["peak_penetration"],
             "energy_error": case_result_rows["energy_error"],
-            "angular_momentum_error": case_result_rows["angular_momentum_error_ratio"],
+            "angular_momentum_error": case_result_rows["vertical_angular_momentum_error_ratio"],
             "block_steps": case_result_rows["block_steps"],
             "samples_left_out": case_result_rows["samples_left_out"],
         }

@@ -31,7 +31,7 @@ from overturning.dem.body.state import (
     BodyTerminationLimits,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     LoadedBaseMotionSampleNumber,
     inertial_accelerations_until_next_sample,
 )
@@ -40,7 +40,7 @@ from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
     CaseProgress,
-    CaseRestLimitAndFlag,
+    RestAccelerationLimitAndAtRestFlag,
     case_cannot_have_ended,
     next_sample_tick_and_last_upright_time,
 )
@@ -54,7 +54,7 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector
 from overturning.dem.kernel.queue import (
     SettingsOfParallelCases,
     create_lookup_by_type,
-    grow_trajectory_array,
+    grow_trajectory_array_if_needed,
     register_model_functions,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -117,9 +117,9 @@ store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, 
 load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_termination_limits, store_termination_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
-store_shaking, store_next_step_to_attempt, store_step_control = (
+store_inertial_accelerations, store_next_step_to_attempt, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (InertialAccelerations3D, NextStepToAttempt, CaseStepControl)
+    for of in (InertialAndUpwardBaseAccelerations3D, NextStepToAttempt, CaseStepControl)
 )
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
@@ -135,8 +135,12 @@ NEXT_STEP_LENGTH_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "rest_acceleration_limit_g")
-AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseRestLimitAndFlag, "was_at_rest_at_sample_start")
+REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
+)
+AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
+)
 CURRENT_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
 LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
@@ -223,7 +227,7 @@ def advance_sample_and_load_base_motion(
         body_states[LOADED_SAMPLE_NUMBER_ROW + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
-        store_shaking(
+        store_inertial_accelerations(
             body_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 
@@ -238,7 +242,7 @@ def attempt_steps_until_next_check(
     count = kernel_input.vertices_and_base_edges_by_size.shape[1]
     base = kernel_input.base_vertex_count
     if trajectory_buffer.shape[0] > 0:
-        trajectory_buffer = grow_trajectory_array(
+        trajectory_buffer = grow_trajectory_array_if_needed(
             trajectory_buffer, recorded_row_count + 1, settings.max_trajectory_rows
         )
         if trajectory_buffer.shape[0] == recorded_row_count:
@@ -316,7 +320,10 @@ def mark_possibly_ended_body_cases(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> int:
-    """Mark and count, by a quick test, the cases whose body may be at rest (see `CaseRestLimitAndFlag`)."""
+    """Mark and count, by a quick test, the cases whose body may be at rest.
+
+    The limit and the mark of a case are in `RestAccelerationLimitAndAtRestFlag`.
+    """
     number = 0
     for j in range(active_lane_count):
         s = load_state(body_states, j)
@@ -331,7 +338,7 @@ def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> in
     return number
 
 
-def skip_quiet_samples_of_resting_cases(
+def skip_samples_too_weak_to_move_resting_cases(
     kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
 ) -> None:
     """Skip, for each case with a body at rest, the samples whose base motion is too weak to move the body."""
@@ -384,5 +391,6 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
 
 register_model_functions(
     BodyKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
-    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
+    mark_possibly_ended_cases, skip_samples_too_weak_to_move_resting_cases, current_case_status,
+    write_results_of_ended_case,
 )  # fmt: skip

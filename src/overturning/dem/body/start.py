@@ -17,7 +17,7 @@ from overturning.dem.body.state import (
     BodyTerminationLimits,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
-    lean_as_squared_sine,
+    squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.vectors import (
     Matrix3,
@@ -33,7 +33,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag
+from overturning.dem.kernel.ending import CaseProgress, RestAccelerationLimitAndAtRestFlag
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -57,7 +57,7 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    CaseRestLimitAndFlag, "rest_acceleration_limit_g"
+    RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
 )
 """Array index at which the base accelerations over g up to which bodies stay at rest start."""
 
@@ -91,7 +91,9 @@ def write_initial_body_state(
         ),
     )
     store_peaks(
-        body_states, lane, BodyPeakValues(lean_as_squared_sine(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0)
+        body_states,
+        lane,
+        BodyPeakValues(squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0),
     )
     barrier = GRAVITY * (
         np.sqrt(

@@ -23,7 +23,12 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, CaseRestLimitAndFlag, LargestTiltRatioAtEnd, SlidingCaseEnd
+from overturning.dem.kernel.ending import (
+    CaseProgress,
+    LargestTiltRatioInSecondHalfAfterRecord,
+    LastSampleOfContinuedSlidingCase,
+    RestAccelerationLimitAndAtRestFlag,
+)
 from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
 
@@ -59,7 +64,7 @@ class BodyConstants(NamedTuple):
     friction: float
     """Coefficient of friction μ."""
     critical_lean_squared_sine: float
-    """`lean_as_squared_sine` at the critical angle."""
+    """`squared_sine_of_lean_continued_beyond_90_deg` at the critical angle."""
     extreme_vertex_tolerance_to_height_range: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
     tick_length_s: float
@@ -136,9 +141,9 @@ LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S: Final = -1e300
 class BaseContactState(NamedTuple):
     """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
 
-    lowest_vertex_height_above_centre: float
+    lowest_base_vertex_height_above_centre: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
-    highest_vertex_height_above_centre: float
+    highest_base_vertex_height_above_centre: float
     """Height of the highest base vertex relative to the centre, m."""
     lowest_vertex_rests: float
     """1 if the lowest base vertex rests, else 0."""
@@ -148,7 +153,7 @@ class BaseContactState(NamedTuple):
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing_time_left_of_loaded_points: float
     """Longest remaining landing time of loaded base points, s; a large negative number if none is loaded."""
-    tilting_friction_share_in_flat_landing: float
+    flat_landing_tilting_share_of_friction_moment: float
     """Share of the moment of friction that tilts the body if it slides in a flat landing, 0 or 1."""
 
 
@@ -180,7 +185,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
     vertical_torque_per_mass_at_step_end: float
 
 
-class InertialAccelerations3D(NamedTuple):
+class InertialAndUpwardBaseAccelerations3D(NamedTuple):
     """Horizontal inertial accelerations and upward acceleration of the base, m/s², linear in time within a sample."""
 
     inertial_acceleration_x: LinearBaseAcceleration
@@ -239,13 +244,13 @@ class PredictedContactPoint(NamedTuple):
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
     tilting_share_of_friction_moment: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
-    tilting_friction_share_in_flat_landing: float
+    flat_landing_tilting_share_of_friction_moment: float
     """Share of the moment of friction that tilts the body if the point slides in a flat landing."""
     flat_landing_time_left_if_contact_begins_now: float
     """Landing time of the point if it touches now, s."""
 
 
-class StepRejectionAndSlipAssumptionFlags(NamedTuple):
+class StepRejectionAndKeptSlipAssumptionFlags(NamedTuple):
     """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
     is_step_rejected: float
@@ -279,13 +284,13 @@ class ContactForcesAndNegatedVelocityDerivatives(NamedTuple):
 
     force_per_mass: Vector3
     moment_per_mass: Vector3
-    half_step_times_force_per_velocity: Matrix3
+    half_step_times_force_decrease_per_velocity: Matrix3
     """Decrease of force by velocity × half step."""
-    half_step_times_force_per_angular_velocity: Matrix3
+    half_step_times_force_decrease_per_angular_velocity: Matrix3
     """Decrease of force by angular velocity × half step, m."""
-    half_step_times_moment_per_velocity: Matrix3
+    half_step_times_moment_decrease_per_velocity: Matrix3
     """Decrease of moment by velocity × half step, m."""
-    half_step_times_moment_per_angular_velocity: Matrix3
+    half_step_times_moment_decrease_per_angular_velocity: Matrix3
     """Decrease of moment by angular velocity × half step, m²."""
 
 
@@ -332,10 +337,11 @@ class BodyContactChangesInStep(NamedTuple):
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
-    BodyEnergyAndMomentumAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
-    BodyTerminationLimits, NextStepToAttempt, StepRejectionAndSlipAssumptionFlags, BodyPredictedForStepEnd,
+    BodyEnergyAndMomentumAccount, InertialAndUpwardBaseAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
+    BodyTerminationLimits, NextStepToAttempt, StepRejectionAndKeptSlipAssumptionFlags, BodyPredictedForStepEnd,
     ContactForcesAndNegatedVelocityDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum,
-    BodyContactChangesInStep, CaseRestLimitAndFlag, LargestTiltRatioAtEnd, SlidingCaseEnd,
+    BodyContactChangesInStep, RestAccelerationLimitAndAtRestFlag, LargestTiltRatioInSecondHalfAfterRecord,
+    LastSampleOfContinuedSlidingCase,
 )  # fmt: skip
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint
@@ -346,13 +352,13 @@ VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
 def inertial_accelerations_until_next_sample(
     base_acceleration_xy: Any, upward_base_acceleration: Any, sample_index: int, amplitude_factor: float,
     samples_per_tick: float,
-) -> InertialAccelerations3D:  # fmt: skip
+) -> InertialAndUpwardBaseAccelerations3D:  # fmt: skip
     """Return the inertial accelerations in the frame of the base, × a factor, linear from a sample to the next one.
 
     `base_acceleration_xy` holds the accelerations of the base along x and y, shape (2, samples), m/s². Only the
     horizontal ones change their sign: the upward one remains that of the base.
     """
-    return InertialAccelerations3D(
+    return InertialAndUpwardBaseAccelerations3D(
         linear_base_acceleration_of_sample(base_acceleration_xy[0], sample_index, -amplitude_factor, samples_per_tick),
         linear_base_acceleration_of_sample(base_acceleration_xy[1], sample_index, -amplitude_factor, samples_per_tick),
         linear_base_acceleration_of_sample(upward_base_acceleration, sample_index, amplitude_factor, samples_per_tick),
@@ -393,7 +399,7 @@ def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
 
 
 @njit(**INLINE_OPTIONS)
-def lean_as_squared_sine(body_axes: Matrix3) -> float:
+def squared_sine_of_lean_continued_beyond_90_deg(body_axes: Matrix3) -> float:
     """Return sin² of the tilt of a body's vertical axis (its lean); 2 − sin² if the tilt exceeds 90°."""
     square = body_axes.xz * body_axes.xz + body_axes.yz * body_axes.yz
     return square if body_axes.zz > 0.0 else 2.0 - square

@@ -118,7 +118,7 @@ class BodyResultTableColumns(NamedTuple):
     """Largest penetration, m."""
     energy_error: float
     """Error of the energy balance, as a share of the energy supplied or, if more, that needed to overturn."""
-    angular_momentum_error_ratio: float
+    vertical_angular_momentum_error_ratio: float
     """Error of the vertical angular momentum, as a share of that of a free swing."""
     block_steps: float
     """Number of steps."""
@@ -160,7 +160,7 @@ EDGE_DISTANCE_PLACEHOLDER_M: Final = 1e300
 """Distance in place of that of an edge for a vertex that is not of the base, m; finite, since 0 × ∞ is no number."""
 
 
-MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD: Final = np.radians(179.0)
+MIN_FALL_TILT_WITH_ONLY_UPSIDE_DOWN_REST_RAD: Final = np.radians(179.0)
 """Fall tilt above which a body can only rest upside down, where its tilt approaches 180° without reaching it, rad."""
 
 
@@ -198,7 +198,7 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
         # may have a slightly smaller tilt.
         fallen = body.least_tilt_to_rest_on_another_face_rad
         lies_on_springs = (
-            len(body.fall_limit_table_by_lean_sector) > 0 or fallen > MIN_FALL_TILT_OF_UPSIDE_DOWN_REST_RAD
+            len(body.lean_sector_vectors_and_fall_limits) > 0 or fallen > MIN_FALL_TILT_WITH_ONLY_UPSIDE_DOWN_REST_RAD
         )
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {

@@ -46,7 +46,7 @@ class InternalFunctionLlvmTranslator(CallStackAligningLlvmTranslator):
         """Omit the entry point for calls from Python: all these functions share one (see `InternalFunctionLibrary`)."""
 
 
-class KernelLibrary(JITCodeLibrary):
+class KernelCodeWithoutUnusedArguments(JITCodeLibrary):
     """Machine code of a kernel and of the functions that it calls, without arguments that they do not use.
 
     Numba passes an array as seven numbers, of which most loops use only the address. Passing all of them takes up to a
@@ -134,7 +134,7 @@ class KernelLoweringPass(NativeLowering):
 
     def run_pass(self, state: Any) -> bool:
         """Translate a kernel to LLVM code in which functions have no unused arguments."""
-        state.library = KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library = KernelCodeWithoutUnusedArguments(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return bool(super().run_pass(state))
 

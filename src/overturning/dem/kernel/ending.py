@@ -47,22 +47,22 @@ class CaseProgress(NamedTuple):
     """Energy needed to overturn: a block or body per mass, m²/s²; a stack, J."""
 
 
-class LargestTiltRatioAtEnd(NamedTuple):
+class LargestTiltRatioInSecondHalfAfterRecord(NamedTuple):
     """Largest ratio of tilt to critical angle in the second half of the time from the record's end to the case's end.
 
     It is 1 if the body was in the air, above the height at which it balances on its rim.
     """
 
-    tilt_over_critical_angle: float
+    largest_tilt_over_critical_angle: float
 
 
-class SlidingCaseEnd(NamedTuple):
+class LastSampleOfContinuedSlidingCase(NamedTuple):
     """Sample up to which a case is continued at its end because a stone still slides; 0 before that is known."""
 
-    sample_or_zero_before_known: float
+    end_sample_while_sliding_or_zero_if_unknown: float
 
 
-class CaseRestLimitAndFlag(NamedTuple):
+class RestAccelerationLimitAndAtRestFlag(NamedTuple):
     """Base acceleration up to which a case's body stays at rest, and 1 if the body was at rest as the sample began."""
 
     rest_acceleration_limit_g: float
@@ -152,12 +152,12 @@ def updated_largest_tilt_ratio_near_case_end(
     case_progress: CaseProgress,
     current_sample: float,
     record_end_sample: float,
-    tilt_over_critical_angle: float,
+    largest_tilt_over_critical_angle: float,
     centre_height_above_rest_m: float,
 ) -> float:
     """Return the largest tilt over critical angle in the second half of the time from record end to case end, updated.
 
-    See `LargestTiltRatioAtEnd`.
+    See `LargestTiltRatioInSecondHalfAfterRecord`.
 
     `previous_largest_tilt_near_case_end` is the value at the end of the sample before, `centre_height_above_rest_m`
     the height of the centre above its height at rest.
@@ -167,12 +167,14 @@ def updated_largest_tilt_ratio_near_case_end(
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(
         previous_largest_tilt_near_case_end,
-        1.0 if GRAVITY * centre_height_above_rest_m >= case_progress.overturning_energy else tilt_over_critical_angle,
+        1.0
+        if GRAVITY * centre_height_above_rest_m >= case_progress.overturning_energy
+        else largest_tilt_over_critical_angle,
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_slide_end_and_check_case_continues(
+def set_slide_end_once_and_check_case_continues(
     state_array: Any,
     state_array_index_of_slide_end_sample: int,
     current_sample: float,

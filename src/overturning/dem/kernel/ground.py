@@ -17,7 +17,7 @@ SAMPLES_PER_REST_CHECK_BLOCK: Final = 8
 LEAD_TIME_BEFORE_STRONG_MOTION_S: Final = 0.5
 """Simulated time before the input motion can move a body at rest, s; its springs then match the motion."""
 
-REST_CHECKS_PER_SAMPLE_BLOCK: Final = 2
+REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK: Final = 2
 """Number of samples, at the start of each block, at which rest is tested; with one, a long step could skip it."""
 
 VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST: Final = 2.0
@@ -36,9 +36,11 @@ class GroundMotion(NamedTuple):
     upward_acceleration: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
     max_horizontal_acceleration_ahead_by_rest_check: FloatArray
-    """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
-    largest_upcoming_vertical_acceleration: FloatArray
-    """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECKS_PER_SAMPLE_BLOCK), m/s²."""
+    """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
+    m/s²."""
+    max_vertical_acceleration_ahead_by_rest_check: FloatArray
+    """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
+    m/s²."""
 
 
 class LinearBaseAcceleration(NamedTuple):
@@ -105,7 +107,7 @@ def largest_upcoming_acceleration_by_rest_check(
 
     Returns
     -------
-    ndarray, shape (…, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECKS_PER_SAMPLE_BLOCK)
+    ndarray, shape (…, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
         Values for the first samples of each block, m/s².
     """
     samples = acceleration_magnitude_by_sample_m_s2.shape[-1] - 3
@@ -116,32 +118,35 @@ def largest_upcoming_acceleration_by_rest_check(
     padded = np.zeros((count + window // SAMPLES_PER_REST_CHECK_BLOCK + 1, SAMPLES_PER_REST_CHECK_BLOCK))
     late = [
         SAMPLES_PER_REST_CHECK_BLOCK * np.arange(count) + look > samples - SAMPLES_PER_REST_CHECK_BLOCK
-        for look in range(REST_CHECKS_PER_SAMPLE_BLOCK)
+        for look in range(REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
     ]
     rows = acceleration_magnitude_by_sample_m_s2.reshape(-1, acceleration_magnitude_by_sample_m_s2.shape[-1])
-    ahead = np.empty((len(rows), count, REST_CHECKS_PER_SAMPLE_BLOCK))
+    ahead = np.empty((len(rows), count, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK))
     # One direction at a time: its samples fit into the processor's cache.
     for row, found in zip(rows, ahead, strict=True):
         padded.flat[: samples + 1] = row[: samples + 1]
         by_place = np.ascontiguousarray(padded.T)
         whole = by_place.max(axis=0)
-        for look in range(REST_CHECKS_PER_SAMPLE_BLOCK):
+        for look in range(REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK):
             # The window covers the rest of its own block, `further` whole blocks, and `left` samples of the last.
             further, left = divmod(window - (SAMPLES_PER_REST_CHECK_BLOCK - look), SAMPLES_PER_REST_CHECK_BLOCK)
             parts = [*by_place[look:, :count], *(whole[block : block + count] for block in range(1, 1 + further))]
             parts += [*by_place[:left, 1 + further : 1 + further + count]]
             found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
-    return ahead.reshape(*acceleration_magnitude_by_sample_m_s2.shape[:-1], count, REST_CHECKS_PER_SAMPLE_BLOCK)
+    return ahead.reshape(
+        *acceleration_magnitude_by_sample_m_s2.shape[:-1], count, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK
+    )
 
 
 @njit(**INLINE_OPTIONS)
 def is_rest_check_sample(current_sample: float) -> bool:
     """True if the program tests at this sample whether a body is at rest, so that samples can be skipped.
 
-    These are the first `REST_CHECKS_PER_SAMPLE_BLOCK` samples of each block of `SAMPLES_PER_REST_CHECK_BLOCK` samples.
+    These are the first `REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK` samples of each block of
+    `SAMPLES_PER_REST_CHECK_BLOCK` samples.
     """
     blocks = current_sample * (1.0 / SAMPLES_PER_REST_CHECK_BLOCK)
-    return blocks - math.floor(blocks) < REST_CHECKS_PER_SAMPLE_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
+    return blocks - math.floor(blocks) < REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
 
 
 @njit(**INLINE_OPTIONS)
@@ -161,13 +166,13 @@ def next_window_motion_is_below_rest_limit(
     block, look = (
         min(
             int(current_sample) // SAMPLES_PER_REST_CHECK_BLOCK,
-            ground_motion.largest_upcoming_vertical_acceleration.shape[0] - 1,
+            ground_motion.max_vertical_acceleration_ahead_by_rest_check.shape[0] - 1,
         ),
         int(current_sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
         ground_motion.max_horizontal_acceleration_ahead_by_rest_check[motion_row, block, look],
-        ground_motion.largest_upcoming_vertical_acceleration[block, look],
+        ground_motion.max_vertical_acceleration_ahead_by_rest_check[block, look],
     )
     return bool(
         abs(amplitude_factor) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_acceleration_limit_g * up)

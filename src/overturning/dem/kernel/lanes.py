@@ -101,7 +101,7 @@ def _signature_and_generator_of_uncounted_array_view(
     Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
 
-    def remove_array_owners(context: Any, builder: Any, numba_type: Any, llvm_value: Any) -> Any:
+    def remove_array_owners_from_llvm_value(context: Any, builder: Any, numba_type: Any, llvm_value: Any) -> Any:
         """Return the value with the owner of each array removed, so that references are not counted."""
         if isinstance(numba_type, types.Array):
             view = context.make_array(numba_type)(context, builder, value=llvm_value)
@@ -109,13 +109,15 @@ def _signature_and_generator_of_uncounted_array_view(
             return view._getvalue()
         inners: Any = numba_type if isinstance(numba_type, types.BaseTuple) else ()
         for number, inner in enumerate(inners):
-            one = remove_array_owners(context, builder, inner, builder.extract_value(llvm_value, number))
+            one = remove_array_owners_from_llvm_value(
+                context, builder, inner, builder.extract_value(llvm_value, number)
+            )
             llvm_value = builder.insert_value(llvm_value, one, number)
         return llvm_value
 
     def generate_view_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that returns the view of the argument."""
-        return remove_array_owners(context, builder, signature.args[0], llvm_arguments[0])
+        return remove_array_owners_from_llvm_value(context, builder, signature.args[0], llvm_arguments[0])
 
     return type_of_array_or_tuple_of_arrays(type_of_array_or_tuple_of_arrays), generate_view_code
 
@@ -174,13 +176,13 @@ select: Final[Any] = intrinsic(_signature_and_generator_for_selection)
 def _signature_and_generator_for_lane_rounding(_typing_context: Any, lane_count_type: Any) -> Any:
     """Return Numba signature and code generator for rounding a number of lanes down to a multiple of 8, at least 8."""
 
-    def generate_rounding_code(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
+    def generate_code_rounding_down_to_cache_lines(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
         """Generate the LLVM code that rounds the number down to whole cache lines, at least to one."""
         multiple = builder.and_(llvm_arguments[0], ir.Constant(llvm_arguments[0].type, -_FLOATS_PER_CACHE_LINE))
         least = ir.Constant(llvm_arguments[0].type, _FLOATS_PER_CACHE_LINE)
         return builder.select(builder.icmp_signed(">", multiple, least), multiple, least)
 
-    return types.intp(lane_count_type), generate_rounding_code
+    return types.intp(lane_count_type), generate_code_rounding_down_to_cache_lines
 
 
 assume_vector_multiple: Final[Any] = intrinsic(_signature_and_generator_for_lane_rounding)

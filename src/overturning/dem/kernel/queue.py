@@ -118,7 +118,7 @@ def mark_possibly_ended_cases(
     raise NotImplementedError
 
 
-def skip_quiet_samples_of_resting_cases(
+def skip_samples_too_weak_to_move_resting_cases(
     kernel_input: KernelInput,
     workspace: ParallelCaseStateArrays,
     case_index_by_lane: Any,
@@ -198,7 +198,7 @@ def copy_case_state(state_array: Any, lanes_per_state_array_row: int, source_lan
 
 
 @njit(**COMPILE_OPTIONS)
-def grow_trajectory_array(trajectory_rows: Any, min_rows: int, max_rows: int) -> Any:
+def grow_trajectory_array_if_needed(trajectory_rows: Any, min_rows: int, max_rows: int) -> Any:
     """Return a trajectory array with space for `min_rows` rows: the given one, or a copy at least twice as long.
 
     The copy has at most `max_rows` rows. If `min_rows` exceeds `max_rows`, the trajectory is returned unchanged.
@@ -263,7 +263,7 @@ def run_case_queue(
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
             return trajectory_of_first_case, recorded
-        skip_quiet_samples_of_resting_cases(kernel_input, workspace, case, active, left_out)
+        skip_samples_too_weak_to_move_resting_cases(kernel_input, workspace, case, active, left_out)
         columns = (active + 7) // 8 * 8
         update_sample_and_load_motion(kernel_input, workspace, case, columns)
         trajectory_of_first_case, recorded = attempt_steps_until_next_check(

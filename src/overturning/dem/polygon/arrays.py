@@ -129,7 +129,7 @@ class SceneArrays(NamedTuple):
     """Rows of a lane at rest, shape (variants, rows)."""
     pair_element_and_piece_indices: NDArray[np.int64]
     """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
-    lowest_and_last_listed_element_of_rocking_groups: NDArray[np.int64]
+    lowest_and_last_element_index_by_rocking_group: NDArray[np.int64]
     """Lowest and last listed element of each group that can move as one, shape (groups, 2)."""
     piece_vertex_counts: NDArray[np.int64]
     """Number of vertices of each piece, shape (pieces,)."""
@@ -164,7 +164,7 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
     return SceneArrays(
         initial_state_by_scene_variant=np.stack([case_state_column_at_rest(item) for item in scene_variants]),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
-        lowest_and_last_listed_element_of_rocking_groups=one.lowest_and_last_listed_element_of_rocking_groups,
+        lowest_and_last_element_index_by_rocking_group=one.lowest_and_last_element_index_by_rocking_group,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
         fall_and_support_table=np.stack(
@@ -217,7 +217,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
             *free,
             float(item.element.kind != "driven"),
             float(item.element.kind == "held"),
-            float(prepared_scene.smaller_critical_angles_or_fall_angles[element_index]),
+            float(prepared_scene.weaker_side_critical_angles_else_fall_angles[element_index]),
             *prepared_scene.max_recoverable_rotations_by_side[element_index].tolist(),
         ),
         step_motion_with_work_and_peaks_so_far=k.ElementStepMotionWorkAndPeaks(
@@ -229,9 +229,9 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
             last_recoverable_tick_in_sample=-1.0,
             power_against_inertial_or_holding_forces=0.0,
         ),
-        motion_since_contact_tests_paused=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
-        slip_and_fall=k.ElementSlipAndFallState(0.0, 0.0, 0.0, 0.0, 0.0),
-        rest_position=k.ElementRestPoseAndSlipPoints(
+        motion_since_first_pair_suspended=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
+        slip_fall_side_and_last_upright_time=k.ElementSlipFallSideAndLastUprightTime(0.0, 0.0, 0.0, 0.0, 0.0),
+        rest_position=k.ElementRestPoseAndSlipMeasurementPoints(
             x - item.centre_of_mass_x,
             z - item.centre_of_mass_z,
             x - support.centre_of_mass_x,
@@ -253,7 +253,7 @@ def _pair_state_at_rest(
     for end in prepared_scene.contact_points_loaded_at_rest:
         if end.pair_index == pair_index:
             of_a = _contact_vertex_belongs_to_first_element(piece_of_a, piece_of_b, end.point_number)
-            carrier = k.VERTEX_OF_A if of_a else k.VERTEX_OF_B
+            carrier = k.CONTACT_VERTEX_IS_OF_A if of_a else k.CONTACT_VERTEX_IS_OF_B
             ends[end.point_number] = k.PlanarContactPointHistory(end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0)
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
     vertices = k.VertexPositionsAtOtherFace(seen, seen, seen, seen)
@@ -282,8 +282,8 @@ def _pair_state_at_rest(
             max_motion_since_search_at_step_end=0.0,
         ),
         history=k.PairHistory(vertices, ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0),
-        signed_friction_coefficient_1=0.0,
-        signed_friction_coefficient_2=0.0,
+        signed_mu_1_or_zero_if_sticking=0.0,
+        signed_mu_2_or_zero_if_sticking=0.0,
         is_a_on_b_minus_is_b_on_a=float(
             pair.second_element_index in prepared_scene.carrier_indices_by_element[pair.first_element_index]
         )
@@ -361,7 +361,7 @@ def fall_limits_supports_and_overturning_energies(prepared_scene: PreparedScene)
             (
                 not item.is_driven_or_held,
                 *fall_rotations_to_both_sides(item),
-                *prepared_scene.tipping_angles_by_side[k],
+                *prepared_scene.tipping_angles_by_element_and_side[k],
                 *prepared_scene.support_index_and_held_stack_bottom_index(k),
                 prepared_scene.overturning_energies[k],
             )

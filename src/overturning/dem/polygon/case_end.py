@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import CASE_NOT_ENDED, update_slide_end_and_check_case_continues
+from overturning.dem.kernel.ending import CASE_NOT_ENDED, set_slide_end_once_and_check_case_continues
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
@@ -122,7 +122,7 @@ def case_status(
         case_states, lane, fall_and_support_table
     ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, fall_and_support_table, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
-    if update_slide_end_and_check_case_continues(
+    if set_slide_end_once_and_check_case_continues(
         case_states, rows.SLIDE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
@@ -151,7 +151,7 @@ def no_standing_group_can_move_nor_element_land(
         case_states,
         lane,
         rocking_groups_immovable_from_sample,
-        scene_arrays.lowest_and_last_listed_element_of_rocking_groups,
+        scene_arrays.lowest_and_last_element_index_by_rocking_group,
         sample,
     )
     return bool(
@@ -195,10 +195,10 @@ def store_fall_sides_and_count_elements(
         if fall_limits_by_element[i].is_free == 0.0:
             continue
         moving += element_kinetic_energy(item)
-        slid = slid or abs(item.slip_and_fall.slip_on_support) > 0.1 * abs(
+        slid = slid or abs(item.slip_fall_side_and_last_upright_time.slip_on_support) > 0.1 * abs(
             item.rest_position.base_point_z_in_element_axes
         )
-        if item.slip_and_fall.fall_side == 0.0:
+        if item.slip_fall_side_and_last_upright_time.fall_side == 0.0:
             e[rows.FALL_SIDE_ROW + lane] = fall_side_by_peak_rotation_or_zero(item, fall_limits_by_element[i])
         stands = e[rows.FALL_SIDE_ROW + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
@@ -245,7 +245,7 @@ def any_element_can_fall_without_base_motion(
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
             fall_limits_by_element[i].is_free == 0.0
-            or item.slip_and_fall.fall_side != 0.0
+            or item.slip_fall_side_and_last_upright_time.fall_side != 0.0
             or element_has_tipped_or_dropped(item, fall_limits_by_element[i])
         ):
             continue
@@ -282,7 +282,7 @@ def find_fallen_elements_and_store_side_and_time(
                 last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap),
             )
             if element_has_tipped_or_dropped(item, fall_limits_by_element[i]):
-                until = item.slip_and_fall.last_time_able_to_return_upright
+                until = item.slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_height
             if until < np.inf:
                 e[rows.FALL_SIDE_ROW + lane], e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane], found = (
                     fall_side_by_rotation_or_displacement(item, fall_limits_by_element[i]), until, True,
@@ -308,14 +308,14 @@ def remaining_motion_cannot_move_standing_groups(
     case_states: Any,
     lane: int,
     rocking_groups_immovable_from_sample: Any,
-    lowest_and_last_listed_element_of_rocking_groups: Any,
+    lowest_and_last_element_index_by_rocking_group: Any,
     current_sample_index: float,
 ) -> bool:
     """True if the base motion from now on cannot lift or slide any group of stacked elements that stands."""
-    for p in range(lowest_and_last_listed_element_of_rocking_groups.shape[0]):
+    for p in range(lowest_and_last_element_index_by_rocking_group.shape[0]):
         lowest, last = (
-            rows.slice_element_rows(case_states, lowest_and_last_listed_element_of_rocking_groups[p, 0]),
-            rows.slice_element_rows(case_states, lowest_and_last_listed_element_of_rocking_groups[p, 1]),
+            rows.slice_element_rows(case_states, lowest_and_last_element_index_by_rocking_group[p, 0]),
+            rows.slice_element_rows(case_states, lowest_and_last_element_index_by_rocking_group[p, 1]),
         )
         if (
             lowest[rows.FALL_SIDE_ROW + lane] == 0.0
@@ -331,7 +331,7 @@ def element_stands_safely(element: ElementState, overturning_energy: float) -> b
     """True if tilt, slip and kinetic energy of an element are small shares of those at which it could fall."""
     return bool(
         abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle
-        and abs(element.slip_and_fall.slip_on_support)
+        and abs(element.slip_fall_side_and_last_upright_time.slip_on_support)
         < MAX_SAFE_SLIP_OVER_HALF_HEIGHT * abs(element.rest_position.base_point_z_in_element_axes)
         and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * overturning_energy
     )
@@ -373,11 +373,11 @@ def mark_fallen_and_write_case_results(
         absorbed += q[rows.ABSORBED_ENERGY_ROW + lane]
     for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
-        totals, record = item.step_motion_with_work_and_peaks_so_far, item.slip_and_fall
+        totals, record = item.step_motion_with_work_and_peaks_so_far, item.slip_fall_side_and_last_upright_time
         work += totals.work_by_base_and_holding_forces_so_far
         element_result_rows_of_case[e].overturned = record.fall_side
         element_result_rows_of_case[e].overturning_time = (
-            record.last_time_able_to_return_upright if record.fall_side != 0.0 else np.nan
+            record.last_time_recoverable_and_above_fall_height if record.fall_side != 0.0 else np.nan
         )
         element_result_rows_of_case[e].peak_rotation = min(larger_peak_rotation_of_both_sides(item), 0.5 * np.pi)
         element_result_rows_of_case[e].peak_slip, element_result_rows_of_case[e].residual_slip = (

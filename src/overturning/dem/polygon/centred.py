@@ -26,7 +26,7 @@ from overturning.dem.polygon.equations import (
 )
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
-    PairMotionAndInertia,
+    RelativeVelocityAndConstantsOfPair,
     contact_points_with_flat_landing_lever_arms,
     pair_lands_flat,
     slides_in_landing_and_signed_friction_coefficient,
@@ -44,7 +44,7 @@ from overturning.dem.polygon.mechanics import (
 from overturning.dem.polygon.state import (
     ContactPointConstants,
     PlanarContactPointHistory,
-    SceneState,
+    SceneStateAndConstants,
 )
 
 MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST: Final = SCENE_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
@@ -84,7 +84,7 @@ def predict_planar_contact_point(
     previous_signed_friction_coefficient: float,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
-    pair_motion_and_inertia: PairMotionAndInertia,
+    pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
     step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
 ) -> PredictedPlanarContactPoint:
     """Predict contact and friction at a contact point of two elements, for the equations of a step.
@@ -217,13 +217,13 @@ def planar_contact_equation_terms(
 
 
 @njit(**INLINE_OPTIONS)
-def step_resolves_contact_vibration(scene_state: SceneState) -> bool:
+def step_resolves_contact_vibration(scene_state: SceneStateAndConstants) -> bool:
     """True if the step of a case resolves the contact vibration, so that predicted forces decide contact and slip.
 
     Longer steps use the contact state after the last step.
     """
     return (
-        scene_state.current_attempt.length_in_ticks
+        scene_state.current_step_length_and_repetitions.length_in_ticks
         <= MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST * scene_state.step_control.shortest_step_ticks
     )
 
@@ -250,19 +250,19 @@ def add_pair_contact_terms_to_equations(
         case, law, old = rows.load_scene_state(scene_state_rows, j), pair.contact_law, pair.history
         fine, half = (
             step_resolves_contact_vibration(case),
-            0.5 * (case.tick_duration * case.current_attempt.length_in_ticks),
+            0.5 * (case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks),
         )
         segment = find_contact_segment(pair, first.predicted.pose, second.predicted.pose)
         rows.store_contact_segment(pair_state_rows, j, segment)
-        both = PairMotionAndInertia(
+        both = RelativeVelocityAndConstantsOfPair(
             velocity_of_a_relative_to_b(first.predicted.velocity_at_step_end, second.predicted.velocity_at_step_end),
             first.constants, second.constants,
         )  # fmt: skip
         kind = (fine, pair_lands_flat(law, old, segment, both))
         point_1, point_2 = contact_points_with_flat_landing_lever_arms(law, segment, both, kind[1])
         slid_1, slid_2, one, two = (
-            pair.signed_friction_coefficient_1,
-            pair.signed_friction_coefficient_2,
+            pair.signed_mu_1_or_zero_if_sticking,
+            pair.signed_mu_2_or_zero_if_sticking,
             segment.point_1,
             segment.point_2,
         )
@@ -288,5 +288,5 @@ def add_pair_contact_terms_to_equations(
         action = sum_contact_point_forces(point_1, point_2, f1, f2)
         on, by = first.predicted.step_end_velocity_correction, second.predicted.step_end_velocity_correction
         on, by = right_hand_sides_with_pair_force_added(on, by, action, half, first.constants, second.constants)
-        rows.store_velocity_change(element_a_state_rows, j, on)
-        rows.store_velocity_change(element_b_state_rows, j, by)
+        rows.store_step_end_velocity_correction(element_a_state_rows, j, on)
+        rows.store_step_end_velocity_correction(element_b_state_rows, j, by)

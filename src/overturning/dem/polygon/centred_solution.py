@@ -18,7 +18,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import step_resolves_contact_vibration
 from overturning.dem.polygon.faces import PlanarContactPoint
 from overturning.dem.polygon.landing import (
-    PairMotionAndInertia,
+    RelativeVelocityAndConstantsOfPair,
     contact_points_with_flat_landing_lever_arms,
     pair_lands_flat,
     results_with_slip_corrected_for_friction_work,
@@ -72,7 +72,9 @@ def solved_planar_contact_point(
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     predicted_stretch_and_assumed_slip: PredictedStretchAndAssumedFriction,
-    predicted_motion_and_velocity_correction: tuple[PairMotionAndInertia, PairRelativeVelocityOrDirection],
+    predicted_motion_and_velocity_correction: tuple[
+        RelativeVelocityAndConstantsOfPair, PairRelativeVelocityOrDirection
+    ],
     half_step_time: float,
     step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
 ) -> SolvedPlanarContactPoint:
@@ -172,11 +174,12 @@ def add_solved_pair_forces_and_store_trial_history(
             step.contact_segment,
         )
         fine, half, old = (
-            step_resolves_contact_vibration(case), 0.5 * (case.tick_duration * case.current_attempt.length_in_ticks),
+            step_resolves_contact_vibration(case),
+            0.5 * (case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks),
             case.contact_changes,
         )  # fmt: skip
         moves = (
-            PairMotionAndInertia(
+            RelativeVelocityAndConstantsOfPair(
                 velocity_of_a_relative_to_b(on.velocity_at_step_end, by.velocity_at_step_end),
                 first.constants,
                 second.constants,
@@ -185,7 +188,7 @@ def add_solved_pair_forces_and_store_trial_history(
         )
         kind = (fine, pair_lands_flat(law, pair.history, segment, moves[0]))
         u, d = moves[0].relative_velocity, moves[1]
-        solved = PairMotionAndInertia(
+        solved = RelativeVelocityAndConstantsOfPair(
             PairRelativeVelocityOrDirection(
                 u.x + d.x,
                 u.z + d.z,
@@ -197,8 +200,12 @@ def add_solved_pair_forces_and_store_trial_history(
         )
         point_1, point_2 = contact_points_with_flat_landing_lever_arms(law, segment, solved, kind[1])
         history, one, two = pair.history, segment.point_1, segment.point_2
-        s1 = solved_planar_contact_point(law, history.point_1, one, step.assumed_slip_at_point_1, moves, half, kind)
-        s2 = solved_planar_contact_point(law, history.point_2, two, step.assumed_slip_at_point_2, moves, half, kind)
+        s1 = solved_planar_contact_point(
+            law, history.point_1, one, step.predicted_stretch_and_friction_at_point_1, moves, half, kind
+        )
+        s2 = solved_planar_contact_point(
+            law, history.point_2, two, step.predicted_stretch_and_friction_at_point_2, moves, half, kind
+        )
         end_1, end_2 = s1.result_at_step_end, s2.result_at_step_end
         on_a, on_b = element_force_sums_with_pair_force_added(
             first.contact_force_sum,
@@ -254,11 +261,11 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
         )
         pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
-            step.assumed_slip_at_point_1.signed_friction_coefficient,
+            step.predicted_stretch_and_friction_at_point_1.signed_friction_coefficient,
             pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j],
         )
         pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
-            step.assumed_slip_at_point_2.signed_friction_coefficient,
+            step.predicted_stretch_and_friction_at_point_2.signed_friction_coefficient,
             pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j],
         )

@@ -8,9 +8,9 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, polygon_face, rotate_to_scene_axes
 from overturning.dem.polygon.state import (
+    CONTACT_VERTEX_IS_OF_B,
     OPEN,
     TRANSFERRED,
-    VERTEX_OF_B,
     ElementFace,
     PairState,
     PlanarContactPointHistory,
@@ -56,13 +56,13 @@ def transfer_contact_history_to_new_faces(
         old = pair.history.point_1 if end == 0 else pair.history.point_2
         if old.contact_vertex_status_code == OPEN:
             continue
-        mine = old.contact_vertex_status_code != VERTEX_OF_B
+        mine = old.contact_vertex_status_code != CONTACT_VERTEX_IS_OF_B
         if mine:
-            target = new_contact_point_number_of_old_vertex(
+            target = number_of_contact_point_inheriting_old_vertex(
                 face_table_of_a, old_face_index_of_a + end, face_a, face_a + 1
             )
         else:
-            target = new_contact_point_number_of_old_vertex(
+            target = number_of_contact_point_inheriting_old_vertex(
                 face_table_of_b, old_face_index_of_b + 1 - end, face_b + 1, face_b
             )
         old_x, old_z = normal_force_direction_on_element_a(
@@ -95,7 +95,7 @@ def transfer_contact_history_to_new_faces(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def new_contact_point_number_of_old_vertex(
+def number_of_contact_point_inheriting_old_vertex(
     polygon_face_table: Any, old_vertex_index: int, new_vertex_index_at_point_0: int, new_vertex_index_at_point_1: int
 ) -> int:
     """Return which contact point (0 or 1) of the new nearest faces takes over the contact of vertex `old_vertex_index`.

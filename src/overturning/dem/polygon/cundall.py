@@ -13,7 +13,7 @@ from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint, find_contact_segment
 from overturning.dem.polygon.landing import (
-    PairMotionAndInertia,
+    RelativeVelocityAndConstantsOfPair,
     contact_points_with_flat_landing_lever_arms,
     pair_lands_flat,
     results_with_slip_corrected_for_friction_work,
@@ -110,9 +110,9 @@ def add_pair_forces_and_store_contact_history(
             first.constants,
             second.constants,
         )
-        held = pair_lands_flat(pair.contact_law, old, segment, PairMotionAndInertia(u, own_a, own_b))
+        held = pair_lands_flat(pair.contact_law, old, segment, RelativeVelocityAndConstantsOfPair(u, own_a, own_b))
         point_1, point_2 = contact_points_with_flat_landing_lever_arms(
-            pair.contact_law, segment, PairMotionAndInertia(u, own_a, own_b), held
+            pair.contact_law, segment, RelativeVelocityAndConstantsOfPair(u, own_a, own_b), held
         )
         flat_one = (
             held,

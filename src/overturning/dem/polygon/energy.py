@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
-from overturning.dem.polygon.state import OPEN, VERTEX_OF_B, ElementState, PairState
+from overturning.dem.polygon.state import CONTACT_VERTEX_IS_OF_B, OPEN, ElementState, PairState
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -84,6 +84,6 @@ def energy_absorbed_by_contacts_in_last_half_step(case_states: Any, lane: int, s
                 contact_vertex_position(memory, end, later),
             )
             slip = old.position_along_face - new.position_along_face
-            slip = -slip if memory.contact_vertex_status_code == VERTEX_OF_B else slip
+            slip = -slip if memory.contact_vertex_status_code == CONTACT_VERTEX_IS_OF_B else slip
             work += 0.5 * (memory.normal_force * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

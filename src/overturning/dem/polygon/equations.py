@@ -50,10 +50,10 @@ class NonzeroSubmatrixPattern(NamedTuple):
 
     is_submatrix_nonzero: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
-    later_coupled_element_indices: Any
+    coupled_higher_index_elements: Any
     """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
-    later_coupled_element_counts: Any
-    """Number of entries in each row of `later_coupled_element_indices`, shape (elements,)."""
+    coupled_higher_index_element_counts: Any
+    """Number of entries in each row of `coupled_higher_index_elements`, shape (elements,)."""
 
 
 @njit(**ALLOCATING_INLINE_OPTIONS)
@@ -69,12 +69,12 @@ def create_empty_nonzero_pattern(element_count: int) -> Any:
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def clear_nonzero_pattern(nonzero_pattern: NonzeroSubmatrixPattern) -> None:
     """Mark all submatrices of the equations as zero, in a time proportional to the number of nonzero ones."""
-    for k in range(nonzero_pattern.later_coupled_element_counts.size):
+    for k in range(nonzero_pattern.coupled_higher_index_element_counts.size):
         nonzero_pattern.is_submatrix_nonzero[k, k] = False
-        for n in range(nonzero_pattern.later_coupled_element_counts[k]):
-            m = nonzero_pattern.later_coupled_element_indices[k, n]
+        for n in range(nonzero_pattern.coupled_higher_index_element_counts[k]):
+            m = nonzero_pattern.coupled_higher_index_elements[k, n]
             nonzero_pattern.is_submatrix_nonzero[k, m] = nonzero_pattern.is_submatrix_nonzero[m, k] = False
-        nonzero_pattern.later_coupled_element_counts[k] = 0
+        nonzero_pattern.coupled_higher_index_element_counts[k] = 0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -85,14 +85,14 @@ def mark_submatrix_nonzero(
     nonzero_pattern.is_submatrix_nonzero[row_element_index, column_element_index] = True
     if row_element_index >= column_element_index:
         return
-    n = nonzero_pattern.later_coupled_element_counts[row_element_index]
-    while n > 0 and nonzero_pattern.later_coupled_element_indices[row_element_index, n - 1] > column_element_index:
-        nonzero_pattern.later_coupled_element_indices[row_element_index, n] = (
-            nonzero_pattern.later_coupled_element_indices[row_element_index, n - 1]
+    n = nonzero_pattern.coupled_higher_index_element_counts[row_element_index]
+    while n > 0 and nonzero_pattern.coupled_higher_index_elements[row_element_index, n - 1] > column_element_index:
+        nonzero_pattern.coupled_higher_index_elements[row_element_index, n] = (
+            nonzero_pattern.coupled_higher_index_elements[row_element_index, n - 1]
         )
         n -= 1
-    nonzero_pattern.later_coupled_element_indices[row_element_index, n] = column_element_index
-    nonzero_pattern.later_coupled_element_counts[row_element_index] += 1
+    nonzero_pattern.coupled_higher_index_elements[row_element_index, n] = column_element_index
+    nonzero_pattern.coupled_higher_index_element_counts[row_element_index] += 1
 
 
 @njit(**INLINE_OPTIONS)
@@ -116,7 +116,8 @@ def add_pair_contact_matrix_to_equation_submatrices(
         m.force_x_per_angular_velocity_b, m.force_z_per_angular_velocity_b,
     )  # fmt: skip
     ax, az, bx, bz = (
-        m.moment_a_per_velocity_x, m.moment_a_per_velocity_z, m.moment_b_per_velocity_x, m.moment_b_per_velocity_z,
+        m.moment_a_per_velocity_x, m.moment_a_per_velocity_z, m.moment_on_b_per_relative_velocity_x,
+        m.moment_on_b_per_relative_velocity_z,
     )  # fmt: skip
     aa = EquationSubmatrix(xx, xz, xa, zx, zz, za, ax, az, m.moment_a_per_angular_velocity_a)
     ab = EquationSubmatrix(xx, xz, xb, zx, zz, zb, ax, az, m.moment_a_per_angular_velocity_b)
@@ -196,8 +197,8 @@ def solve_velocity_changes_in_place(
     """
     used, later, count = (
         nonzero_pattern.is_submatrix_nonzero,
-        nonzero_pattern.later_coupled_element_indices,
-        nonzero_pattern.later_coupled_element_counts,
+        nonzero_pattern.coupled_higher_index_elements,
+        nonzero_pattern.coupled_higher_index_element_counts,
     )
     for k in range(element_count):
         if not used[k, k]:

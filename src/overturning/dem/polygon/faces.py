@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine_by_small_angle
 from overturning.dem.polygon.state import (
-    VERTEX_OF_B,
+    CONTACT_VERTEX_IS_OF_B,
     ElementFace,
     ElementState,
     PairState,
@@ -386,7 +386,7 @@ def contact_vertex_position(
     face_vertex_positions: VertexPositionsAtOtherFace,
 ) -> VertexPositionAtFace:
     """Return the position of the vertex at which contact point `point_index_0_or_1` lies."""
-    if point_history.contact_vertex_status_code != VERTEX_OF_B:
+    if point_history.contact_vertex_status_code != CONTACT_VERTEX_IS_OF_B:
         return (
             face_vertex_positions.first_vertex_of_face_a
             if point_index_0_or_1 == 0

@@ -22,7 +22,7 @@ from overturning.dem.polygon.state import (
 )
 
 
-class PairMotionAndInertia(NamedTuple):
+class RelativeVelocityAndConstantsOfPair(NamedTuple):
     """Velocity of element a relative to b, and the constants (among them the masses) of both elements."""
 
     relative_velocity: PairRelativeVelocityOrDirection
@@ -36,7 +36,7 @@ def contact_point_lands_in_this_impact(
     contact_law: ContactPointConstants,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
-    pair_motion_and_inertia: PairMotionAndInertia,
+    pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
 ) -> bool:
     """True if a contact point of two elements is landing: it touches now or will touch within the same impact.
 
@@ -63,7 +63,7 @@ def pair_lands_flat(
     contact_law: ContactPointConstants,
     pair_history: PairHistory,
     contact_segment: ContactSegment,
-    pair_motion_and_inertia: PairMotionAndInertia,
+    pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
 ) -> bool:
     """True if both contact points of two elements land in one impact; a dashpot may then pull."""
     one = contact_point_lands_in_this_impact(
@@ -137,7 +137,7 @@ def shift_tangential_force_towards_b(
 def contact_points_with_flat_landing_lever_arms(
     contact_law: ContactPointConstants,
     contact_segment: ContactSegment,
-    pair_motion_and_inertia: PairMotionAndInertia,
+    pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
     lands_flat: bool,
 ) -> tuple[PlanarContactPoint, PlanarContactPoint]:
     """Return both contact points of two elements; in a flat landing, with corrected lever arms of tangential forces.

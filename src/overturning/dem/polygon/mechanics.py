@@ -12,10 +12,10 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine_by_small_angle, updated_maximum
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint
 from overturning.dem.polygon.state import (
+    CONTACT_VERTEX_IS_OF_A,
+    CONTACT_VERTEX_IS_OF_B,
     OPEN,
     TRANSFERRED,
-    VERTEX_OF_A,
-    VERTEX_OF_B,
     ContactPointConstants,
     ElementState,
     PairHistory,
@@ -101,8 +101,8 @@ class PairVelocityToForceMatrix(NamedTuple):
     force_z_per_angular_velocity_b: float
     moment_a_per_velocity_x: float
     moment_a_per_velocity_z: float
-    moment_b_per_velocity_x: float
-    moment_b_per_velocity_z: float
+    moment_on_b_per_relative_velocity_x: float
+    moment_on_b_per_relative_velocity_z: float
     moment_a_per_angular_velocity_a: float
     moment_a_per_angular_velocity_b: float
     moment_b_per_angular_velocity_a: float
@@ -160,8 +160,11 @@ def power_against_inertial_or_holding_forces(
 
 @njit(**INLINE_OPTIONS)
 def owner_code_of_contact_vertex(contact_point: PlanarContactPoint) -> float:
-    """Return `VERTEX_OF_A` if a contact point lies at a vertex of element a, `VERTEX_OF_B` if at a vertex of b."""
-    return VERTEX_OF_A if contact_point.vertex_is_of_a > 0.0 else VERTEX_OF_B
+    """Return whether a contact point lies at a vertex of element a or of element b.
+
+    The result is `CONTACT_VERTEX_IS_OF_A` or `CONTACT_VERTEX_IS_OF_B`.
+    """
+    return CONTACT_VERTEX_IS_OF_A if contact_point.vertex_is_of_a > 0.0 else CONTACT_VERTEX_IS_OF_B
 
 
 @njit(**INLINE_OPTIONS)

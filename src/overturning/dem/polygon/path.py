@@ -18,12 +18,12 @@ from overturning.dem.polygon.contact_history import (
     normal_force_direction_on_element_a,
 )
 from overturning.dem.polygon.prepare import PreparedScene
-from overturning.dem.polygon.state import OPEN, VERTEX_OF_A
+from overturning.dem.polygon.state import CONTACT_VERTEX_IS_OF_A, OPEN
 
 TIME, GROUND = range(2)
 TRAJECTORY_COLUMNS_PER_ELEMENT: Final = 6
 """Columns of an element: x, z, rotation and their rates."""
-FORCE_X, FORCE_Z, NORMAL_FORCE, NORMAL_FORCE_TIMES_X, NORMAL_FORCE_TIMES_Z = range(5)
+FORCE_X, FORCE_Z, NORMAL_FORCE, NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z = range(5)
 TRAJECTORY_COLUMNS_PER_CONTACT_POINT: Final = 5
 """Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
 mean of normal force × place (x, z)."""
@@ -76,7 +76,7 @@ def add_first_case_contact_forces_to_trajectory(
             n, tangent, mine = (
                 time_weight_in_sample_mean * memory.normal_force,
                 time_weight_in_sample_mean * memory.tangential_force,
-                memory.contact_vertex_status_code == VERTEX_OF_A,
+                memory.contact_vertex_status_code == CONTACT_VERTEX_IS_OF_A,
             )
             (rx, rz), (nx, nz) = (
                 contact_vertex_position_from_centre_of_a(pair, a, b, end, mine),
@@ -90,7 +90,7 @@ def add_first_case_contact_forces_to_trajectory(
             trajectory_rows[trajectory_row_index, at + FORCE_X] += n * nx + tangent * nz
             trajectory_rows[trajectory_row_index, at + FORCE_Z] += n * nz - tangent * nx
             trajectory_rows[trajectory_row_index, at + NORMAL_FORCE] += n
-            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_X] += n * (a.x + rx)
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_X_COLUMN] += n * (a.x + rx)
             trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z] += n * (a.z + rz)
 
 
@@ -128,7 +128,7 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
             len(trajectory_rows), len(placed), TRAJECTORY_COLUMNS_PER_ELEMENT
         ),
         mean_contact_forces_until_next_row=force,
-        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X, NORMAL_FORCE_TIMES_Z]]
+        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z]]
         / np.where(load > 0.0, load, np.nan),
         contact_element_names=contacts,
     )

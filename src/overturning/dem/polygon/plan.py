@@ -59,7 +59,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     split_long_queues: ClassVar[bool] = True
     block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
-    trajectory_time_column_index: ClassVar[Any] = (..., TIME)
+    index_or_field_name_of_trajectory_time: ClassVar[Any] = (..., TIME)
     base_acceleration_columns: ClassVar[Any] = ((..., GROUND),)
 
     model: PlanarModel
@@ -121,7 +121,7 @@ class PolygonSimulationPlan(SimulationPlan):
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
-    def trajectory_rows_continued_or_unchanged(
+    def continue_trajectory_rows_if_several_elements(
         self,
         trajectory_rows: FloatArray,
         added_time_s: float,
@@ -201,7 +201,7 @@ def plan_scene_simulation(
     table["longest_step_at_rest_ticks"] = SCENE_STEP_CONTROL.ticks_per_whole_step
     table["long_steps_before_doubling"] = SCENE_STEP_CONTROL.long_steps_before_doubling
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
-    group_count = len(variants[0].lowest_and_last_listed_element_of_rocking_groups)
+    group_count = len(variants[0].lowest_and_last_element_index_by_rocking_group)
     groups_immovable_from = np.full((cases.case_count, group_count), np.inf)
     if numerics.leave_out:
         # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
@@ -252,11 +252,9 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
     for number, item in enumerate(scene_variants):
         of_variant = scene_variant_index_by_case == number
         grip[of_variant] = item.sliding_onset_acceleration_g(friction[of_variant])
-    groups = scene_variants[0].lowest_and_last_listed_element_of_rocking_groups
+    groups = scene_variants[0].lowest_and_last_element_index_by_rocking_group
     samples = np.zeros((cases.case_count, len(groups)))
-    alike = all(
-        np.array_equal(item.lowest_and_last_listed_element_of_rocking_groups, groups) for item in scene_variants
-    )
+    alike = all(np.array_equal(item.lowest_and_last_element_index_by_rocking_group, groups) for item in scene_variants)
     for group in range(len(groups)):
         uplift = [item.rocking_onset_acceleration_g_by_group[group] if alike else 0.0 for item in scene_variants]
         safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[scene_variant_index_by_case]
@@ -276,7 +274,7 @@ def _rest_acceleration_limits_g_of_cases(
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
     lifts, slowest = (
         np.array([getattr(item, name) for item in scene_variants])
-        for name in ("rocking_onset_acceleration_g", "min_omega_squared_on_springs")
+        for name in ("no_rocking_below_acceleration_g", "min_omega_squared_on_springs")
     )
     laws = [item.pair_contact_laws for item in scene_variants]
     delay = np.array(
@@ -349,7 +347,7 @@ def _check_variant_stiffness_and_pairs(scene: Scene, scene_variants: list[Prepar
     for item in scene_variants:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
         loaded = item.pair_contact_laws.carried_weight_at_rest > 0.0
-        penetrations = item.pair_contact_laws.weight_for_contact_stiffness[loaded] / (
+        penetrations = item.pair_contact_laws.gravity_load_for_contact_stiffness[loaded] / (
             2.0 * item.pair_contact_laws.normal_stiffness[loaded]
         )
         check_static_penetration_exceeds_rounding(

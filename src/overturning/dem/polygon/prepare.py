@@ -49,11 +49,11 @@ class PreparedScene:
     max_omega_squared_on_springs: float  # largest eigenvalue of the springs, 1/s²
     max_dashpot_eigenvalue: float  # largest eigenvalue of the dashpots, 1/s
     min_omega_squared_on_springs: float  # smallest eigenvalue of the springs at rest, 1/s²
-    rocking_onset_acceleration_g: float  # |a|/g below which no element can start to rock; 0 if unknown
-    lowest_and_last_listed_element_of_rocking_groups: NDArray[np.int64]  # (groups, 2): elements that rock as one
+    no_rocking_below_acceleration_g: float  # |a|/g below which no element can start to rock; 0 if unknown
+    lowest_and_last_element_index_by_rocking_group: NDArray[np.int64]  # (groups, 2): elements that rock as one
     rocking_onset_acceleration_g_by_group: FloatArray  # (groups,): |a|/g below which a group cannot start to rock
-    tipping_angles_by_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
-    smaller_critical_angles_or_fall_angles: (
+    tipping_angles_by_element_and_side: FloatArray  # (elements, 2): to −x and +x, rad; infinite: none
+    weaker_side_critical_angles_else_fall_angles: (
         FloatArray  # (elements,): α, the smaller of both, rad; without one the angle of its fall
     )
     overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
@@ -76,7 +76,9 @@ class PreparedScene:
     def tipping_angles(self) -> FloatArray:
         """Tipping angle α of each element, rad, shape (elements,): the smaller of both sides; NaN if it cannot tip."""
         return np.where(
-            np.isfinite(self.tipping_angles_by_side).all(axis=1), self.smaller_critical_angles_or_fall_angles, np.nan
+            np.isfinite(self.tipping_angles_by_element_and_side).all(axis=1),
+            self.weaker_side_critical_angles_else_fall_angles,
+            np.nan,
         )
 
     @property
@@ -85,13 +87,15 @@ class PreparedScene:
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
         """
-        angles = self.tipping_angles_by_side
-        return np.where(np.isfinite(angles), angles, self.smaller_critical_angles_or_fall_angles[:, None])
+        angles = self.tipping_angles_by_element_and_side
+        return np.where(np.isfinite(angles), angles, self.weaker_side_critical_angles_else_fall_angles[:, None])
 
     @property
     def tipping_angles_or_one_degree_in_rad(self) -> FloatArray:
         """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
-        return np.where(np.isnan(self.tipping_angles), np.radians(1.0), self.smaller_critical_angles_or_fall_angles)
+        return np.where(
+            np.isnan(self.tipping_angles), np.radians(1.0), self.weaker_side_critical_angles_else_fall_angles
+        )
 
     @property
     def mean_static_penetration_of_loaded_pairs(self) -> FloatArray:
@@ -150,7 +154,7 @@ class PreparedScene:
     def motion_onset_acceleration_g(self, friction_if_law_has_none: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g below which no element moves, for each given friction coefficient."""
         return np.minimum(
-            self.rocking_onset_acceleration_g, self.sliding_onset_acceleration_g(friction_if_law_has_none)
+            self.no_rocking_below_acceleration_g, self.sliding_onset_acceleration_g(friction_if_law_has_none)
         )
 
     def sliding_onset_acceleration_g(self, friction_if_law_has_none: FloatArray) -> FloatArray:
@@ -191,7 +195,7 @@ def prepare_scene(
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # an element slides by its own weight
-    tips, critical, barrier, support, base = _tipping_limits_and_supports(
+    tips, critical, barrier, support, base = _tipping_angles_energies_and_supports(
         scene, placed, stands, _mask_of_elements_with_parallel_contact_normals(placed, pairs, bearing)
     )
     return PreparedScene(
@@ -289,7 +293,7 @@ def _mask_of_elements_with_parallel_contact_normals(
     return result
 
 
-def _tipping_limits_and_supports(
+def _tipping_angles_energies_and_supports(
     scene: Scene,
     elements: Elements,
     supports: LoadedContactPointsByElementAndCarrier,

@@ -196,7 +196,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
     case, height = rows.load_scene_state(case_states, lane), 0.0
     elements, step = (
         scene_arrays.fall_and_support_table[int(case.scene_variant_index)],
-        case.tick_duration * case.current_attempt.length_in_ticks,
+        case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks,
     )
     if case.step_acceptance.is_rejected > 0.0:
         return False
@@ -205,8 +205,11 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         if elements[i].is_free == 0.0:
             continue
         height = abs(item.rest_position.base_point_z_in_element_axes)
-        tilt, slip = abs(item.pose.angle), abs(item.slip_and_fall.slip_on_support)
-        if item.slip_and_fall.fall_side != 0.0 or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle:
+        tilt, slip = abs(item.pose.angle), abs(item.slip_fall_side_and_last_upright_time.slip_on_support)
+        if (
+            item.slip_fall_side_and_last_upright_time.fall_side != 0.0
+            or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
+        ):
             return False
         if slip > MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT * item.constants.critical_or_fall_angle * height:
             return False
@@ -218,7 +221,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         slides = (
-            pair.signed_friction_coefficient_1 != 0.0 or pair.signed_friction_coefficient_2 != 0.0
+            pair.signed_mu_1_or_zero_if_sticking != 0.0 or pair.signed_mu_2_or_zero_if_sticking != 0.0
         )  # an open end may be marked as sliding
         if count_closed_contact_points(pair) != (
             0 if pair.is_a_on_b_minus_is_b_on_a == 0.0 else CONTACT_POINTS_PER_PAIR

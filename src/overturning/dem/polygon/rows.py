@@ -1,10 +1,10 @@
 """Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
-The array has the rows of the case (`SceneState`), then those of each element (`ElementState`) and pair (`PairState`).
-Functions for one case take and return these tuples; ``load_element_state(rows, j)``, ``store_pose(rows, j, pose)`` and
-so on read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them.
-They use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor
-on the vector width of the processor.
+The array has the rows of the case (`SceneStateAndConstants`), then those of each element (`ElementState`) and pair
+(`PairState`). Functions for one case take and return these tuples; ``load_element_state(rows, j)``, ``store_pose(rows,
+j, pose)`` and so on read and write column j. The innermost loops run over the columns without branches, so that LLVM
+vectorises them. They use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on
+the thread, nor on the vector width of the processor.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,13 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.polygon.faces import ContactSegment
 from overturning.dem.polygon.mechanics import PredictedStretchAndAssumedFriction
-from overturning.dem.polygon.state import ElementState, PairHistory, PairState, SceneState, StepContactChangesAsFloats
+from overturning.dem.polygon.state import (
+    ElementState,
+    PairHistory,
+    PairState,
+    SceneStateAndConstants,
+    StepContactChangesAsFloats,
+)
 
 PARALLEL_CASE_COUNT: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
@@ -30,13 +36,13 @@ class PairIntermediateStepResults(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
     contact_segment: ContactSegment
-    assumed_slip_at_point_1: PredictedStretchAndAssumedFriction
-    assumed_slip_at_point_2: PredictedStretchAndAssumedFriction
+    predicted_stretch_and_friction_at_point_1: PredictedStretchAndAssumedFriction
+    predicted_stretch_and_friction_at_point_2: PredictedStretchAndAssumedFriction
     history_after_step: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
 
-CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneState)
+CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneStateAndConstants)
 ELEMENT_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ElementState)
 PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairIntermediateStepResults)
 CASE_ARRAY_LENGTH, ELEMENT_ARRAY_LENGTH, PAIR_ARRAY_LENGTH = (
@@ -45,22 +51,24 @@ CASE_ARRAY_LENGTH, ELEMENT_ARRAY_LENGTH, PAIR_ARRAY_LENGTH = (
     PAIR_ROW_LAYOUT.array_length,
 )
 
-load_scene_state, store_scene_state, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState)
+load_scene_state, store_scene_state, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants)
 _, store_horizontal_base_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
-    SceneState, "base_acceleration.horizontal"
+    SceneStateAndConstants, "base_acceleration.horizontal"
 )
 _, store_vertical_base_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
-    SceneState, "base_acceleration.vertical"
+    SceneStateAndConstants, "base_acceleration.vertical"
 )
-_, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "current_attempt")
-_, store_step_decision, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "step_acceptance")
-_, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneState, "contact_changes")
+_, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    SceneStateAndConstants, "current_step_length_and_repetitions"
+)
+_, store_step_acceptance, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "step_acceptance")
+_, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "contact_changes")
 zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(StepContactChangesAsFloats).zero
 load_element_state, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
 load_pose, store_pose, store_pose_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
 _, store_velocity, store_velocity_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
 _, store_predicted_motion, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "predicted")
-load_velocity_change, store_velocity_change, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+load_step_end_velocity_correction, store_step_end_velocity_correction, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
     ElementState, "predicted.step_end_velocity_correction"
 )
 _, store_acceleration, store_acceleration_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -74,10 +82,14 @@ _, store_motion_and_peaks, store_motion_and_peaks_unless_rejected = ELEMENT_ROW_
     ElementState, "step_motion_with_work_and_peaks_so_far"
 )
 _, store_motion_since_contact_tests, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
-    ElementState, "motion_since_contact_tests_paused"
+    ElementState, "motion_since_first_pair_suspended"
 )
-_, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "slip_and_fall")
-load_rest_position, store_rest_position, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "rest_position")
+_, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "slip_fall_side_and_last_upright_time"
+)
+load_rest_pose_and_slip_points, store_rest_pose_and_slip_points, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+    ElementState, "rest_position"
+)
 load_pair_state, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
 _, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
 _, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
@@ -98,10 +110,10 @@ _, store_contact_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     ("cosine_of_angle_between_faces", "sine_of_angle_between_faces", "is_in_contact"),
 )
 _, store_assumed_slip_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "assumed_slip_at_point_1"
+    PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_1"
 )
 _, store_assumed_slip_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "assumed_slip_at_point_2"
+    PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_2"
 )
 _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults, "history_after_step"
@@ -110,7 +122,8 @@ _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
 # Rows that are accessed singly.
 _CASE_FIELD_PATHS = (
     "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
-    "interval_index_of_last_case_end_test slide_end.sample_or_zero_before_known current_attempt.length_in_ticks "
+    "interval_index_of_last_case_end_test slide_end.end_sample_while_sliding_or_zero_if_unknown "
+    "current_step_length_and_repetitions.length_in_ticks "
     "contact_changes.contact_or_nearest_faces_changed step_acceptance.is_rejected"
 )
 (
@@ -123,11 +136,12 @@ _CASE_FIELD_PATHS = (
     STEP_LENGTH_ROW,
     CONTACT_CHANGED_ROW,
     IS_REJECTED_ROW,
-) = (CASE_ROW_LAYOUT.row_offset_of_field(SceneState, p) for p in _CASE_FIELD_PATHS.split())
+) = (CASE_ROW_LAYOUT.row_offset_of_field(SceneStateAndConstants, p) for p in _CASE_FIELD_PATHS.split())
 _ELEMENT_FIELD_PATHS = (
     "constants.has_inertial_forces step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step "
     "step_motion_with_work_and_peaks_so_far.abs_rotation_in_step "
-    "slip_and_fall.last_time_able_to_return_upright slip_and_fall.last_time_on_support slip_and_fall.fall_side"
+    "slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_height "
+    "slip_fall_side_and_last_upright_time.last_time_on_support slip_fall_side_and_last_upright_time.fall_side"
 )
 (
     HAS_INERTIAL_FORCES_ROW,
@@ -137,16 +151,16 @@ _ELEMENT_FIELD_PATHS = (
     LAST_TIME_ON_SUPPORT_ROW,
     FALL_SIDE_ROW,
 ) = (ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split())
-LAST_RECOVERABLE_TICK_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
+LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
     ElementState, "step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample"
 )
 _PAIR_FIELD_PATHS = (
     "nearest_faces.max_motion_keeping_nearest_faces nearest_faces.max_motion_without_contact "
     "nearest_faces.motion_since_face_search nearest_faces.max_motion_since_search_at_step_end "
-    "signed_friction_coefficient_1 signed_friction_coefficient_2 history.absorbed_energy"
+    "signed_mu_1_or_zero_if_sticking signed_mu_2_or_zero_if_sticking history.absorbed_energy"
 )
 (
-    MAX_MOTION_KEEPING_FACES_ROW,
+    MAX_MOTION_KEEPING_NEAREST_FACES_ROW,
     MAX_MOTION_WITHOUT_CONTACT_ROW,
     MOTION_SINCE_FACE_SEARCH_ROW,
     MAX_MOTION_AT_STEP_END_ROW,

@@ -36,7 +36,7 @@ from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import (
     SettingsOfParallelCases,
     create_lookup_by_type,
-    grow_trajectory_array,
+    grow_trajectory_array_if_needed,
     register_model_functions,
 )
 from overturning.dem.polygon import cundall, equations, rows, step, submatrices
@@ -90,7 +90,7 @@ class SceneKernelInput(NamedTuple):
     """Results of elements to fill in, of type `arrays.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
 
 
-class SceneWorkspace(NamedTuple):
+class ParallelScenesWorkspace(NamedTuple):
     """State, equations and active contacts of the scenes that the kernel simulates in parallel."""
 
     state: Any
@@ -102,7 +102,8 @@ class SceneWorkspace(NamedTuple):
     nonzero_pattern: Any
     """Nonzero pattern of the matrix."""
     active_pairs: Any
-    """`ActivePairs`: pairs tested for contact at each step, and motions at which the distant ones are tested again."""
+    """`PairContactTestSchedule`: pairs tested for contact at each step, and motions at which the distant ones are
+    tested again."""
     moves_relative_to_base: Any
     """True for each element that is free or held, False if it moves with the base, shape (elements,)."""
 
@@ -131,7 +132,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
         )
     submatrix_count = elements * elements + equations.SPARE_SUBMATRIX_COUNT
     matrix = cache_line_aligned_zeros(submatrix_count * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
-    return SceneWorkspace(
+    return ParallelScenesWorkspace(
         view_without_reference_counts(owner),
         owner,
         matrix,
@@ -146,7 +147,7 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     """Return views of a scene's arrays without reference counts, which compiled code would update at every step."""
     layout, parts, sizes = (
         view_without_reference_counts(scene_arrays.pair_element_and_piece_indices),
-        view_without_reference_counts(scene_arrays.lowest_and_last_listed_element_of_rocking_groups),
+        view_without_reference_counts(scene_arrays.lowest_and_last_element_index_by_rocking_group),
         view_without_reference_counts(scene_arrays.piece_vertex_counts),
     )
     shapes, elements, limits = (
@@ -157,7 +158,7 @@ def view_scene_arrays_without_reference_counts(scene_arrays: Any) -> Any:
     initial = view_without_reference_counts(scene_arrays.initial_state_by_scene_variant)
     return SceneArrays(
         initial_state_by_scene_variant=initial,
-        pair_element_and_piece_indices=layout, lowest_and_last_listed_element_of_rocking_groups=parts,
+        pair_element_and_piece_indices=layout, lowest_and_last_element_index_by_rocking_group=parts,
         piece_vertex_counts=sizes, piece_face_tables=shapes, fall_and_support_table=elements,
         termination_limits=limits, gravity=scene_arrays.gravity,
     )  # fmt: skip
@@ -280,7 +281,7 @@ def attempt_steps_until_next_check(
     if first_case_trajectory_rows.shape[0] > 0:
         most_rows = settings.max_trajectory_rows // first_case_trajectory_rows.shape[1]
         # At most two rows: the start and the end of the sample.
-        first_case_trajectory_rows = grow_trajectory_array(
+        first_case_trajectory_rows = grow_trajectory_array_if_needed(
             first_case_trajectory_rows, recorded_trajectory_row_count + 2, most_rows
         )
         if first_case_trajectory_rows.shape[0] < recorded_trajectory_row_count + 2:
@@ -326,7 +327,7 @@ def mark_possibly_ended_cases(
     return count
 
 
-def skip_quiet_samples_of_resting_cases(
+def skip_samples_too_weak_to_move_resting_cases(
     kernel_input: Any,
     workspace: Any,
     case_index_by_lane: Any,
@@ -346,7 +347,7 @@ def skip_quiet_samples_of_resting_cases(
         now = case.current_sample + case.base_acceleration.ticks_since_sample_start * (
             1.0 / kernel_input.settings.ticks_per_sample
         )
-        long = case.current_attempt.length_in_ticks >= ticks and is_rest_check_sample(now)
+        long = case.current_step_length_and_repetitions.length_in_ticks >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and next_window_motion_is_below_rest_limit(
             ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
@@ -395,5 +396,6 @@ def write_results_of_ended_case(
 
 register_model_functions(
     SceneKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
-    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
+    mark_possibly_ended_cases, skip_samples_too_weak_to_move_resting_cases, current_case_status,
+    write_results_of_ended_case,
 )  # fmt: skip

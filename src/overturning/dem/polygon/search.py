@@ -28,7 +28,7 @@ class MostNearlyOppositeFaces(NamedTuple):
     """Index of the face of b."""
     scalar_product_of_normals: float
     """Scalar product of both normals; −1 if they are opposite."""
-    margin_to_next_scalar_product: float
+    scalar_product_difference_to_next_best_face: float
     """Difference of that product to the one of the next best face."""
 
 
@@ -143,7 +143,7 @@ def largest_motion_keeping_nearest_faces(
 
     A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * lever_arm_for_rotation_in_motion_sum * nearest_face_pair.margin_to_next_scalar_product
+    limit = 0.4 * lever_arm_for_rotation_in_motion_sum * nearest_face_pair.scalar_product_difference_to_next_best_face
     for k in range(face_table_of_a.shape[0] + face_table_of_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, face_table_of_a, face_table_of_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
@@ -153,7 +153,7 @@ def largest_motion_keeping_nearest_faces(
         )
         limit = min(
             limit,
-            max(room, 0.4 * lever_arm_for_rotation_in_motion_sum * other.margin_to_next_scalar_product)
+            max(room, 0.4 * lever_arm_for_rotation_in_motion_sum * other.scalar_product_difference_to_next_best_face)
             if agrees
             else room,
         )
@@ -339,7 +339,7 @@ def update_nearest_faces_and_check_possible_contact(
         for j in range(rows.PARALLEL_CASE_COUNT):
             if (
                 pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j]
-                >= pair_state_rows[rows.MAX_MOTION_KEEPING_FACES_ROW + j]
+                >= pair_state_rows[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW + j]
             ):
                 v, dt = (
                     int(case_states[rows.SCENE_VARIANT_ROW + j]),

@@ -9,7 +9,11 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import count_closed_contact_points
-from overturning.dem.polygon.state import ElementRestPoseAndSlipPoints, ElementSlipAndFallState, Pose
+from overturning.dem.polygon.state import (
+    ElementRestPoseAndSlipMeasurementPoints,
+    ElementSlipFallSideAndLastUprightTime,
+    Pose,
+)
 
 
 @njit(**INLINE_OPTIONS)
@@ -27,11 +31,11 @@ def shift_rest_pose_with_held_support(element_state_rows: Any, support_state_row
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
             rows.load_pose(support_state_rows, j),
-            rows.load_rest_position(support_state_rows, j),
-            rows.load_rest_position(element_state_rows, j),
+            rows.load_rest_pose_and_slip_points(support_state_rows, j),
+            rows.load_rest_pose_and_slip_points(element_state_rows, j),
         )
         x, z = pose.x - at.centre_x, pose.z - at.centre_z
-        rows.store_rest_position(element_state_rows, j, ElementRestPoseAndSlipPoints(
+        rows.store_rest_pose_and_slip_points(element_state_rows, j, ElementRestPoseAndSlipMeasurementPoints(
             home.base_point_x_in_element_axes, home.base_point_z_in_element_axes,
             home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
             home.centre_x + x, home.centre_z + z, home.fallen_if_centre_z_below + z,
@@ -39,7 +43,7 @@ def shift_rest_pose_with_held_support(element_state_rows: Any, support_state_row
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_slip_and_last_recoverable_time(
+def store_slip_and_last_time_rotation_recoverable(
     element_state_rows: Any,
     support_state_rows: Any,
     scene_state_rows: Any,
@@ -53,7 +57,7 @@ def store_slip_and_last_recoverable_time(
             rows.load_scene_state(scene_state_rows, j).current_sample,
         )  # fmt: skip
         old, home, passed = (
-            item.slip_and_fall,
+            item.slip_fall_side_and_last_upright_time,
             item.rest_position,
             item.step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample,
         )
@@ -66,12 +70,14 @@ def store_slip_and_last_recoverable_time(
         slip = support.cos * (x - ox) - support.sin * (z - oz)
         stood = (passed >= 0.0) & (old.fall_side == 0.0) & (item.pose.z >= home.fallen_if_centre_z_below)
         upright = select(
-            stood, (sample + passed * samples_per_tick) * sampling_interval, old.last_time_able_to_return_upright
+            stood,
+            (sample + passed * samples_per_tick) * sampling_interval,
+            old.last_time_recoverable_and_above_fall_height,
         )
         rows.store_slip_and_fall_state(
             element_state_rows,
             j,
-            ElementSlipAndFallState(
+            ElementSlipFallSideAndLastUprightTime(
                 upright,
                 old.last_time_on_support,
                 old.fall_side,
@@ -79,7 +85,7 @@ def store_slip_and_last_recoverable_time(
                 slip,
             ),
         )
-        element_state_rows[rows.LAST_RECOVERABLE_TICK_ROW + j] = -1.0
+        element_state_rows[rows.LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW + j] = -1.0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -130,7 +136,7 @@ def update_element_records_and_sample_clock(
     for i in range(limits.size):
         if limits[i].is_free > 0.0:
             on = rows.slice_element_rows(case_states, int(limits[i].support_element_index))
-            store_slip_and_last_recoverable_time(
+            store_slip_and_last_time_rotation_recoverable(
                 rows.slice_element_rows(case_states, i), on, case_states, 1.0 / ticks_per_sample, sampling_interval
             )
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import SlidingCaseEnd
+from overturning.dem.kernel.ending import LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
@@ -16,7 +16,7 @@ from overturning.dem.polygon.search import update_nearest_faces_and_contact_hist
 from overturning.dem.polygon.state import (
     ContactPointConstants,
     SceneBaseAccelerationInSample,
-    SceneState,
+    SceneStateAndConstants,
     StepDecisionAndNextAttempt,
 )
 
@@ -34,7 +34,7 @@ def write_initial_case_state(
     ticks_per_sample: float,
     velocity_lag_behind_pose_steps: float,
 ) -> None:
-    """Write the initial `SceneState` of a case into column `lane` of the state array."""
+    """Write the initial `SceneStateAndConstants` of a case into column `lane` of the state array."""
     step, none, last_check = (
         sampling_interval / ticks_per_sample,
         LinearBaseAcceleration(0.0, 0.0, 0.0),
@@ -52,13 +52,13 @@ def write_initial_case_state(
     rows.store_scene_state(
         case_states,
         lane,
-        SceneState(
+        SceneStateAndConstants(
             base_acceleration=SceneBaseAccelerationInSample(none, none, 0.0),
             tick_duration=step,
             ticks_per_second=ticks_per_sample / sampling_interval,
             velocity_lag_behind_pose=velocity_lag_behind_pose_steps * step,
             step_control=step_control,
-            current_attempt=first,
+            current_step_length_and_repetitions=first,
             contact_changes=rows.zero_contact_changes(),
             step_acceptance=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude_factor=case_parameter_row.amplitude_factor,
@@ -69,7 +69,7 @@ def write_initial_case_state(
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,
             interval_index_of_last_case_end_test=last_check,
-            slide_end=SlidingCaseEnd(0.0),
+            slide_end=LastSampleOfContinuedSlidingCase(0.0),
         ),
     )
 
@@ -108,6 +108,9 @@ def write_initial_pair_states(
             face_table_by_piece[n, : scene_arrays.piece_vertex_counts[n]],
         )
         if settled:
-            q[rows.MAX_MOTION_KEEPING_FACES_ROW + lane], q[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + lane] = np.inf, -1.0
+            q[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW + lane], q[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + lane] = (
+                np.inf,
+                -1.0,
+            )
         set_pair_forces_at_rest(q, lane)
         q[rows.ABSORBED_ENERGY_ROW + lane] = pair_spring_energy(rows.load_pair_state(q, lane))

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import SlidingCaseEnd
+from overturning.dem.kernel.ending import LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
@@ -41,7 +41,7 @@ class StepDecisionAndNextAttempt(NamedTuple):
     """Length and number of repetitions of the next attempt."""
 
 
-class SceneState(NamedTuple):
+class SceneStateAndConstants(NamedTuple):
     """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
 
     base_acceleration: SceneBaseAccelerationInSample
@@ -52,7 +52,7 @@ class SceneState(NamedTuple):
     velocity_lag_behind_pose: float
     """Time by which velocities lag behind poses, s."""
     step_control: CaseStepControl
-    current_attempt: NextStepToAttempt
+    current_step_length_and_repetitions: NextStepToAttempt
     """Length of the present step, and its number of repetitions."""
     contact_changes: StepContactChangesAsFloats
     """Contact changes in the present step."""
@@ -74,7 +74,7 @@ class SceneState(NamedTuple):
     """Index of the variant of the scene (one size and damping)."""
     interval_index_of_last_case_end_test: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
-    slide_end: SlidingCaseEnd
+    slide_end: LastSampleOfContinuedSlidingCase
 
 
 class Pose(NamedTuple):
@@ -147,10 +147,10 @@ class ElementMotionSinceContactTestsPaused(NamedTuple):
     """Sum of its absolute rotations, rad."""
 
 
-class ElementSlipAndFallState(NamedTuple):
+class ElementSlipFallSideAndLastUprightTime(NamedTuple):
     """Slip of an element, last times upright and on its support, and fall side; updated at least once per sample."""
 
-    last_time_able_to_return_upright: float
+    last_time_recoverable_and_above_fall_height: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
     last_time_on_support: float
     """Last time at which the element touched the element that carried it at rest, s."""
@@ -162,7 +162,7 @@ class ElementSlipAndFallState(NamedTuple):
     """Current slip on the supporting element, m."""
 
 
-class ElementRestPoseAndSlipPoints(NamedTuple):
+class ElementRestPoseAndSlipMeasurementPoints(NamedTuple):
     """Rest position of an element, and the points of its base and its support between which slip is measured."""
 
     base_point_x_in_element_axes: float
@@ -207,9 +207,9 @@ class ElementState(NamedTuple):
     contact_force_sum: PlanarMotionOrForce
     constants: ElementConstants
     step_motion_with_work_and_peaks_so_far: ElementStepMotionWorkAndPeaks
-    motion_since_contact_tests_paused: ElementMotionSinceContactTestsPaused
-    slip_and_fall: ElementSlipAndFallState
-    rest_position: ElementRestPoseAndSlipPoints
+    motion_since_first_pair_suspended: ElementMotionSinceContactTestsPaused
+    slip_fall_side_and_last_upright_time: ElementSlipFallSideAndLastUprightTime
+    rest_position: ElementRestPoseAndSlipMeasurementPoints
 
 
 class ElementFace(NamedTuple):
@@ -303,7 +303,7 @@ class PlanarContactPointHistory(NamedTuple):
     tangential_spring_stretch: float
     """Stretch of the tangential spring, m."""
     contact_vertex_status_code: float
-    """Vertex at the contact point: `OPEN`, `VERTEX_OF_A`, `VERTEX_OF_B` or `TRANSFERRED`."""
+    """Vertex at the contact point: `OPEN`, `CONTACT_VERTEX_IS_OF_A`, `CONTACT_VERTEX_IS_OF_B` or `TRANSFERRED`."""
     normal_force: float
     """Normal force, N."""
     tangential_force: float
@@ -312,7 +312,7 @@ class PlanarContactPointHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-OPEN, VERTEX_OF_A, VERTEX_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
+OPEN, CONTACT_VERTEX_IS_OF_A, CONTACT_VERTEX_IS_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
 """Values of the owner of a contact point's vertex: no contact, a's vertex, b's vertex, transferred from other faces."""
 
 
@@ -340,9 +340,9 @@ class PairState(NamedTuple):
     contact_law: ContactPointConstants
     nearest_faces: NearestFacesAndMotionLimits
     history: PairHistory
-    signed_friction_coefficient_1: float
+    signed_mu_1_or_zero_if_sticking: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""
-    signed_friction_coefficient_2: float
+    signed_mu_2_or_zero_if_sticking: float
     """±μ if contact point 2 was sliding at the last solution, else 0 (centred scheme)."""
     is_a_on_b_minus_is_b_on_a: float
     """1 if a was carried by b at rest, −1 if b was carried by a, else 0."""

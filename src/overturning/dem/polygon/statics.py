@@ -54,7 +54,7 @@ class ContactConstantsByPair:
     dashpot_coefficient: FloatArray  # h, N·s/m, in both directions
     friction_coefficient: FloatArray  # µ; −1 if the pair takes the friction of the case
     carried_weight_at_rest: FloatArray  # weight at rest, N
-    weight_for_contact_stiffness: (
+    gravity_load_for_contact_stiffness: (
         FloatArray  # weight for which the contact is made, N: that at rest, or of the lighter element
     )
 

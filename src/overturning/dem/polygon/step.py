@@ -36,7 +36,7 @@ from overturning.dem.polygon.state import (
     PlanarMotionOrForce,
     Pose,
     PredictedElement,
-    SceneState,
+    SceneStateAndConstants,
     StepDecisionAndNextAttempt,
 )
 from overturning.dem.polygon.suspended_pairs import (
@@ -57,7 +57,7 @@ class SceneCentredSchemeConstants(NamedTuple):
 @njit(**INLINE_OPTIONS)
 def base_acceleration_acting_on_element_at_step_end(
     upward_base_acceleration_or_none: Any,
-    scene_state: SceneState,
+    scene_state: SceneStateAndConstants,
     element_constants: ElementConstants,
     ticks_per_sample: float,
 ) -> tuple[float, float]:
@@ -66,7 +66,10 @@ def base_acceleration_acting_on_element_at_step_end(
     Both are 0 for an element that moves with the base. Of `upward_base_acceleration_or_none` only matters whether it is
     None: the base then moves only horizontally.
     """
-    tick = scene_state.base_acceleration.ticks_since_sample_start + scene_state.current_attempt.length_in_ticks
+    tick = (
+        scene_state.base_acceleration.ticks_since_sample_start
+        + scene_state.current_step_length_and_repetitions.length_in_ticks
+    )
     past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
@@ -91,7 +94,7 @@ def predict_element_motion(
     """Predict the motion of an element in a step with constant acceleration, for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element_state(element_state_rows, j), rows.load_scene_state(scene_state_rows, j)
-        dt, a = case.tick_duration * case.current_attempt.length_in_ticks, item.acceleration
+        dt, a = case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks, item.acceleration
         half = 0.5 * dt
         ground, lift = base_acceleration_acting_on_element_at_step_end(
             upward_base_acceleration_or_none, case, item.constants, ticks_per_sample
@@ -123,14 +126,14 @@ def store_element_motion_of_accepted_step(
     for j in range(rows.PARALLEL_CASE_COUNT):
         item, case = rows.load_element_state(element_state_rows, j), rows.load_scene_state(scene_state_rows, j)
         dt, trial, old, again = (
-            case.tick_duration * case.current_attempt.length_in_ticks,
+            case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks,
             item.predicted,
             item.step_motion_with_work_and_peaks_so_far,
             case.step_acceptance.is_rejected > 0.0,
         )
         half, tick, d, p = (
             0.5 * dt,
-            case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks,
+            case.base_acceleration.ticks_since_sample_start + case.current_step_length_and_repetitions.length_in_ticks,
             trial.step_end_velocity_correction,
             trial.pose,
         )
@@ -168,7 +171,7 @@ def reset_step_contact_changes(scene_state_rows: Any) -> None:
 
 
 @njit(**INLINE_OPTIONS)
-def contact_changes_in_scene_step(scene_state: SceneState) -> StepContactChanges:
+def contact_changes_in_scene_step(scene_state: SceneStateAndConstants) -> StepContactChanges:
     """Return the contact changes of a case in an attempted step, by which the step is accepted or rejected."""
     findings, long = scene_state.contact_changes, not step_resolves_contact_vibration(scene_state)
     wrong, reverse, back = (
@@ -193,16 +196,18 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
     """Accept or reject the attempted step of each case, and choose the length of the next attempt."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_scene_state(scene_state_rows, j)
-        tick = case.base_acceleration.ticks_since_sample_start + case.current_attempt.length_in_ticks
+        tick = (
+            case.base_acceleration.ticks_since_sample_start + case.current_step_length_and_repetitions.length_in_ticks
+        )
         again, sooner, then = decide_rejection_and_next_step(
             SCENE_STEP_CONTROL,
             case.step_control,
-            case.current_attempt,
+            case.current_step_length_and_repetitions,
             contact_changes_in_scene_step(case),
             tick,
             ticks_per_sample,
         )
-        rows.store_step_decision(
+        rows.store_step_acceptance(
             scene_state_rows, j, StepDecisionAndNextAttempt(1.0 if again else 0.0, 1.0 if sooner else 0.0, then)
         )
 
@@ -214,7 +219,9 @@ def advance_accepted_steps_and_set_next_attempts(scene_state_rows: Any) -> None:
         case = rows.load_scene_state(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start
         scene_state_rows[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = (
-            tick if case.step_acceptance.is_rejected > 0.0 else tick + case.current_attempt.length_in_ticks
+            tick
+            if case.step_acceptance.is_rejected > 0.0
+            else tick + case.current_step_length_and_repetitions.length_in_ticks
         )
         rows.store_next_step_to_attempt(scene_state_rows, j, case.step_acceptance.next_attempt)
 

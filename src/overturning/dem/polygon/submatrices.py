@@ -148,12 +148,12 @@ def subtract_coupled_velocity_change(
     """Subtract submatrix × (velocity change of the source element) from the velocity change of the target element."""
     for j in range(hide_number_from_llvm(rows.PARALLEL_CASE_COUNT)):
         v, w = (
-            rows.load_velocity_change(target_element_state_rows, j),
+            rows.load_step_end_velocity_correction(target_element_state_rows, j),
             submatrix_times_vector(
-                load(submatrix_of_all_cases, j), rows.load_velocity_change(source_element_state_rows, j)
+                load(submatrix_of_all_cases, j), rows.load_step_end_velocity_correction(source_element_state_rows, j)
             ),
         )
-        rows.store_velocity_change(
+        rows.store_step_end_velocity_correction(
             target_element_state_rows, j, PlanarMotionOrForce(v.x - w.x, v.z - w.z, v.angular - w.angular)
         )
 
@@ -162,10 +162,10 @@ def subtract_coupled_velocity_change(
 def multiply_right_side_by_pivot_inverse(element_state_rows: Any, pivot_inverse_of_all_cases: Any) -> None:
     """Replace an element's right-hand side by its velocity change: multiply by the inverse of its pivot submatrix."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        rows.store_velocity_change(
+        rows.store_step_end_velocity_correction(
             element_state_rows,
             j,
             submatrix_times_vector(
-                load(pivot_inverse_of_all_cases, j), rows.load_velocity_change(element_state_rows, j)
+                load(pivot_inverse_of_all_cases, j), rows.load_step_end_velocity_correction(element_state_rows, j)
             ),
         )

@@ -22,10 +22,10 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import ElementMotionSinceContactTestsPaused
 
 MOTION_SUM_MARK_OF_ACTIVE_PAIR: Final = -1.0
-"""Value of `ActivePairs.motion_sum_at_next_contact_test` for an active pair."""
+"""Value of `PairContactTestSchedule.motion_sum_at_next_contact_test` for an active pair."""
 
 
-class ActivePairs(NamedTuple):
+class PairContactTestSchedule(NamedTuple):
     """Element pairs tested for contact at each step, and the motions at which distant pairs are tested again."""
 
     indices_of_pairs_tested_each_step: Any
@@ -36,7 +36,7 @@ class ActivePairs(NamedTuple):
     """Sum of motions (m) at which each pair is tested again, or `MOTION_SUM_MARK_OF_ACTIVE_PAIR`, shape (pairs,)."""
     active_pair_count: Any
     """Number of active pairs, shape (1,)."""
-    summed_motion_next_test_motion_and_lever_arm: Any
+    largest_motion_sum_next_test_sum_and_lever_arm: Any
     """Largest sum of motions of two elements so far (m), sum at which the next pair is tested again (m), and longest
     lever arm of a pair not tested now (m), shape (3,)."""
     largest_last_and_predicted_step_motions: Any
@@ -49,12 +49,12 @@ LARGEST_MOTION_SUM_INDEX, NEXT_RESUME_SUM_INDEX, LONGEST_LEVER_ARM_INDEX = 0, 1,
 
 @njit(**ALLOCATING_INLINE_OPTIONS)
 def create_active_pairs(pair_count: int) -> Any:
-    """Return the `ActivePairs` of a scene with `pair_count` element pairs, all tested for contact at each step."""
+    """Return the schedule of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
     travel[NEXT_RESUME_SUM_INDEX] = np.inf
     number = np.zeros(1, np.int64)
     number[0] = pair_count
-    return ActivePairs(
+    return PairContactTestSchedule(
         np.arange(pair_count),
         np.zeros(pair_count, np.bool_),
         np.full(pair_count, MOTION_SUM_MARK_OF_ACTIVE_PAIR),
@@ -96,9 +96,9 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
             element_state_rows,
             j,
             ElementMotionSinceContactTestsPaused(
-                item.motion_since_contact_tests_paused.abs_dx_plus_abs_dz_sum
+                item.motion_since_first_pair_suspended.abs_dx_plus_abs_dz_sum
                 + item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
-                item.motion_since_contact_tests_paused.abs_rotation_sum
+                item.motion_since_first_pair_suspended.abs_rotation_sum
                 + item.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
             ),
         )
@@ -111,14 +111,14 @@ def summed_motion_of_pair(
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
     lever = rows.load_nearest_faces(pair_state_rows, lane).lever_arm_for_rotation_in_motion_sum
     a, b = (
-        rows.load_element_state(element_a_state_rows, lane).motion_since_contact_tests_paused,
-        rows.load_element_state(element_b_state_rows, lane).motion_since_contact_tests_paused,
+        rows.load_element_state(element_a_state_rows, lane).motion_since_first_pair_suspended,
+        rows.load_element_state(element_b_state_rows, lane).motion_since_first_pair_suspended,
     )
     return (a.abs_dx_plus_abs_dz_sum + b.abs_dx_plus_abs_dz_sum) + lever * (a.abs_rotation_sum + b.abs_rotation_sum)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def subtract_element_motions_from_pair_motion(
+def subtract_motion_sums_of_elements_from_pair_motion(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
@@ -164,7 +164,7 @@ def min_motion_to_contact_and_max_lever_arm(pair_state_rows: Any) -> tuple[float
 def resume_contact_tests_after_motion(
     case_states: Any,
     scene_arrays: Any,
-    active_pairs_and_resume_motions: ActivePairs,
+    active_pairs_and_resume_motions: PairContactTestSchedule,
     largest_motion_sum_of_two_elements: float,
 ) -> None:
     """Test again for contact those distant element pairs that could touch after a sum of motions (m).
@@ -186,17 +186,19 @@ def resume_contact_tests_after_motion(
             following = min(following, at)
     (
         active_pairs_and_resume_motions.active_pair_count[0],
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX],
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX],
     ) = count, following
     if count == active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size:
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
             LARGEST_MOTION_SUM_INDEX
-        ] = active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = 0.0
+        ] = active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = (
+            0.0
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def sum_motions_and_resume_contact_tests(
-    case_states: Any, scene_arrays: Any, active_pairs_and_resume_motions: ActivePairs, element_count: int
+    case_states: Any, scene_arrays: Any, active_pairs_and_resume_motions: PairContactTestSchedule, element_count: int
 ) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
     if (
@@ -206,7 +208,7 @@ def sum_motions_and_resume_contact_tests(
         return
     largest, lever = (
         active_pairs_and_resume_motions.largest_last_and_predicted_step_motions,
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX],
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX],
     )
     for k in range(largest.size):
         largest[k] = 0.0
@@ -219,12 +221,17 @@ def sum_motions_and_resume_contact_tests(
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
     # `search.add_step_motion_and_count_near_and_due_cases`.
-    active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX] += 2.0 * last
+    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX] += (
+        2.0 * last
+    )
     travel = (
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + 4.0 * ahead
     )
-    if not travel < active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX]:
+    if (
+        not travel
+        < active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX]
+    ):
         resume_contact_tests_after_motion(case_states, scene_arrays, active_pairs_and_resume_motions, travel)
     for i in range(element_count):
         add_last_step_to_summed_motion(rows.slice_element_rows(case_states, i))
@@ -236,22 +243,22 @@ def keep_contact_tests_unless_distant(
     element_a_state_rows: Any,
     element_b_state_rows: Any,
     pair_index: int,
-    active_pairs_and_resume_motions: ActivePairs,
+    active_pairs_and_resume_motions: PairContactTestSchedule,
 ) -> bool:
     """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
     slack, lever = min_motion_to_contact_and_max_lever_arm(pair_state_rows)
     if slack <= 0.0:
         return True
-    subtract_element_motions_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
+    subtract_motion_sums_of_elements_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
     active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index] = (
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + (1.0 - 1e-9) * slack
     )
-    active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX] = min(
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[NEXT_RESUME_SUM_INDEX],
+    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX] = min(
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX],
         active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index],
     )
-    active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = max(
-        active_pairs_and_resume_motions.summed_motion_next_test_motion_and_lever_arm[LONGEST_LEVER_ARM_INDEX], lever
+    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = max(
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX], lever
     )
     return False

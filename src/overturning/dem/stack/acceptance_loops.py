@@ -5,7 +5,10 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.body.commit import base_acceleration_stays_below_limit
-from overturning.dem.body.state import StepRejectionAndSlipAssumptionFlags, lean_as_squared_sine
+from overturning.dem.body.state import (
+    StepRejectionAndKeptSlipAssumptionFlags,
+    squared_sine_of_lean_continued_beyond_90_deg,
+)
 from overturning.dem.body.vectors import (
     Vector3,
     extrapolate_vector,
@@ -42,7 +45,7 @@ from overturning.dem.stack.access import (
     load_velocity_correction,
     store_clock_within_sample,
     store_energy_account_unless_rejected,
-    store_joint_state_unless_rejected,
+    store_joint_state_at_step_start_unless_rejected,
     store_next_step_to_attempt,
     store_peaks_unless_rejected,
     store_point_state_unless_rejected,
@@ -52,8 +55,8 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, JointAtStepStartAndEnd
 from overturning.dem.stack.state import (
     StackClockWithinSample,
-    StackEnergyAccount,
-    StonePeakTilt,
+    StackEnergyAccountAndPeakPenetration,
+    StonePeakLeanAndLastUprightTick,
     StoneState,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -97,7 +100,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
         )
         store_next_step_to_attempt(case_rows, j, following)
         store_rejection(
-            case_rows, j, StepRejectionAndSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
+            case_rows, j, StepRejectionAndKeptSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
         store_clock_within_sample(
             case_rows,
@@ -135,7 +138,7 @@ def store_stone_and_energy_if_step_accepted(
         turn = rotate_quaternion(p.rotation, half, change.angular_velocity)
         velocity = plus(extrapolate_vector(p.velocity_at_half_step, half, acceleration), scale_vector(one, i))
         axes = rotation_matrix(turn)
-        lean = lean_as_squared_sine(axes)
+        lean = squared_sine_of_lean_continued_beyond_90_deg(axes)
         tick = load_clock_within_sample(case_rows, j).ticks_since_sample_start
         skip = again | (not present)
         store_stone_state_unless_rejected(
@@ -153,7 +156,7 @@ def store_stone_and_energy_if_step_accepted(
                 contact_moment_per_mass=moment,
             ),
         )
-        store_peaks_unless_rejected(stone_rows, j, skip, StonePeakTilt(
+        store_peaks_unless_rejected(stone_rows, j, skip, StonePeakLeanAndLastUprightTick(
             updated_maximum(peaks.peak_lean_squared_sine, lean),
             select(
                 lean < constants.critical_lean_squared_sine_on_contact_at_rest, tick, peaks.last_upright_tick_in_sample
@@ -163,7 +166,7 @@ def store_stone_and_energy_if_step_accepted(
         power = constants.mass * power if present else 0.0
         account, losses = load_energy_account(case_rows, j), load_energy_losses(case_rows, j)
         if none_unless_lowest_stone is not None:
-            account = StackEnergyAccount(
+            account = StackEnergyAccountAndPeakPenetration(
                 account.base_motion_work + half * account.base_motion_power_at_step_end,
                 account.lost_energy
                 + (
@@ -174,7 +177,7 @@ def store_stone_and_energy_if_step_accepted(
                 losses.dissipated_power_at_step_end,
                 updated_maximum(account.peak_penetration, load_contact_changes(case_rows, j).largest_penetration),
             )
-        store_energy_account_unless_rejected(case_rows, j, again, StackEnergyAccount(
+        store_energy_account_unless_rejected(case_rows, j, again, StackEnergyAccountAndPeakPenetration(
             account.base_motion_work + half * power, account.lost_energy, account.base_motion_power_at_step_end + power,
             account.dissipated_power_at_step_end, account.peak_penetration
         ))  # fmt: skip
@@ -185,7 +188,7 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
     """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
     for j in range(assume_vector_multiple(lane_count)):
         rejected, slid = load_rejection(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW + j]
-        store_joint_state_unless_rejected(
+        store_joint_state_at_step_start_unless_rejected(
             joint_rows, j, rejected.is_step_rejected > 0.0, load_joint_state_at_step_end(joint_rows, j)
         )
         joint_rows[SLID_AT_STEP_START_ROW + j] = select(

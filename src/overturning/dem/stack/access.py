@@ -7,7 +7,7 @@ of joints and points are those before the step, unless the name ends with ``at_s
 
 from typing import Final
 
-from overturning.dem.body.state import InertialAccelerations3D, StepRejectionAndSlipAssumptionFlags
+from overturning.dem.body.state import InertialAndUpwardBaseAccelerations3D, StepRejectionAndKeptSlipAssumptionFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
@@ -16,8 +16,8 @@ from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     POINT_ROW_LAYOUT,
     AssumedJointFrictionInStep,
-    BaseOverhangAtSide,
-    ContactNormalSums,
+    BaseOverhangAndContactNormalSlopesAtSide,
+    ContactLoadSumsForNormalDirection,
     ContactPointPosition,
     FaceCorner,
     FlatLandingTimesAndPointHeights,
@@ -28,26 +28,26 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
     JointPointAtStepStartAndEnd,
     JointRelativeMotion,
+    NormalForceTimesPressureCentreDistance,
     SidePartInContactPatch,
     SolvedContactForceSums,
-    SumOfNormalForceTimesCentreDistance,
 )
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
     STONE_ROW_LAYOUT,
-    ContactEnergyLosses,
+    ContactPowerLossAndLostSpringEnergy,
     DiagonalBlockAndRightSide,
     EliminatedStoneSolution,
     PredictedStone,
     StackClockWithinSample,
     StackContactChangesInStep,
-    StackEnergyAccount,
+    StackEnergyAccountAndPeakPenetration,
     StackRestFlagAndLimits,
     StackTickLengthAndLimits,
     StoneConstants,
     StoneContactForceSums,
     StoneFallState,
-    StonePeakTilt,
+    StonePeakLeanAndLastUprightTick,
     StoneState,
     StoneVelocityCorrection,
 )
@@ -65,7 +65,7 @@ slice_stone_rows = create_window_slicer(STONE_ARRAY_LENGTH, CASE_ARRAY_LENGTH)
 """Return the rows of a stone."""
 
 load_energy_account, store_energy_account, store_energy_account_unless_rejected = (
-    CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccount)
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccountAndPeakPenetration)
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
 load_stack_limits, store_stack_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthAndLimits)
@@ -73,13 +73,15 @@ load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writ
 load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
 load_inertial_acceleration, store_inertial_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
-load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(ContactEnergyLosses)
-load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndSlipAssumptionFlags)
+load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactPowerLossAndLostSpringEnergy
+)
+load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndKeptSlipAssumptionFlags)
 load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StackRestFlagAndLimits
 )
 load_sample_accelerations, store_sample_accelerations, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
-    InertialAccelerations3D
+    InertialAndUpwardBaseAccelerations3D
 )
 load_clock_within_sample, store_clock_within_sample, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackClockWithinSample)
 
@@ -89,11 +91,13 @@ load_velocity_correction, store_velocity_correction, _ = STONE_ROW_LAYOUT.tuple_
 )
 load_stone_constants, store_stone_constants, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneConstants)
 load_diagonal_block, store_diagonal_block, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(DiagonalBlockAndRightSide)
-load_eliminated_solution, store_eliminated_solution, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(
-    EliminatedStoneSolution
+load_correction_relation_to_stone_below, store_correction_relation_to_stone_below, _ = (
+    STONE_ROW_LAYOUT.tuple_reader_and_writer(EliminatedStoneSolution)
 )
 load_fall_state, store_fall_state, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
-load_peaks, store_peaks, store_peaks_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(StonePeakTilt)
+load_peaks, store_peaks, store_peaks_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
+    StonePeakLeanAndLastUprightTick
+)
 load_predicted_stone, store_predicted_stone, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
 load_stone_state, store_stone_state, store_stone_state_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
     StoneState
@@ -102,13 +106,13 @@ load_force_sums, store_force_sums, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(
 store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "rotation").store
 
 load_friction_arm_sum, store_friction_arm_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    SumOfNormalForceTimesCentreDistance
+    NormalForceTimesPressureCentreDistance
 )
 load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
 load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
 load_joint_friction, store_joint_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(AssumedJointFrictionInStep)
-load_joint_state, store_joint_state, store_joint_state_unless_rejected = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    JointAtStepStartAndEnd, "at_step_start"
+load_joint_state_at_step_start, store_joint_state_at_step_start, store_joint_state_at_step_start_unless_rejected = (
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "at_step_start")
 )
 load_joint_constants, store_joint_constants, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
 load_joint_force_or_velocity_change, store_joint_force_or_velocity_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -122,7 +126,9 @@ load_joint_state_at_step_end, store_joint_state_at_step_end, _ = JOINT_ROW_LAYOU
     JointAtStepStartAndEnd, "at_step_end"
 )
 load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
-load_contact_normal_sums, store_contact_normal_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(ContactNormalSums)
+load_contact_normal_sums, store_contact_normal_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    ContactLoadSumsForNormalDirection
+)
 load_point_force_sums, store_point_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     SolvedContactForceSums, "point_force_and_impulse_sums_at_step_end"
 )
@@ -133,13 +139,15 @@ load_point_state_at_step_end, store_point_state_at_step_end, _ = POINT_ROW_LAYOU
 )
 load_face_corner, store_face_corner, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(FaceCorner)
 load_point_position, store_point_position, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(ContactPointPosition)
-load_base_overhang, store_base_overhang, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(BaseOverhangAtSide)
+load_base_overhang, store_base_overhang, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(
+    BaseOverhangAndContactNormalSlopesAtSide
+)
 load_point_state, _, store_point_state_unless_rejected = POINT_ROW_LAYOUT.tuple_reader_and_writer(
     JointPointAtStepStartAndEnd, "at_step_start"
 )
 
-add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactEnergyLosses).plus
-zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactEnergyLosses).zero
+add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).plus
+zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).zero
 larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).largest
 no_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).zero
 

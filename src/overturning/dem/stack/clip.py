@@ -23,7 +23,7 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
     POINT_ROW_LAYOUT,
-    BaseOverhangAtSide,
+    BaseOverhangAndContactNormalSlopesAtSide,
     ContactPointPosition,
     FaceCorner,
     JointRelativeMotion,
@@ -154,7 +154,9 @@ def normal_slope_at_crossing_of_sides(
     across = lower_side_start_corner.next_side_outward_normal_x * (
         b.x_in_joint_frame - a.x_in_joint_frame
     ) + lower_side_start_corner.next_side_outward_normal_y * (b.y_in_joint_frame - a.y_in_joint_frame)
-    slope = (a.base_height_above_lower_face - b.base_height_above_lower_face) / (across if across != 0.0 else 1.0)
+    slope = (a.upper_base_height_above_lower_face - b.upper_base_height_above_lower_face) / (
+        across if across != 0.0 else 1.0
+    )
     return slope if (across != 0.0) & (slope > 0.0) else 0.0
 
 
@@ -162,7 +164,7 @@ def normal_slope_at_crossing_of_sides(
 def clear_overhang_and_normal_slopes(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_base_overhang(lower_side_rows, j, BaseOverhangAtSide(-1e300, 0.0, 0.0))
+        store_base_overhang(lower_side_rows, j, BaseOverhangAndContactNormalSlopesAtSide(-1e300, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -191,16 +193,16 @@ def clip_lower_side_and_update_overhang(
         store_base_overhang(
             lower_side_rows,
             j,
-            BaseOverhangAtSide(
+            BaseOverhangAndContactNormalSlopesAtSide(
                 max_base_corner_overhang=beyond
                 if beyond > rim.max_base_corner_overhang
                 else rim.max_base_corner_overhang,
-                contact_normal_slope_where_clipped_part_begins=slope
+                contact_normal_slope_at_clipped_side_start=slope
                 if new.begin_side_fraction > old.begin_side_fraction
-                else rim.contact_normal_slope_where_clipped_part_begins,
-                contact_normal_slope_at_part_end=slope
+                else rim.contact_normal_slope_at_clipped_side_start,
+                contact_normal_slope_at_clipped_side_end=slope
                 if new.end_side_fraction < old.end_side_fraction
-                else rim.contact_normal_slope_at_part_end,
+                else rim.contact_normal_slope_at_clipped_side_end,
             ),
         )
 

@@ -38,7 +38,7 @@ from overturning.dem.stack.access import (
     load_joint_force_or_velocity_change,
     load_joint_frame,
     load_joint_friction,
-    load_joint_state,
+    load_joint_state_at_step_start,
     load_next_step_to_attempt,
     load_point_force_sums,
     load_point_position,
@@ -61,10 +61,10 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint import solve_joint_contact
 from overturning.dem.stack.joint_point import solve_point_contact
 from overturning.dem.stack.joint_state import (
-    JointStepConditions,
+    JointFrictionConditionsInStep,
     NormalForceAndEarlyContactImpulseSums,
-    PointStepConditions,
-    SumOfNormalForceTimesCentreDistance,
+    NormalForceTimesPressureCentreDistance,
+    PointStepLengthAndFlatLandingConditions,
 )
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
@@ -130,7 +130,7 @@ def store_joint_velocity_change_and_clear_sums(
                 one.angular_velocity,
             )
         store_joint_force_or_velocity_change(joint_rows, j, Wrench(velocity, spin))
-        store_friction_arm_sum(joint_rows, j, SumOfNormalForceTimesCentreDistance(0.0))
+        store_friction_arm_sum(joint_rows, j, NormalForceTimesPressureCentreDistance(0.0))
         store_point_force_sums(joint_rows, j, zero_point_force_and_impulse())
 
 
@@ -145,11 +145,11 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
         old = load_point_state(point_rows, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
-            PointStepConditions(
+            PointStepLengthAndFlatLandingConditions(
                 load_clock_within_sample(case_rows, j).half_step_length_s, flat_landing_of_stone_is_under_way(landing),
                 remaining_landing_time_of_new_contact(joint, landing),
                 point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
-                landing.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+                landing.shortest_flat_landing_time_left_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
             ),
         )  # fmt: skip
         store_point_state_at_step_end(point_rows, j, new)
@@ -172,7 +172,7 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, l
             load_friction_arm_sum(joint_rows, j).force_times_distance_from_pressure_centre
             + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         )
-        store_friction_arm_sum(joint_rows, j, SumOfNormalForceTimesCentreDistance(arm))
+        store_friction_arm_sum(joint_rows, j, NormalForceTimesPressureCentreDistance(arm))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -200,8 +200,8 @@ def compute_joint_forces_and_add_to_stones(
                 load_friction_arm_sum(joint_rows, j).force_times_distance_from_pressure_centre,
             ),
             (change.force_or_velocity, change.moment_or_angular_velocity),
-            load_joint_state(joint_rows, j),
-            JointStepConditions(
+            load_joint_state_at_step_start(joint_rows, j),
+            JointFrictionConditionsInStep(
                 load_clock_within_sample(case_rows, j).half_step_length_s,
                 fine,
                 flat,

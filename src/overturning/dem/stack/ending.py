@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.state import angular_velocity_from_momentum, lean_as_squared_sine
+from overturning.dem.body.state import angular_velocity_from_momentum, squared_sine_of_lean_continued_beyond_90_deg
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -20,8 +20,8 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     CaseProgress,
-    SlidingCaseEnd,
-    update_slide_end_and_check_case_continues,
+    LastSampleOfContinuedSlidingCase,
+    set_slide_end_once_and_check_case_continues,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
@@ -36,7 +36,7 @@ from overturning.dem.stack.access import (
     load_face_corner,
     load_fall_state,
     load_joint_constants,
-    load_joint_state,
+    load_joint_state_at_step_start,
     load_peaks,
     load_point_state,
     load_stack_limits,
@@ -54,7 +54,7 @@ from overturning.dem.stack.rest import (
 )
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
-    StackEnergyAccount,
+    StackEnergyAccountAndPeakPenetration,
     StoneConstants,
     StoneFallState,
     StoneState,
@@ -65,7 +65,9 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 INITIAL_ENERGY_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy")
 CURRENT_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-SLIDE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(SlidingCaseEnd, "sample_or_zero_before_known")
+SLIDE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(
+    LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
+)
 
 
 MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END: Final = (
@@ -126,7 +128,7 @@ def stack_energy(
         )
         at = first + s * size
         joint_rows = stack_states[at : at + JOINT_ARRAY_LENGTH]
-        joint, old = load_joint_constants(joint_rows, lane), load_joint_state(joint_rows, lane)
+        joint, old = load_joint_constants(joint_rows, lane), load_joint_state_at_step_start(joint_rows, lane)
         total += 0.5 * joint.tangential_stiffness * squared_length(old.tangential_spring_stretch)
         for i in range((size - JOINT_ARRAY_LENGTH) // POINT_ARRAY_LENGTH):
             begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
@@ -203,7 +205,10 @@ def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: i
             or centre_drop_from_rest_position_on_support(stack_states, lane, s) > constants.max_centre_drop_without_fall
         ):
             return s
-        leans = s > 0 and lean_as_squared_sine(axes) > constants.critical_lean_squared_sine_on_whole_base
+        leans = (
+            s > 0
+            and squared_sine_of_lean_continued_beyond_90_deg(axes) > constants.critical_lean_squared_sine_on_whole_base
+        )
         if leans and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count):
             return s
     return stone_count
@@ -236,7 +241,7 @@ def stop_simulating_fallen_and_upper_stones(
         last = load_peaks(rows, lane).last_upright_tick_in_sample
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time_s
         slid_off = (
-            lean_as_squared_sine(rotation_matrix(load_stone_state(rows, lane).rotation))
+            squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(load_stone_state(rows, lane).rotation))
             < constants.critical_lean_squared_sine_on_contact_at_rest
         )
         slid_off = slid_off or (
@@ -250,7 +255,7 @@ def stop_simulating_fallen_and_upper_stones(
     store_energy_account(
         stack_states,
         lane,
-        StackEnergyAccount(
+        StackEnergyAccountAndPeakPenetration(
             account.base_motion_work,
             account.lost_energy + gone,
             account.base_motion_power_at_step_end,
@@ -289,7 +294,10 @@ def stop_fallen_stones_and_return_status(
             return CaseStatus.UNSTABLE
         kinetic += stone_kinetic_energy(load_stone_constants(rows, lane), stone)
         at = first + s * size
-        loaded = loaded and load_joint_state(stack_states[at : at + JOINT_ARRAY_LENGTH], lane).normal_force > 0.0
+        loaded = (
+            loaded
+            and load_joint_state_at_step_start(stack_states[at : at + JOINT_ARRAY_LENGTH], lane).normal_force > 0.0
+        )
     if load_energy_account(stack_states, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_simulating_fallen_and_upper_stones(
@@ -314,7 +322,7 @@ def stop_fallen_stones_and_return_status(
         return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count)
-    if update_slide_end_and_check_case_continues(
+    if set_slide_end_once_and_check_case_continues(
         stack_states, SLIDE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
@@ -339,7 +347,8 @@ def stack_cannot_fall(stack_states: Any, lane: int, max_corner_count: int, stone
         own = rotation_matrix(stone.rotation)
         if (
             not load_fall_state(rows, lane).is_still_simulated > 0.0
-            or lean_as_squared_sine(own) >= constants.critical_lean_squared_sine_on_contact_at_rest
+            or squared_sine_of_lean_continued_beyond_90_deg(own)
+            >= constants.critical_lean_squared_sine_on_contact_at_rest
         ):
             return False
         ahead = (stone.centre_position.x - constants.centre_height * own.xz - x) - (start.x - start_x)
@@ -384,7 +393,7 @@ def write_stack_results(
         stone_result_rows[s].slid_off_support = outcome.slid_off_support
         stone_result_rows[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan
         stone_result_rows[s].peak_lean_squared_sine = max(
-            load_peaks(rows, lane).peak_lean_squared_sine, lean_as_squared_sine(own)
+            load_peaks(rows, lane).peak_lean_squared_sine, squared_sine_of_lean_continued_beyond_90_deg(own)
         )
         place, turn = pose_relative_to_stone_below(stone, below, axes)
         stone_result_rows[s].slip_x_on_support_at_end, stone_result_rows[s].slip_y_on_support_at_end = (
@@ -395,5 +404,8 @@ def write_stack_results(
         one = 1.0 / math.sqrt(cosine * cosine + sine * sine)
         stone_result_rows[s].support_twist_cosine, stone_result_rows[s].support_twist_sine = one * cosine, one * sine
         stone_result_rows[s].twist_relative_to_support_rad = math.atan2(turn.yx - turn.xy, turn.xx + turn.yy)
-        stone_result_rows[s].stone_axis_x_at_end, stone_result_rows[s].stone_axis_y_at_end = own.xz, own.yz
+        stone_result_rows[s].stone_axis_unit_vector_x_at_end, stone_result_rows[s].stone_axis_unit_vector_y_at_end = (
+            own.xz,
+            own.yz,
+        )
         below, axes = stone.centre_position, own

@@ -19,25 +19,32 @@ from overturning.dem.stack.joint_state import (
     JointConstants,
     JointContactState,
     JointEquations,
+    JointFrictionConditionsInStep,
     JointNormalForceSums,
     JointRelativeMotion,
-    JointStepConditions,
     NormalForceAndEarlyContactImpulseSums,
-    TangentTwistVector,
+    TangentialVectorWithScaledTwist,
     scale_tangent_twist_vector,
     squared_length,
     unit_tangent_twist_vector,
 )
-from overturning.dem.stack.state import ContactEnergyLosses, StackContactChangesInStep, VelocityToForceBlocks, Wrench
+from overturning.dem.stack.state import (
+    ContactPowerLossAndLostSpringEnergy,
+    StackContactChangesInStep,
+    VelocityToForceBlocks,
+    Wrench,
+)
 
 
 @njit(**INLINE_OPTIONS)
 def tangential_contact_force(
-    joint_constants: JointConstants, tangential_spring_stretch: TangentTwistVector, slip_velocity: TangentTwistVector
-) -> TangentTwistVector:
+    joint_constants: JointConstants,
+    tangential_spring_stretch: TangentialVectorWithScaledTwist,
+    slip_velocity: TangentialVectorWithScaledTwist,
+) -> TangentialVectorWithScaledTwist:
     """Return the tangential force between two stones (x, y, twist) from springs and dashpots at their contact, N."""
     k, h = joint_constants.tangential_stiffness, joint_constants.tangential_dashpot
-    return TangentTwistVector(
+    return TangentialVectorWithScaledTwist(
         -(k * tangential_spring_stretch.x) - h * slip_velocity.x,
         -(k * tangential_spring_stretch.y) - h * slip_velocity.y,
         -(k * tangential_spring_stretch.twist_times_radius) - h * slip_velocity.twist_times_radius,
@@ -51,7 +58,7 @@ def flat_landing_slip_direction_and_slide_flag(
     relative_angular_velocity: Vector3,
     centre_height_above_base: float,
     pressure_centre_xy_and_mean_force_distance: tuple[float, float, float],
-) -> tuple[TangentTwistVector, bool]:
+) -> tuple[TangentialVectorWithScaledTwist, bool]:
     """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
     Only the part of the rotation about the normal is included; see
@@ -59,7 +66,7 @@ def flat_landing_slip_direction_and_slide_flag(
     the centre of pressure and the mean distance of the forces from it, m.
     """
     cx, cy, arm = pressure_centre_xy_and_mean_force_distance
-    slip = TangentTwistVector(
+    slip = TangentialVectorWithScaledTwist(
         (relative_velocity_at_origin.x + relative_angular_velocity.y * centre_height_above_base)
         - relative_angular_velocity.z * cy,
         (relative_velocity_at_origin.y - relative_angular_velocity.x * centre_height_above_base)
@@ -80,9 +87,9 @@ def slip_velocity_at_contact(
     friction_application_point_x: float,
     friction_application_point_y: float,
     mean_force_distance_from_pressure_centre: float,
-) -> TangentTwistVector:
+) -> TangentialVectorWithScaledTwist:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
-    return TangentTwistVector(
+    return TangentialVectorWithScaledTwist(
         relative_velocity_at_origin.x - relative_angular_velocity.z * friction_application_point_y,
         relative_velocity_at_origin.y + relative_angular_velocity.z * friction_application_point_x,
         mean_force_distance_from_pressure_centre * relative_angular_velocity.z,
@@ -91,14 +98,14 @@ def slip_velocity_at_contact(
 
 @njit(**INLINE_OPTIONS)
 def spring_stretch_after_step(
-    stretch_at_step_start: TangentTwistVector,
+    stretch_at_step_start: TangentialVectorWithScaledTwist,
     half_step_length_s: float,
-    slip_velocity_at_start: TangentTwistVector,
-    slip_velocity_at_end: TangentTwistVector,
-) -> TangentTwistVector:
+    slip_velocity_at_start: TangentialVectorWithScaledTwist,
+    slip_velocity_at_end: TangentialVectorWithScaledTwist,
+) -> TangentialVectorWithScaledTwist:
     """Return the stretch of a tangential spring after a step with given slip velocities at its start and end."""
     first, second = slip_velocity_at_start, slip_velocity_at_end
-    return TangentTwistVector(
+    return TangentialVectorWithScaledTwist(
         stretch_at_step_start.x + half_step_length_s * (first.x + second.x),
         stretch_at_step_start.y + half_step_length_s * (first.y + second.y),
         stretch_at_step_start.twist_times_radius
@@ -109,7 +116,7 @@ def spring_stretch_after_step(
 @njit(**INLINE_OPTIONS)
 def predict_friction(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
-    joint_state_at_step_start: JointContactState, step_conditions: JointStepConditions,
+    joint_state_at_step_start: JointContactState, step_conditions: JointFrictionConditionsInStep,
 ) -> AssumedJointFrictionInStep:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations."""
     joint, frame, sums, previous = joint_constants, relative_motion, normal_force_sums, joint_state_at_step_start
@@ -140,10 +147,10 @@ def predict_friction(
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist_times_radius if drifts else direction.twist_times_radius
-    cz = centre_height * (1.0 - joint.tilting_friction_share_in_flat_landing) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.flat_landing_tilting_share_of_friction_moment) if drifts else 0.0
     in_contact, sliding = (1.0 if loaded else 0.0), (1.0 if loaded & slides else 0.0)
     return AssumedJointFrictionInStep(
-        cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentTwistVector(dx, dy, dt)
+        cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentialVectorWithScaledTwist(dx, dy, dt)
     )
 
 
@@ -184,8 +191,8 @@ def predicted_joint_force_moment_and_derivatives(
     cx = friction.friction_application_point_x
     cy = friction.friction_application_point_y
     cz = friction.friction_application_point_height_above_lower_face
-    arm, g = friction.mean_force_distance_from_pressure_centre, sums.half_step_impulse_per_velocity
-    gx, gy = sums.half_step_impulse_per_velocity_times_x, sums.half_step_impulse_per_velocity_times_y
+    arm, g = friction.mean_force_distance_from_pressure_centre, sums.half_step_force_decrease_per_velocity
+    gx, gy = sums.half_step_force_decrease_per_velocity_times_x, sums.half_step_force_decrease_per_velocity_times_y
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
     xv, xw = Vector3(a, b, mx * g), Vector3(mx * gy, -(mx * gx), (b * cx - a * cy) + ta * arm)
     yv, yw = Vector3(b, c, my * g), Vector3(my * gy, -(my * gx), (c * cx - b * cy) + tb * arm)
@@ -193,14 +200,14 @@ def predicted_joint_force_moment_and_derivatives(
     zv, zw = Vector3(0.0, 0.0, g), Vector3(gy, -gx, 0.0)
     pv = Vector3(-(cz * yv.x), -(cz * yv.y), gy - cz * yv.z)
     pw = Vector3(
-        sums.half_step_impulse_per_velocity_times_y_squared - cz * yw.x,
-        -sums.half_step_impulse_per_velocity_times_xy - cz * yw.y,
+        sums.half_step_force_decrease_per_velocity_times_y_squared - cz * yw.x,
+        -sums.half_step_force_decrease_per_velocity_times_xy - cz * yw.y,
         -(cz * yw.z),
     )
     qv = Vector3(cz * xv.x, cz * xv.y, -gx + cz * xv.z)
     qw = Vector3(
-        -sums.half_step_impulse_per_velocity_times_xy + cz * xw.x,
-        sums.half_step_impulse_per_velocity_times_x_squared + cz * xw.y,
+        -sums.half_step_force_decrease_per_velocity_times_xy + cz * xw.x,
+        sums.half_step_force_decrease_per_velocity_times_x_squared + cz * xw.y,
         cz * xw.z,
     )
     rv = Vector3(
@@ -234,15 +241,15 @@ class JointSlidingFlags(NamedTuple):
 
     has_friction_limit_above_zero: bool
     carries_force: bool
-    last_step_state_was_assumed: bool
+    assumption_follows_last_step_state: bool
     was_assumed_to_slide: bool
     slides: bool
 
 
 @njit(**INLINE_OPTIONS)
 def compare_friction_with_assumption(
-    assumed_direction: TangentTwistVector, end_friction_force: TangentTwistVector,
-    end_slip_velocity: TangentTwistVector, stretch_at_step_start: TangentTwistVector,
+    assumed_direction: TangentialVectorWithScaledTwist, end_friction_force: TangentialVectorWithScaledTwist,
+    end_slip_velocity: TangentialVectorWithScaledTwist, stretch_at_step_start: TangentialVectorWithScaledTwist,
     sliding: JointSlidingFlags,
 ) -> StackContactChangesInStep:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
@@ -293,8 +300,9 @@ def solve_joint_contact(
     assumed_friction: AssumedJointFrictionInStep,
     point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
-    step_conditions: JointStepConditions,
-) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactEnergyLosses, JointContactState]:  # fmt: skip
+    step_conditions: JointFrictionConditionsInStep,
+) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactPowerLossAndLostSpringEnergy,
+JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
     `point_sums_and_force_times_distance` holds the sums over the contact points and Σ normal force × distance from
@@ -308,8 +316,8 @@ def solve_joint_contact(
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.slip_velocity_at_friction_point
     twist = first.twist_times_radius + more.twist_times_radius
-    velocity = TangentTwistVector(first.x + more.x, first.y + more.y, twist)
-    loaded, zero = ends.normal_force > 0.0, TangentTwistVector(0.0, 0.0, 0.0)
+    velocity = TangentialVectorWithScaledTwist(first.x + more.x, first.y + more.y, twist)
+    loaded, zero = ends.normal_force > 0.0, TangentialVectorWithScaledTwist(0.0, 0.0, 0.0)
     stretch = scale_tangent_twist_vector(
         1.0 if loaded else 0.0, spring_stretch_after_step(friction.tangential_spring_stretch, half_step, more, zero)
     )
@@ -321,7 +329,7 @@ def solve_joint_contact(
     drifts = drifts & lands_flat
     hx, hy = (-slip.x if drifts else force.x), (-slip.y if drifts else force.y)
     ht = -slip.twist_times_radius if drifts else force.twist_times_radius
-    square = squared_length(TangentTwistVector(hx, hy, ht))
+    square = squared_length(TangentialVectorWithScaledTwist(hx, hy, ht))
     # The equations of a joint assumed to slide contain no dashpot, so its force without a limit would be unstable.
     slips = (
         drifts | ((friction.is_assumed_to_slide > 0.0) & (square > most * most)) if lands_flat else square > most * most
@@ -333,7 +341,7 @@ def solve_joint_contact(
     holds, long = most * joint.tangential_compliance, squared_length(stretch)
     cut = slips & (long > holds * holds)
     kept = scale_tangent_twist_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
-    cz = centre_height * (1.0 - joint.tilting_friction_share_in_flat_landing) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.flat_landing_tilting_share_of_friction_moment) if drifts else 0.0
     k = joint.tangential_stiffness
     power = -(
         ((fx + k * kept.x) * (velocity.x + spin.y * cz) + (fy + k * kept.y) * (velocity.y - spin.x * cz))
@@ -347,7 +355,7 @@ def solve_joint_contact(
         0.5 * k * (released if loaded else (squared_length(s) if joint_state_at_step_start.normal_force > 0.0 else 0.0))
     )
     findings = compare_friction_with_assumption(
-        friction.friction_direction, TangentTwistVector(fx, fy, ft), velocity, s,
+        friction.friction_direction, TangentialVectorWithScaledTwist(fx, fy, ft), velocity, s,
         JointSlidingFlags(most > 0.0, loaded, not forces_decide_contact, friction.is_assumed_to_slide > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.normal_force if loaded else 1.0)
@@ -370,4 +378,4 @@ def solve_joint_contact(
         arm_sum * one * in_contact,
         ends.normal_force if loaded else 0.0, 1.0 if slips & (most != 0.0) else 0.0, 0.0,
     )  # fmt: skip
-    return at_end, sooner, findings, ContactEnergyLosses(power, let_go + early * power), new
+    return at_end, sooner, findings, ContactPowerLossAndLostSpringEnergy(power, let_go + early * power), new

@@ -14,9 +14,9 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
     JointRelativeMotion,
     NormalForceAndEarlyContactImpulseSums,
-    PointStepConditions,
+    PointStepLengthAndFlatLandingConditions,
 )
-from overturning.dem.stack.state import ContactEnergyLosses, StackContactChangesInStep
+from overturning.dem.stack.state import ContactPowerLossAndLostSpringEnergy, StackContactChangesInStep
 
 MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 """Smallest share of the joint's stiffness with which a point asks for a finer step when it opens or closes."""
@@ -32,7 +32,7 @@ def point_opening_rate(relative_motion: JointRelativeMotion, point_position: Con
 
 
 @njit(**INLINE_OPTIONS)
-def predicted_force_per_share_and_contact_flag(
+def predicted_force_per_stiffness_share_and_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, forces_decide_lands_flat_and_is_deferred: tuple[bool, bool, bool],
 ) -> tuple[float, bool]:  # fmt: skip
@@ -43,7 +43,8 @@ def predicted_force_per_share_and_contact_flag(
     """
     forces_decide_contact, lands_flat, waits = forces_decide_lands_flat_and_is_deferred
     depth = (
-        -point_position.base_height_above_lower_face - point_state_at_step_start.penetration_offset_of_deferred_contact
+        -point_position.upper_base_height_above_lower_face
+        - point_state_at_step_start.penetration_offset_from_wait_in_flat_landing
     )
     pressure = joint_constants.normal_stiffness * depth - joint_constants.normal_dashpot * point_opening_rate(
         relative_motion, point_position
@@ -84,9 +85,10 @@ def normal_force_sum_terms_of_point(
 def solve_point_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
-    step_conditions: PointStepConditions,
+    step_conditions: PointStepLengthAndFlatLandingConditions,
 ) -> tuple[
-    NormalForceAndEarlyContactImpulseSums, StackContactChangesInStep, ContactEnergyLosses, ContactPointState
+    NormalForceAndEarlyContactImpulseSums, StackContactChangesInStep, ContactPowerLossAndLostSpringEnergy,
+    ContactPointState
 ]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
@@ -101,13 +103,13 @@ def solve_point_contact(
     joins = joint_has_points & (not had)
     rise = change[0].z + (change[1].x * position.y_in_joint_frame - change[1].y * position.x_in_joint_frame)
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
-    deep = -position.base_height_above_lower_face - half_step * rise
+    deep = -position.upper_base_height_above_lower_face - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
-    unloaded = previous.penetration_offset_of_deferred_contact
+    unloaded = previous.penetration_offset_from_wait_in_flat_landing
     offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
     predicted_rate = point_opening_rate(relative_motion, position)
-    before = -position.base_height_above_lower_face - offset
+    before = -position.upper_base_height_above_lower_face - offset
     rate = predicted_rate + rise
     depth = before - half_step * rise
     inside, was = (depth > 0.0) & (not waits), previous.penetration > 0.0
@@ -152,12 +154,12 @@ def solve_point_contact(
             more * (n * position.y_in_joint_frame),
         ),
         findings,
-        ContactEnergyLosses(power, let_go + more * power),
+        ContactPowerLossAndLostSpringEnergy(power, let_go + more * power),
         ContactPointState(
             penetration=depth if counts & (not waits) else 0.0,
             force_per_stiffness_share=pressure,
             remaining_flat_landing_time=landing if (inside | waits) & counts else 0.0,
             joint_stiffness_share=w,
-            penetration_offset_of_deferred_contact=offset if counts else 0.0,
+            penetration_offset_from_wait_in_flat_landing=offset if counts else 0.0,
         ),
     )

@@ -31,7 +31,7 @@ class JointConstants(NamedTuple):
     """Coefficient of friction μ."""
     flat_landing_duration_s: float
     """Duration of a flat landing after the first touch, s."""
-    tilting_friction_share_in_flat_landing: float
+    flat_landing_tilting_share_of_friction_moment: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     min_base_distance_inside_rim_to_defer_contact: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
@@ -41,7 +41,7 @@ class JointConstants(NamedTuple):
     """Number of corners of the upper base."""
 
 
-class TangentTwistVector(NamedTuple):
+class TangentialVectorWithScaledTwist(NamedTuple):
     """Tangential displacement, velocity or direction at a contact of two stones: x, y and scaled twist.
 
     The twist is multiplied by the mean distance of the normal forces from the centre of pressure.
@@ -53,19 +53,19 @@ class TangentTwistVector(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def squared_length(v: TangentTwistVector) -> float:
+def squared_length(v: TangentialVectorWithScaledTwist) -> float:
     """Return x² + y² + twist² of a tangential vector, whose twist is already multiplied by a radius."""
     return (v.x * v.x + v.y * v.y) + v.twist_times_radius * v.twist_times_radius
 
 
 @njit(**INLINE_OPTIONS)
-def scale_tangent_twist_vector(factor: float, v: TangentTwistVector) -> TangentTwistVector:
+def scale_tangent_twist_vector(factor: float, v: TangentialVectorWithScaledTwist) -> TangentialVectorWithScaledTwist:
     """Return a tangential vector (components x, y, twist) multiplied by a number."""
-    return TangentTwistVector(factor * v.x, factor * v.y, factor * v.twist_times_radius)
+    return TangentialVectorWithScaledTwist(factor * v.x, factor * v.y, factor * v.twist_times_radius)
 
 
 @njit(**INLINE_OPTIONS)
-def unit_tangent_twist_vector(v: TangentTwistVector) -> TangentTwistVector:
+def unit_tangent_twist_vector(v: TangentialVectorWithScaledTwist) -> TangentialVectorWithScaledTwist:
     """Return a tangential vector (components x, y, twist) scaled to length 1; zero for a zero vector."""
     square = squared_length(v)
     return scale_tangent_twist_vector(1.0 / math.sqrt(square if square > 0.0 else 1.0), v)
@@ -74,9 +74,9 @@ def unit_tangent_twist_vector(v: TangentTwistVector) -> TangentTwistVector:
 class JointContactState(NamedTuple):
     """Contact state of two stones after the last step: spring stretch, slip velocity, pressure centre, normal force."""
 
-    tangential_spring_stretch: TangentTwistVector
+    tangential_spring_stretch: TangentialVectorWithScaledTwist
     """Stretch of the tangential springs, m."""
-    slip_velocity_at_pressure_centre: TangentTwistVector
+    slip_velocity_at_pressure_centre: TangentialVectorWithScaledTwist
     """Velocity of the upper stone relative to the lower at the centre of pressure, m/s."""
     pressure_centre_x: float
     """Centre of pressure along x, m."""
@@ -105,9 +105,9 @@ class FlatLandingTimesAndPointHeights(NamedTuple):
     The times are those over the contact points of two stones, in the impact of a base that lands flat.
     """
 
-    shortest_landing_time_of_points: float
+    shortest_flat_landing_time_left_of_points: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
-    longest_landing_time_of_loaded_points: float
+    longest_flat_landing_time_left_of_loaded_points: float
     """Longest remaining landing time of loaded points, s; a large negative number if none is loaded."""
     lowest_point_height_above_lower_face: float
     """Smallest height of a point of the patch above the lower face at the predicted end of the step, m."""
@@ -146,7 +146,7 @@ class JointFrameAxesAndOrigin(NamedTuple):
     """Position of the origin, m."""
 
 
-class ContactNormalSums(NamedTuple):
+class ContactLoadSumsForNormalDirection(NamedTuple):
     """Sums over the contact points of two stones that overlap in part, from which the normal of contact follows.
 
     Each point counts with its load: its share of the joint's stiffness × its penetration, m.
@@ -170,16 +170,16 @@ class JointNormalForceSums(NamedTuple):
     normal_force_times_x: float
     """First moments of the force, N·m."""
     normal_force_times_y: float
-    half_step_impulse_per_velocity: float
+    half_step_force_decrease_per_velocity: float
     """Half of the step × decrease of the normal force by the opening velocity, kg, and its moments."""
-    half_step_impulse_per_velocity_times_x: float
-    half_step_impulse_per_velocity_times_y: float
-    half_step_impulse_per_velocity_times_x_squared: float
-    half_step_impulse_per_velocity_times_xy: float
-    half_step_impulse_per_velocity_times_y_squared: float
+    half_step_force_decrease_per_velocity_times_x: float
+    half_step_force_decrease_per_velocity_times_y: float
+    half_step_force_decrease_per_velocity_times_x_squared: float
+    half_step_force_decrease_per_velocity_times_xy: float
+    half_step_force_decrease_per_velocity_times_y_squared: float
 
 
-class SumOfNormalForceTimesCentreDistance(NamedTuple):
+class NormalForceTimesPressureCentreDistance(NamedTuple):
     """Sum, over the contact points of two stones, of normal force × distance from the centre of pressure, N·m."""
 
     force_times_distance_from_pressure_centre: float
@@ -194,15 +194,15 @@ class AssumedJointFrictionInStep(NamedTuple):
     friction_application_point_height_above_lower_face: float
     mean_force_distance_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
-    tangential_spring_stretch: TangentTwistVector
+    tangential_spring_stretch: TangentialVectorWithScaledTwist
     """Stretch of the tangential springs at the predicted end, m."""
-    slip_velocity_at_friction_point: TangentTwistVector
+    slip_velocity_at_friction_point: TangentialVectorWithScaledTwist
     """Relative velocity at that point, m/s."""
     is_assumed_loaded: float
     """1 if the joint is assumed to carry load."""
     is_assumed_to_slide: float
     """1 if the joint is assumed to slide."""
-    friction_direction: TangentTwistVector
+    friction_direction: TangentialVectorWithScaledTwist
     """Direction of friction, unit vector."""
 
 
@@ -237,7 +237,7 @@ class ContactPointPosition(NamedTuple):
 
     x_in_joint_frame: float
     y_in_joint_frame: float
-    base_height_above_lower_face: float
+    upper_base_height_above_lower_face: float
     """Height of the upper base above the lower face, m."""
     joint_stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
@@ -254,14 +254,14 @@ class SidePartInContactPatch(NamedTuple):
     """Length of the part, m."""
 
 
-class BaseOverhangAtSide(NamedTuple):
+class BaseOverhangAndContactNormalSlopesAtSide(NamedTuple):
     """Overhang of the upper base beyond a side of the lower face, and slopes of contact normals where sides cross."""
 
     max_base_corner_overhang: float
     """Largest distance by which a corner of the upper base lies beyond the side, m."""
-    contact_normal_slope_where_clipped_part_begins: float
+    contact_normal_slope_at_clipped_side_start: float
     """Slope of the contact normal across the side where its clipped part begins; 0 for a vertical normal."""
-    contact_normal_slope_at_part_end: float
+    contact_normal_slope_at_clipped_side_end: float
     """Slope of the contact normal across the side where its clipped part ends; 0 for a vertical normal."""
 
 
@@ -276,7 +276,7 @@ class ContactPointState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
     joint_stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
-    penetration_offset_of_deferred_contact: float
+    penetration_offset_from_wait_in_flat_landing: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 
@@ -287,7 +287,7 @@ class JointPointAtStepStartAndEnd(NamedTuple):
     at_step_end: ContactPointState
 
 
-class PointStepConditions(NamedTuple):
+class PointStepLengthAndFlatLandingConditions(NamedTuple):
     """Length of a step, and conditions of a flat landing, for one contact point of two stones."""
 
     half_step_length_s: float
@@ -296,18 +296,18 @@ class PointStepConditions(NamedTuple):
     """True if the base of the upper stone lands flat."""
     landing_time_if_touching_now_s: float
     """Landing time of the point if it touches now, s."""
-    is_deferred: bool
+    is_load_deferred_in_flat_landing: bool
     """True if the point carries load only later in the landing."""
     joint_had_points: bool
     """True if the joint has had contact points since the last step; False when a case begins."""
 
 
-class JointStepConditions(NamedTuple):
+class JointFrictionConditionsInStep(NamedTuple):
     """Conditions under which the friction between two stones is predicted and solved in a step."""
 
     half_step_length_s: float
     """Half the length of the step, s."""
-    predicted_forces_decide_sliding: bool
+    uses_predicted_forces_for_sliding: bool
     """True if the predicted forces decide about sliding; False if the state after the last step is assumed."""
     base_lands_flat: bool
     """True if the base of the upper stone lands flat."""
@@ -339,14 +339,14 @@ class SolvedContactForceSums(NamedTuple):
 
 JOINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, FlatLandingTimesAndPointHeights,
-    JointFrameAxesAndOrigin, ContactNormalSums, JointRelativeMotion, JointNormalForceSums,
-    SumOfNormalForceTimesCentreDistance, AssumedJointFrictionInStep, JointEquations, SolvedContactForceSums
+    JointFrameAxesAndOrigin, ContactLoadSumsForNormalDirection, JointRelativeMotion, JointNormalForceSums,
+    NormalForceTimesPressureCentreDistance, AssumedJointFrictionInStep, JointEquations, SolvedContactForceSums
 )  # fmt: skip
 POINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT,
     FaceCorner,
     ContactPointPosition,
     SidePartInContactPatch,
-    BaseOverhangAtSide,
+    BaseOverhangAndContactNormalSlopesAtSide,
     JointPointAtStepStartAndEnd,
 )

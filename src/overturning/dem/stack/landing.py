@@ -32,8 +32,8 @@ def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTim
 
     Dashpots may pull during this impact.
     """
-    return (landing_times_and_heights.shortest_landing_time_of_points > 0.0) & (
-        landing_times_and_heights.shortest_landing_time_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
+    return (landing_times_and_heights.shortest_flat_landing_time_left_of_points > 0.0) & (
+        landing_times_and_heights.shortest_flat_landing_time_left_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
     )
 
 
@@ -59,14 +59,14 @@ def point_contact_is_deferred(
     is_open = (
         (point_state_at_step_start.penetration <= 0.0)
         & (point_state_at_step_start.joint_stiffness_share > 0.0)
-        & (point_state_at_step_start.penetration_offset_of_deferred_contact == 0.0)
+        & (point_state_at_step_start.penetration_offset_from_wait_in_flat_landing == 0.0)
     )
     inner = (
-        point_position.base_height_above_lower_face
+        point_position.upper_base_height_above_lower_face
         > landing_times_and_heights.lowest_point_height_above_lower_face
         + PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
     ) & (
-        point_position.base_height_above_lower_face
+        point_position.upper_base_height_above_lower_face
         < landing_times_and_heights.highest_point_height_above_lower_face
         - PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
     )
@@ -77,7 +77,7 @@ def point_contact_is_deferred(
     whole = min_base_corner_distance_inside_rim >= joint_constants.min_base_distance_inside_rim_to_defer_contact
     # A point that has taken up its spring does not wait again.
     still_waits = (
-        (point_state_at_step_start.penetration_offset_of_deferred_contact > 0.0)
+        (point_state_at_step_start.penetration_offset_from_wait_in_flat_landing > 0.0)
         & (point_state_at_step_start.remaining_flat_landing_time > 0.0)
         & (point_state_at_step_start.penetration <= 0.0)
     )
@@ -92,16 +92,19 @@ def include_point_in_landing_times_and_heights(
 ) -> FlatLandingTimesAndPointHeights:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = (
-        point_position.base_height_above_lower_face
+        point_position.upper_base_height_above_lower_face
         if (point_position.joint_stiffness_share > 0.0)
-        & (point_position.base_height_above_lower_face < landing_times_and_heights.lowest_point_height_above_lower_face)
+        & (
+            point_position.upper_base_height_above_lower_face
+            < landing_times_and_heights.lowest_point_height_above_lower_face
+        )
         else landing_times_and_heights.lowest_point_height_above_lower_face
     )
     highest = (
-        point_position.base_height_above_lower_face
+        point_position.upper_base_height_above_lower_face
         if (point_position.joint_stiffness_share > 0.0)
         & (
-            point_position.base_height_above_lower_face
+            point_position.upper_base_height_above_lower_face
             > landing_times_and_heights.highest_point_height_above_lower_face
         )
         else landing_times_and_heights.highest_point_height_above_lower_face
@@ -112,17 +115,20 @@ def include_point_in_landing_times_and_heights(
         if counts
         & (
             point_state_at_step_start.remaining_flat_landing_time
-            < landing_times_and_heights.shortest_landing_time_of_points
+            < landing_times_and_heights.shortest_flat_landing_time_left_of_points
         )
-        else landing_times_and_heights.shortest_landing_time_of_points
+        else landing_times_and_heights.shortest_flat_landing_time_left_of_points
     )
     longest = longest_landing_time_including_point(
-        landing_times_and_heights.longest_landing_time_of_loaded_points,
+        landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points,
         point_state_at_step_start.remaining_flat_landing_time,
         point_state_at_step_start.penetration,
     )
     return FlatLandingTimesAndPointHeights(
-        left, longest if counts else landing_times_and_heights.longest_landing_time_of_loaded_points, lowest, highest
+        left,
+        longest if counts else landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points,
+        lowest,
+        highest,
     )
 
 
@@ -136,7 +142,7 @@ def remaining_landing_time_of_new_contact(
     """
     return (
         joint_constants.flat_landing_duration_s
-        if landing_times_and_heights.longest_landing_time_of_loaded_points
+        if landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points
         == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
-        else landing_times_and_heights.longest_landing_time_of_loaded_points
+        else landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points
     )

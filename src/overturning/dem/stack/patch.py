@@ -265,8 +265,8 @@ def contact_point_on_side(
     return ContactPointPosition(
         a.x_in_joint_frame + fraction_from_a * (b.x_in_joint_frame - a.x_in_joint_frame),
         a.y_in_joint_frame + fraction_from_a * (b.y_in_joint_frame - a.y_in_joint_frame),
-        a.base_height_above_lower_face
-        + fraction_from_a * (b.base_height_above_lower_face - a.base_height_above_lower_face),
+        a.upper_base_height_above_lower_face
+        + fraction_from_a * (b.upper_base_height_above_lower_face - a.upper_base_height_above_lower_face),
         joint_stiffness_share,
     )
 

@@ -74,7 +74,7 @@ class StackSimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a 3-D stack of stones."""
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
-    trajectory_time_column_index: ClassVar[Any] = (..., 0)
+    index_or_field_name_of_trajectory_time: ClassVar[Any] = (..., 0)
     base_acceleration_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
     ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
@@ -157,7 +157,7 @@ class StackSimulationPlan(SimulationPlan3D):
             columns[:, 13] = 1.0
         return rows
 
-    def trajectory_rows_continued_or_unchanged(
+    def continue_trajectory_rows_if_several_elements(
         self, trajectory_rows: FloatArray, added_time_s: float, has_fallen_by_element: NDArray[np.bool_]
     ) -> FloatArray:
         """Return a trajectory extended by `added_time_s`, in which fallen stones continue in free flight."""

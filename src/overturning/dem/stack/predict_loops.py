@@ -26,14 +26,14 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.stack.access import (
     load_clock_within_sample,
+    load_correction_relation_to_stone_below,
     load_diagonal_block,
-    load_eliminated_solution,
     load_flat_landing_state,
     load_inertial_acceleration,
     load_joint_constants,
     load_joint_equations,
     load_joint_frame,
-    load_joint_state,
+    load_joint_state_at_step_start,
     load_next_step_to_attempt,
     load_normal_force_sums,
     load_point_position,
@@ -49,8 +49,8 @@ from overturning.dem.stack.access import (
     no_contact_changes,
     store_clock_within_sample,
     store_contact_changes,
+    store_correction_relation_to_stone_below,
     store_diagonal_block,
-    store_eliminated_solution,
     store_energy_losses,
     store_flat_landing_state,
     store_force_sums,
@@ -66,9 +66,13 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint import predict_friction, predicted_joint_force_moment_and_derivatives
 from overturning.dem.stack.joint_point import (
     normal_force_sum_terms_of_point,
-    predicted_force_per_share_and_contact_flag,
+    predicted_force_per_stiffness_share_and_contact,
 )
-from overturning.dem.stack.joint_state import FlatLandingTimesAndPointHeights, JointNormalForceSums, JointStepConditions
+from overturning.dem.stack.joint_state import (
+    FlatLandingTimesAndPointHeights,
+    JointFrictionConditionsInStep,
+    JointNormalForceSums,
+)
 from overturning.dem.stack.landing import (
     SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
     flat_landing_of_stone_is_under_way,
@@ -96,7 +100,7 @@ from overturning.dem.stack.state import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 add_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).plus
-no_normal = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).zero
+create_zero_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).zero
 no_sum = create_tuple_sum_difference_and_maximum_functions(StoneContactForceSums).zero
 no_wrench = create_tuple_sum_difference_and_maximum_functions(Wrench).zero
 
@@ -190,7 +194,9 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
     for j in range(assume_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = (
-            0.0 if load_joint_state(joint_rows, j).normal_force > 0.0 else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+            0.0
+            if load_joint_state_at_step_start(joint_rows, j).normal_force > 0.0
+            else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
         )
         store_flat_landing_state(
             joint_rows,
@@ -202,7 +208,7 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
                 -SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
             ),
         )
-        store_normal_force_sums(joint_rows, j, no_normal())
+        store_normal_force_sums(joint_rows, j, create_zero_normal_force_sums())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -236,7 +242,7 @@ def predict_point_force_and_add_to_joint_sums(
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
-        pressure, on = predicted_force_per_share_and_contact_flag(
+        pressure, on = predicted_force_per_stiffness_share_and_contact(
             joint, frame, place, old, (fine, flat_landing_of_stone_is_under_way(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
@@ -252,14 +258,14 @@ def predict_joint_friction_and_equations(
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         sums = load_normal_force_sums(joint_rows, j)
-        old = load_joint_state(joint_rows, j)
+        old = load_joint_state_at_step_start(joint_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         flat = flat_landing_of_stone_is_under_way(load_flat_landing_state(joint_rows, j))
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         foot = load_stone_constants(upper_stone_rows, j).centre_height
-        friction = predict_friction(joint, frame, sums, old, JointStepConditions(half, fine, flat, foot))
+        friction = predict_friction(joint, frame, sums, old, JointFrictionConditionsInStep(half, fine, flat, foot))
         store_joint_friction(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
         store_joint_equations(
@@ -291,7 +297,7 @@ def eliminate_upper_stone_of_each_stack(
             minus(origin, load_predicted_stone(upper_stone_rows, j).centre_position),
             minus(origin, below.centre_position),
         )  # fmt: skip
-        store_eliminated_solution(upper_stone_rows, j, solution)
+        store_correction_relation_to_stone_below(upper_stone_rows, j, solution)
         store_diagonal_block(lower_stone_rows, j, rest)
 
 
@@ -317,7 +323,10 @@ def solve_velocity_corrections_of_lowest_stones(
 def compute_upper_stone_velocity_corrections(upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        solution, below = load_eliminated_solution(upper_stone_rows, j), load_velocity_correction(lower_stone_rows, j)
+        solution, below = (
+            load_correction_relation_to_stone_below(upper_stone_rows, j),
+            load_velocity_correction(lower_stone_rows, j),
+        )
         e = wrench_plus(
             solution.constant_part_of_correction,
             matrix_6x6_times_wrench(

@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.state import angular_velocity_from_momentum, lean_as_squared_sine
+from overturning.dem.body.state import angular_velocity_from_momentum, squared_sine_of_lean_continued_beyond_90_deg
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -30,7 +30,7 @@ from overturning.dem.stack.access import (
     load_fall_state,
     load_flat_landing_state,
     load_joint_constants,
-    load_joint_state,
+    load_joint_state_at_step_start,
     load_next_step_to_attempt,
     load_point_position,
     load_point_state,
@@ -215,7 +215,7 @@ def onset_acceleration_g_of_current_stack_state(
             above.mass_times_z + mass * place.z,
         )
         joint = stack_states[first + s * size : first + (s + 1) * size]
-        old = load_joint_state(joint[:JOINT_ARRAY_LENGTH], lane)
+        old = load_joint_state_at_step_start(joint[:JOINT_ARRAY_LENGTH], lane)
         friction = load_joint_constants(joint[:JOINT_ARRAY_LENGTH], lane).friction
         if not old.normal_force > 0.0 or old.slid_in_last_step > 0.0:
             return 0.0
@@ -280,7 +280,7 @@ def unfallen_stones_are_upright_and_still(
         if not body_is_still(speed, acceleration, step, rest_acceleration_limit_g):
             return False
         if (
-            not lean_as_squared_sine(axes)
+            not squared_sine_of_lean_continued_beyond_90_deg(axes)
             < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * constants.critical_lean_squared_sine_on_contact_at_rest
         ):
             return False
@@ -303,14 +303,17 @@ def time_until_upright_stack_stops_sliding(
         rows = slice_stone_rows(stack_states, s)
         if not load_fall_state(rows, lane).is_still_simulated > 0.0:
             continue
-        if lean_as_squared_sine(rotation_matrix(load_stone_state(rows, lane).rotation)) >= (
+        if squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(load_stone_state(rows, lane).rotation)) >= (
             MAX_TILT_RATIO_AT_REST
             * MAX_TILT_RATIO_AT_REST
             * load_stone_constants(rows, lane).critical_lean_squared_sine_on_contact_at_rest
         ):
             return 0.0
         joint = stack_states[first + s * size : first + s * size + JOINT_ARRAY_LENGTH]
-        old, deceleration = load_joint_state(joint, lane), GRAVITY * load_joint_constants(joint, lane).friction
+        old, deceleration = (
+            load_joint_state_at_step_start(joint, lane),
+            GRAVITY * load_joint_constants(joint, lane).friction,
+        )
         v = old.slip_velocity_at_pressure_centre
         square = v.x * v.x + v.y * v.y + v.twist_times_radius * v.twist_times_radius
         if (

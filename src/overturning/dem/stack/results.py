@@ -32,7 +32,10 @@ def outcome_variables_of_stacks(
         azimuth = np.mod(
             orientation_azimuth_deg_by_case[:, None]
             - degrees_rounded_to_9_decimals(
-                np.arctan2(stone_result_rows["stone_axis_y_at_end"], stone_result_rows["stone_axis_x_at_end"])
+                np.arctan2(
+                    stone_result_rows["stone_axis_unit_vector_y_at_end"],
+                    stone_result_rows["stone_axis_unit_vector_x_at_end"],
+                )
             ),
             360.0,
         )

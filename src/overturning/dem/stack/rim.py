@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import lean_as_squared_sine
+from overturning.dem.body.state import squared_sine_of_lean_continued_beyond_90_deg
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -45,14 +45,14 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
-    ContactNormalSums,
+    ContactLoadSumsForNormalDirection,
     ContactPointPosition,
     JointFrameAxesAndOrigin,
     JointRelativeMotion,
 )
 from overturning.dem.stack.patch import relative_motion_in_contact_frame
 
-MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL: Final = 0.005
+OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
 
 Below it the normal turns in proportion, so that forces are continuous when a corner passes the rim."""
@@ -71,22 +71,26 @@ def contact_normal_weight_of_rim_side(base_overhang_beyond_side: float, side_dis
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
     It is proportional to the overhang of the upper base, and 1 from an overhang of
-    `MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL` × `side_distance_from_face_centre`.
+    `OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL` × `side_distance_from_face_centre`.
     """
-    share = base_overhang_beyond_side / (MIN_OVERHANG_TO_SIDE_DISTANCE_FOR_RIM_NORMAL * side_distance_from_face_centre)
+    share = base_overhang_beyond_side / (OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL * side_distance_from_face_centre)
     share = share if share > 0.0 else 0.0
     return share if share < 1.0 else 1.0
 
 
 @njit(**INLINE_OPTIONS)
 def add_point_to_contact_normal_sums(
-    contact_normal_sums: ContactNormalSums, point_position: ContactPointPosition, normal_slope_xy: tuple[float, float]
-) -> ContactNormalSums:
+    contact_normal_sums: ContactLoadSumsForNormalDirection,
+    point_position: ContactPointPosition,
+    normal_slope_xy: tuple[float, float],
+) -> ContactLoadSumsForNormalDirection:
     """Return the sums for the normal of contact with one more contact point, whose normal has a given slope (x, y)."""
     load = point_position.joint_stiffness_share * (
-        -point_position.base_height_above_lower_face if point_position.base_height_above_lower_face < 0.0 else 0.0
+        -point_position.upper_base_height_above_lower_face
+        if point_position.upper_base_height_above_lower_face < 0.0
+        else 0.0
     )
-    return ContactNormalSums(
+    return ContactLoadSumsForNormalDirection(
         contact_normal_sums.stiffness_share_times_penetration + load,
         contact_normal_sums.stiffness_share_times_penetration_times_x + load * point_position.x_in_joint_frame,
         contact_normal_sums.stiffness_share_times_penetration_times_y + load * point_position.y_in_joint_frame,
@@ -99,7 +103,7 @@ def add_point_to_contact_normal_sums(
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_contact_normal_sums(joint_rows, j, ContactNormalSums(0.0, 0.0, 0.0, 0.0, 0.0))
+        store_contact_normal_sums(joint_rows, j, ContactLoadSumsForNormalDirection(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -139,11 +143,15 @@ def add_rim_points_to_mean_normal_sums(
         # Sides that cross at a small angle would have a horizontal normal.
         most = math.sqrt(slope_x * slope_x + slope_y * slope_y)
         begin = full * (
-            rim.contact_normal_slope_where_clipped_part_begins
-            if rim.contact_normal_slope_where_clipped_part_begins < most
+            rim.contact_normal_slope_at_clipped_side_start
+            if rim.contact_normal_slope_at_clipped_side_start < most
             else most
         )
-        last = full * (rim.contact_normal_slope_at_part_end if rim.contact_normal_slope_at_part_end < most else most)
+        last = full * (
+            rim.contact_normal_slope_at_clipped_side_end
+            if rim.contact_normal_slope_at_clipped_side_end < most
+            else most
+        )
         loads = add_point_to_contact_normal_sums(
             load_contact_normal_sums(joint_rows, j),
             load_point_position(lower_side_rows, j),
@@ -176,7 +184,7 @@ def rotation_from_z_axis_to_normal(unit_normal: Vector3) -> Matrix3:
 
 
 @njit(**INLINE_OPTIONS)
-def contact_frame_with_mean_normal(contact_normal_sums: ContactNormalSums) -> JointFrameAxesAndOrigin:
+def contact_frame_with_mean_normal(contact_normal_sums: ContactLoadSumsForNormalDirection) -> JointFrameAxesAndOrigin:
     """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
@@ -211,7 +219,7 @@ def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_co
             point_rows,
             j,
             ContactPointPosition(
-                turned.x, turned.y, pose.axes.zz * place.base_height_above_lower_face, place.joint_stiffness_share
+                turned.x, turned.y, pose.axes.zz * place.upper_base_height_above_lower_face, place.joint_stiffness_share
             ),
         )
 
@@ -245,13 +253,13 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
     for j in range(assume_vector_multiple(lane_count)):
         rim, axes = load_contact_normal_sums(joint_rows, j), load_stone_axes(upper_stone_rows, j)
         upright = (
-            lean_as_squared_sine(axes)
+            squared_sine_of_lean_continued_beyond_90_deg(axes)
             < load_stone_constants(upper_stone_rows, j).critical_lean_squared_sine_on_whole_base
         )
         store_contact_normal_sums(
             joint_rows,
             j,
-            ContactNormalSums(
+            ContactLoadSumsForNormalDirection(
                 rim.stiffness_share_times_penetration,
                 rim.stiffness_share_times_penetration_times_x,
                 rim.stiffness_share_times_penetration_times_y,

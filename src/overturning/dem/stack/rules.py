@@ -20,7 +20,11 @@ from overturning.dem.kernel.ground import (
     next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
-from overturning.dem.kernel.queue import SettingsOfParallelCases, grow_trajectory_array, register_model_functions
+from overturning.dem.kernel.queue import (
+    SettingsOfParallelCases,
+    grow_trajectory_array_if_needed,
+    register_model_functions,
+)
 from overturning.dem.stack.access import (
     CASE_ARRAY_LENGTH,
     STONE_ARRAY_LENGTH,
@@ -50,7 +54,7 @@ from overturning.dem.stack.state import (
     STONE_ROW_LAYOUT,
     StackClockWithinSample,
     StoneFallState,
-    StonePeakTilt,
+    StonePeakLeanAndLastUprightTick,
 )
 from overturning.dem.stack.step import attempt_time_steps_of_stacks, state_array_length_per_joint
 
@@ -60,7 +64,9 @@ TICKS_SINCE_SAMPLE_START_ROW, CURRENT_SAMPLE_ROW, INITIAL_ENERGY_ROW, LOADED_SAM
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-LAST_UPRIGHT_TICK_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StonePeakTilt, "last_upright_tick_in_sample")
+LAST_UPRIGHT_TICK_ROW = STONE_ROW_LAYOUT.row_offset_of_field(
+    StonePeakLeanAndLastUprightTick, "last_upright_tick_in_sample"
+)
 LAST_UPRIGHT_TIME_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time_s")
 
 
@@ -92,7 +98,7 @@ class StackWorkspace(NamedTuple):
     """Working arrays of the stack kernel: states of the cases, and indices of the contact points in use."""
 
     state: Any
-    used_point_count_and_indices: Any
+    used_point_count_and_indices_by_stone: Any
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
@@ -181,7 +187,7 @@ def attempt_steps_until_next_check(
     stones = kernel_input.corner_counts_by_stone.size
     if trajectory_buffer.shape[0] > 0:
         most_rows = settings.max_trajectory_rows // trajectory_buffer.shape[1]
-        trajectory_buffer = grow_trajectory_array(trajectory_buffer, recorded_row_count + 1, most_rows)
+        trajectory_buffer = grow_trajectory_array_if_needed(trajectory_buffer, recorded_row_count + 1, most_rows)
         if trajectory_buffer.shape[0] == recorded_row_count:
             return trajectory_buffer, -1
         write_stack_trajectory_row(
@@ -190,7 +196,7 @@ def attempt_steps_until_next_check(
         due = trajectory_buffer[recorded_row_count - 1, 0] + 0.999 * interval if recorded_row_count > 0 else 0.0
         recorded_row_count += 1 if trajectory_buffer[recorded_row_count, 0] >= due else 0
     attempt_time_steps_of_stacks(
-        workspace.state, stones, limit, corners, workspace.used_point_count_and_indices, lane_count,
+        workspace.state, stones, limit, corners, workspace.used_point_count_and_indices_by_stone, lane_count,
         settings.attempted_steps_between_end_checks, settings.ticks_per_sample,
     )  # fmt: skip
     return trajectory_buffer, recorded_row_count
@@ -235,7 +241,7 @@ def mark_stacks_due_for_end_test(
     return count
 
 
-def skip_quiet_samples_of_resting_cases(
+def skip_samples_too_weak_to_move_resting_cases(
     kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
@@ -288,5 +294,6 @@ def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, ca
 
 register_model_functions(
     StackKernelInput, allocate_workspace, start_case, update_sample_and_load_motion, attempt_steps_until_next_check,
-    mark_possibly_ended_cases, skip_quiet_samples_of_resting_cases, current_case_status, write_results_of_ended_case,
+    mark_possibly_ended_cases, skip_samples_too_weak_to_move_resting_cases, current_case_status,
+    write_results_of_ended_case,
 )  # fmt: skip

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.body.state import lean_as_squared_sine
+from overturning.dem.body.state import squared_sine_of_lean_continued_beyond_90_deg
 from overturning.dem.body.vectors import Quaternion, SymmetricMatrix, Vector3, rotation_matrix
 from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
@@ -19,7 +19,7 @@ from overturning.dem.stack.access import (
     store_face_corner,
     store_fall_state,
     store_joint_constants,
-    store_joint_state,
+    store_joint_state_at_step_start,
     store_next_step_to_attempt,
     store_peaks,
     store_rest_flag_and_limits,
@@ -32,7 +32,7 @@ from overturning.dem.stack.joint_state import (
     FaceCorner,
     JointConstants,
     JointContactState,
-    TangentTwistVector,
+    TangentialVectorWithScaledTwist,
 )
 from overturning.dem.stack.state import (
     PARALLEL_CASE_COUNT,
@@ -40,7 +40,7 @@ from overturning.dem.stack.state import (
     StackTickLengthAndLimits,
     StoneConstants,
     StoneFallState,
-    StonePeakTilt,
+    StonePeakLeanAndLastUprightTick,
     StoneState,
 )
 from overturning.dem.stack.step import state_array_length_per_joint
@@ -146,7 +146,11 @@ def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_ta
     at, still = stone_table_row.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
     store_stone_state(stone_rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
-    store_peaks(stone_rows, lane, StonePeakTilt(lean_as_squared_sine(rotation_matrix(turn)), -1.0))
+    store_peaks(
+        stone_rows,
+        lane,
+        StonePeakLeanAndLastUprightTick(squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(turn)), -1.0),
+    )
     store_fall_state(stone_rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 
@@ -168,14 +172,14 @@ def write_initial_joint_state(
         tangential_compliance=joint_table_row.tangential_compliance,
         tangential_dashpot=joint_table_row.tangential_dashpot * damping_factor, friction=friction,
         flat_landing_duration_s=joint_table_row.flat_landing_duration_s * damping_factor,
-        tilting_friction_share_in_flat_landing=(
+        flat_landing_tilting_share_of_friction_moment=(
             0.0 if friction * centre_height_above_base <= nearest_base_side_distance else 1.0
         ),
         min_base_distance_inside_rim_to_defer_contact=joint_table_row.min_base_distance_inside_rim_to_defer_contact,
         upper_base_corner_count=joint_table_row.upper_base_corner_count,
     ))  # fmt: skip
-    still = TangentTwistVector(0.0, 0.0, 0.0)
-    store_joint_state(
+    still = TangentialVectorWithScaledTwist(0.0, 0.0, 0.0)
+    store_joint_state_at_step_start(
         joint_rows,
         lane,
         JointContactState(

@@ -12,13 +12,13 @@ by the rows of its contact points.
 from typing import Final, NamedTuple
 
 from overturning.dem.body.state import (
-    InertialAccelerations3D,
+    InertialAndUpwardBaseAccelerations3D,
     LoadedBaseMotionSampleNumber,
-    StepRejectionAndSlipAssumptionFlags,
+    StepRejectionAndKeptSlipAssumptionFlags,
 )
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, SlidingCaseEnd
+from overturning.dem.kernel.ending import CaseProgress, LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.lanes import TupleRowLayout
 
 PARALLEL_CASE_COUNT: Final = 8
@@ -61,7 +61,7 @@ class StackClockWithinSample(NamedTuple):
     half_step_length_s: float
 
 
-class StackEnergyAccount(NamedTuple):
+class StackEnergyAccountAndPeakPenetration(NamedTuple):
     """Energy account of a stack: work of the ground and losses (J), their rates (W), and largest penetration (m)."""
 
     base_motion_work: float
@@ -93,7 +93,7 @@ class StackContactChangesInStep(NamedTuple):
     """1 if a joint carries load."""
 
 
-class ContactEnergyLosses(NamedTuple):
+class ContactPowerLossAndLostSpringEnergy(NamedTuple):
     """Power lost in a stack's contacts (W), and spring energy released without work, as when contacts open (J)."""
 
     dissipated_power_at_step_end: float
@@ -114,9 +114,11 @@ class StoneConstants(NamedTuple):
     upper_face_height_above_centre: float
     """Height of the upper face above the centre, m."""
     critical_lean_squared_sine_on_contact_at_rest: float
-    """`lean_as_squared_sine` at which the stone balances on the nearest side of its contact at rest."""
+    """`squared_sine_of_lean_continued_beyond_90_deg` at which the stone balances on the nearest side of its contact
+    at rest."""
     critical_lean_squared_sine_on_whole_base: float
-    """`lean_as_squared_sine` at which the stone, on a plane, would balance on the nearest side of its base."""
+    """`squared_sine_of_lean_continued_beyond_90_deg` at which the stone, on a plane, would balance on the nearest
+    side of its base."""
     fall_tilt_cosine: float
     """Cosine of the smallest tilt at which the stone has fallen."""
     max_centre_drop_without_fall: float
@@ -140,7 +142,7 @@ class StoneState(NamedTuple):
     """Moment of the contact forces about the centre per mass at the end of the last step, m²/s²."""
 
 
-class StonePeakTilt(NamedTuple):
+class StonePeakLeanAndLastUprightTick(NamedTuple):
     """Largest lean of a stone so far (sin² of its tilt), and the last tick (time unit) below its critical angle.
 
     The tick is −1 if there was none in this sample.
@@ -225,10 +227,13 @@ class StoneContactForceSums(NamedTuple):
 
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
-    StackEnergyAccount, InertialAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress, NextStepToAttempt,
-    StepRejectionAndSlipAssumptionFlags, StackContactChangesInStep, ContactEnergyLosses, Vector3, SlidingCaseEnd
+    StackEnergyAccountAndPeakPenetration, InertialAndUpwardBaseAccelerations3D, LoadedBaseMotionSampleNumber,
+    CaseProgress, NextStepToAttempt,
+    StepRejectionAndKeptSlipAssumptionFlags, StackContactChangesInStep, ContactPowerLossAndLostSpringEnergy, Vector3,
+    LastSampleOfContinuedSlidingCase
 )  # fmt: skip
 STONE_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakTilt, StoneFallState, PredictedStone, Matrix3,
+    PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakLeanAndLastUprightTick, StoneFallState, PredictedStone,
+    Matrix3,
     DiagonalBlockAndRightSide, EliminatedStoneSolution, StoneVelocityCorrection, StoneContactForceSums
 )  # fmt: skip

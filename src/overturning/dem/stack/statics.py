@@ -17,7 +17,7 @@ from overturning.dem.stack.landing import (
 from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
 from overturning.model.contact import MIN_WIDTH_FOR_CONSTANT_PENETRATION_M, VertexContact
 from overturning.model.stack_stones import (
-    ContactPatchAtRest,
+    ContactPatchAndMassAboveAtRest,
     StackStone,
     contact_patches_at_rest,
     polygon_side_distances_from_point,
@@ -34,7 +34,7 @@ class ContactSpringsAndPatchesOfStack:
 
     joint_table: NDArray[np.void]  # constants, of type `JOINT_TABLE_DTYPE`, without friction; shape (joints,)
     mean_penetration_at_rest: FloatArray  # mean penetration at rest, m, shape (joints,)
-    contact_patches: list[ContactPatchAtRest]
+    contact_patches: list[ContactPatchAndMassAboveAtRest]
 
     @property
     def dashpot_to_stiffness_ratios(self) -> FloatArray:
@@ -126,7 +126,7 @@ def stone_constants_and_initial_states_table(
 
 
 def tipping_side_distance_and_mass_centre_height(
-    stone: StackStone, contact_patch: ContactPatchAtRest
+    stone: StackStone, contact_patch: ContactPatchAndMassAboveAtRest
 ) -> tuple[float, float]:
     """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
 

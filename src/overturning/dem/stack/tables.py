@@ -75,9 +75,9 @@ class StoneResultTableColumns(NamedTuple):
     """Sine of that rotation."""
     twist_relative_to_support_rad: float
     """Rotation about the normal of what the stone stands on, anticlockwise from above, rad."""
-    stone_axis_x_at_end: float
+    stone_axis_unit_vector_x_at_end: float
     """Horizontal components of the stone's axis at the end."""
-    stone_axis_y_at_end: float
+    stone_axis_unit_vector_y_at_end: float
 
 
 class StackResultTableColumns(NamedTuple):

@@ -22,8 +22,8 @@ from overturning.records.component import (
     RecordComponent,
     checked_axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
-    direction_from_azimuth_code,
     direction_from_channel_code,
+    horizontal_direction_from_azimuth_code,
     sensor_location_in_header_line,
 )
 from overturning.records.formats.header import ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS, HeaderFieldPatterns, HeaderFields
@@ -217,7 +217,7 @@ def _axis_name_and_direction(
     """Return axis name and direction from text and code of the header, or else from a SEED channel code in the text."""
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(
-        azimuth_or_vertical_code, direction_from_azimuth_code(azimuth_or_vertical_code)
+        azimuth_or_vertical_code, horizontal_direction_from_azimuth_code(azimuth_or_vertical_code)
     )
     direction = checked_axis_direction_from_name_or_code(word, coded, partial(header.line_error, "axis"))
     if direction == UNKNOWN_DIRECTION and azimuth_or_vertical_code in (0, -999):

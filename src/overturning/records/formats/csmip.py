@@ -20,7 +20,7 @@ from overturning.records.component import (
     RecordComponent,
     checked_axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
-    direction_from_azimuth_code,
+    horizontal_direction_from_azimuth_code,
     parse_axis_direction,
     sensor_location_in_header_line,
 )
@@ -106,7 +106,7 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE
     direction = checked_axis_direction_from_name_or_code(
-        axis, senses.get(code, direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
+        axis, senses.get(code, horizontal_direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
     introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELD_PATTERNS["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)

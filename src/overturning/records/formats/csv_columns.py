@@ -202,7 +202,7 @@ def _read_number_rows_first_line_and_notes(
         why = f"{values[0, 0]:g} is the count of the lines below, not a sample; write # before it, or say --trust-data"
         raise lines.line_error(next(iter(texts)), why)
     for (word, _), column in zip(axis_and_unit_of_declared_columns, values.T, strict=True):
-        mark = 0.0 if word in ("time", "skip") or trusting else _missing_sample_marker(column)
+        mark = 0.0 if word in ("time", "skip") or trusting else _missing_sample_marker_or_zero(column)
         if mark:
             index = list(texts)[int(np.flatnonzero(np.abs(column) == mark)[0]) // max(samples_per_line_or_0, 1)]
             why = f"{mark:g} marks a missing sample; cut the record there, or say --trust-data if it is a sample"
@@ -216,7 +216,7 @@ _MISSING_SAMPLE_MARKERS: Final = frozenset(
 """Numbers that programs write in place of a missing sample, such as 999.99, with either sign."""
 
 
-def _missing_sample_marker(numbers_of_column: FloatArray) -> float:
+def _missing_sample_marker_or_zero(numbers_of_column: FloatArray) -> float:
     """Return the number, such as 999.99, that stands for missing samples in a file; 0 if there is none.
 
     Such a number consists of nines, and all other samples are less than half as large.

@@ -191,7 +191,7 @@ class TextLines:
         for index, line in enumerate(cells, first_line_index):
             if len(line) != column_count:
                 why = f"{len(line)} numbers where {column_count} belong; columns touch, or the line is cut"
-                raise self._check_cells_and_create_line_error(index, line, why)
+                raise self._raise_cell_error_or_create_line_error(index, line, why)
         values = self.parse_cells_as_numbers(dict(enumerate(cells, first_line_index))).reshape(-1, column_count)
         self._check_last_number_is_complete()
         return values
@@ -226,14 +226,14 @@ class TextLines:
         if rest := line[column_count * column_width :].strip():
             columns = f"{column_count} columns of {column_width} characters"
             why = f"{rest!r} after the last of {columns}; the columns have moved"
-            raise self._check_cells_and_create_line_error(line_index, cells, why)
+            raise self._raise_cell_error_or_create_line_error(line_index, cells, why)
         # Numbers are right-aligned, so a line shorter than its columns has lost the end of its last number.
         if len(line) < column_count * column_width:
             why = f"{len(line)} characters where {column_count} columns of {column_width} belong; the line is cut"
-            raise self._check_cells_and_create_line_error(line_index, cells, why)
+            raise self._raise_cell_error_or_create_line_error(line_index, cells, why)
         return cells
 
-    def _check_cells_and_create_line_error(
+    def _raise_cell_error_or_create_line_error(
         self, line_index: int, cell_texts_of_line: Sequence[str], problem: str
     ) -> RecordError:
         """Create an error about a problem in a line; if a cell of it is no number, raise an error about the cell."""

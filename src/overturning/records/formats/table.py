@@ -209,7 +209,7 @@ RECORD_FILE_FORMATS: Final = (
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
 
-def find_format_by_name(format_name: str) -> RecordFileFormat | None:
+def find_format_by_name_or_none_if_auto(format_name: str) -> RecordFileFormat | None:
     """Return the record file format with a given name; None for "auto"; an ArgumentError for an unknown name."""
     found = next((form for form in RECORD_FILE_FORMATS if form.name == format_name), None)
     if format_name != "auto" and found is None:

@@ -18,7 +18,7 @@ from overturning.records.component import (
     VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
     RecordComponent,
     checked_axis_direction_from_name_or_code,
-    direction_from_azimuth_code,
+    horizontal_direction_from_azimuth_code,
 )
 from overturning.records.formats.header import (
     DEGREE_MINUTE_SECOND_PATTERN,
@@ -93,14 +93,14 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
         header.field_text("COMP"),
         checked_axis_direction_from_name_or_code(
             header.field_text("COMP"),
-            VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE.get(code, direction_from_azimuth_code(code)),
+            VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE.get(code, horizontal_direction_from_azimuth_code(code)),
             partial(header.line_error, "COMP"),
         ),
         samples,
         interval,
         station=f"USC {header.field_text('station')}, {header.field_text('site')}",
         origin_time_utc=parse_time_as_utc(re.sub("[-,]", " ", header.field_text("origin")), "%b %d %Y %H%M GMT"),
-        is_from_film=True,
+        is_digitised_from_analogue_film=True,
         extra_metadata={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
     ), end + ends

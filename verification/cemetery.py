@@ -32,10 +32,13 @@ from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file
 from overturning.report.drawings import write_population_fall_rates_figure
 from overturning.report.filters import format_percent
-from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes, shares_of_agreeing_2d_and_3d_outcomes
+from overturning.statistics.space import (
+    count_agreeing_and_differing_2d_3d_outcomes,
+    shares_of_agreeing_2d_and_3d_outcomes,
+)
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL_VARIANT, ground_motion_for_variant
+from overturning.study.scenes import NOMINAL_VARIANT, record_motion_with_up_only_if_variant_uses_it
 from overturning.study.sweep import scale_motion
 from overturning.surveys.population import sample_stones
 from verification.tables import (
@@ -229,7 +232,7 @@ def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     planes = np.concatenate([stones.face_azimuth_deg, stones.face_azimuth_deg + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.record_ids_and_names:
-        motion = ground_motion_for_variant(
+        motion = record_motion_with_up_only_if_variant_uses_it(
             results.study, read_record_from_motion_file(NEAR_FAULT_STUDY_RESULT_FOLDER / "motion" / f"{name.id}.nc")
         )
         for factor in found["amplitude"].to_numpy():
@@ -252,7 +255,9 @@ def planar_model_accuracy_against_3d_model() -> list[MeasuredNumber]:
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {
             name: float(one)
-            for name, one in shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(cube)).items()
+            for name, one in shares_of_agreeing_2d_and_3d_outcomes(
+                count_agreeing_and_differing_2d_3d_outcomes(cube)
+            ).items()
         }
     beside = 100 * found["flag_beside"]
     return [

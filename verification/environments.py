@@ -77,7 +77,9 @@ def count_installed_packages(environment_folder: Path) -> int:
     return len(list(environment_folder.glob("lib/*/site-packages/*.dist-info")))
 
 
-def measure_make_targets(checkout_folder: Path, make_targets: list[str]) -> list[EnvironmentInstallationCost]:
+def measure_new_environment_after_make_targets(
+    checkout_folder: Path, make_targets: list[str]
+) -> list[EnvironmentInstallationCost]:
     """Run make targets one after the other in a new Python environment, and return the cost after each."""
     with tempfile.TemporaryDirectory() as scratch:
         return [
@@ -108,8 +110,8 @@ def main(
             subprocess.run(["git", "checkout", "--quiet", before], cwd=old, check=True)
         for _ in range(MEASUREMENTS_PER_ENVIRONMENT):  # in turn, so that other load on the machine affects both alike
             if before:
-                earlier += measure_make_targets(old, ["setup"])
-            run, test = measure_make_targets(ROOT, ["setup", "setup-dev"])
+                earlier += measure_new_environment_after_make_targets(old, ["setup"])
+            run, test = measure_new_environment_after_make_targets(ROOT, ["setup", "setup-dev"])
             runs.append(run)
             tests.append(test)
     figures = [

@@ -207,7 +207,7 @@ STEP_CONTROL_CHANGE_CODE_BY_NAME: Final = {
     "finest step four times as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.32),
     "finest step eight times as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.64),
     "every change in a finest step": (
-        "from overturning.dem.block import state; state.MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT *= 0"
+        "from overturning.dem.block import state; state.MAX_CONTACT_CHANGE_TRAVEL_OVER_B_P_ALPHA_MIN_DT *= 0"
     ),
     "four steps of each length": STEPS_BEFORE_DOUBLING_CODE_TEMPLATE.format(4.0),
     "sixteen steps of each length": STEPS_BEFORE_DOUBLING_CODE_TEMPLATE.format(16.0),

@@ -31,7 +31,7 @@ SHIPPED_D_OVER_B_WITH_ZERO_FOR_ROUND: Final = (0.0, *SIMULATED_D_OVER_B)
 """D/B of stones whose outcomes are shipped; 0 stands for round stones."""
 
 
-def simulate_outcomes_for_shipped_library(
+def simulate_stone_sizes_under_packaged_motions(
     depth_over_width: float, outcome_cache_folder: Path, threads: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
     """Simulate stones with one ratio of depth to width under all motions of the package.
@@ -59,7 +59,7 @@ def main(
         "motions": np.stack([identifying_numbers_of_motion(one) for one in candidate_motions()]),
     }
     for aspect in SHIPPED_D_OVER_B_WITH_ZERO_FOR_ROUND:
-        sizes, outcomes = simulate_outcomes_for_shipped_library(aspect, folder, threads)
+        sizes, outcomes = simulate_stone_sizes_under_packaged_motions(aspect, folder, threads)
         members |= {f"sizes {aspect:g}": sizes.astype(np.int8), f"outcomes {aspect:g}": outcomes}
     np.savez_compressed(SHIPPED_OUTCOMES_FILE, allow_pickle=False, **members)
 

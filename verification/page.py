@@ -67,7 +67,7 @@ def publish_stability_maps(
     """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
     images = readme_and_docs_folder / "docs" / "images"
     map_figures.draw_block_outcomes_as_points(block_map_rows, images / "stability-map.svg")
-    map_figures.draw_outcome_shares(block_map_rows, images / "stability-shares.svg")
+    map_figures.draw_outcome_shares_by_dimensionless_group(block_map_rows, images / "stability-shares.svg")
     map_figures.draw_scene_outcomes_as_points(scene_map_rows, images / "stability-scenes.svg")
     _publish_numbers_and_tables(
         map_page.stability_numbers_for_summary_table(block_map_rows, scene_map_rows, stack_map_rows),

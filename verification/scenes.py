@@ -42,7 +42,7 @@ from verification.timing import (
     run_case_groups_in_subprocess,
 )
 
-SHAFT_ELEMENT_INDEX: Final = 2
+COMPARED_TOP_ELEMENT_INDEX: Final = 2
 """Index of the compared element, the topmost of three."""
 COMPARED_ENGINES: Final = ("pymunk", "Box2D")
 
@@ -120,14 +120,14 @@ def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
-def measure_speed_and_correct_sides_beside_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
+def measure_speed_and_accuracy_beside_physics_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
     """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
 
     The engines are physics engines; correct outcomes are given as a share of the cases.
     """
     scene, (motion, cases) = three_tier_scene_and_cases()
     fine, firm = reference_results_and_robust_case_mask(scene, motion, cases)
-    right = fine.overturned[:, SHAFT_ELEMENT_INDEX]
+    right = fine.overturned[:, COMPARED_TOP_ELEMENT_INDEX]
     yield MeasuredNumber("cases of the sweep", cases.case_count)
     yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
     yield MeasuredNumber("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
@@ -162,7 +162,7 @@ def measure_speed_and_correct_sides_beside_engines(engine_case_count: int) -> It
         )
         used = partial(simulate_as_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.case_count, minimum_processor_time(used, 2) / cases.case_count
-        same = coarse.overturned[:, SHAFT_ELEMENT_INDEX] == right
+        same = coarse.overturned[:, COMPARED_TOP_ELEMENT_INDEX] == right
         yield MeasuredNumber(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
         yield MeasuredNumber(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
         yield MeasuredNumber(
@@ -171,7 +171,9 @@ def measure_speed_and_correct_sides_beside_engines(engine_case_count: int) -> It
         yield MeasuredNumber(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
         error = median_peak_rotation_error_percent(
-            coarse.peak_rotation[:, SHAFT_ELEMENT_INDEX], fine.peak_rotation[:, SHAFT_ELEMENT_INDEX], stands
+            coarse.peak_rotation[:, COMPARED_TOP_ELEMENT_INDEX],
+            fine.peak_rotation[:, COMPARED_TOP_ELEMENT_INDEX],
+            stands,
         )
         yield MeasuredNumber(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
@@ -204,7 +206,7 @@ def fall_sides_of_shaft(
         wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
         sides.append(
             fall_sides_of_scene(engine, placed, wave, interval, case["friction"], time_step, stop_after_shaft_falls)[
-                SHAFT_ELEMENT_INDEX
+                COMPARED_TOP_ELEMENT_INDEX
             ]
         )
     return np.array(sides)
@@ -218,7 +220,7 @@ def reference_results_and_robust_case_mask(
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
         other = simulate_cases(scene, motion, cases, NumericalOptions(scheme=scheme, time_step=step))
-        firm &= other.overturned[:, SHAFT_ELEMENT_INDEX] == fine.overturned[:, SHAFT_ELEMENT_INDEX]
+        firm &= other.overturned[:, COMPARED_TOP_ELEMENT_INDEX] == fine.overturned[:, COMPARED_TOP_ELEMENT_INDEX]
     return fine, firm
 
 
@@ -233,7 +235,7 @@ def table_of_errors_and_run_time_by_step() -> str:
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)
-        of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT_ELEMENT_INDEX)
+        of_shaft = stands & (np.arange(stands.shape[1]) == COMPARED_TOP_ELEMENT_INDEX)
         errors = (
             median_peak_rotation_error_percent(results.peak_rotation, exact.peak_rotation, part)
             for part in (stands, of_shaft)
@@ -245,7 +247,7 @@ def table_of_errors_and_run_time_by_step() -> str:
     )
 
 
-def count_pillar_flags_changed_by_skipping_rest() -> Iterator[MeasuredNumber]:
+def count_flag_changes_by_rest_skip_or_amplitude() -> Iterator[MeasuredNumber]:
     """Count flags of three pillars that change if samples at rest are skipped or the amplitude changes by 1e-9.
 
     The flags are overturning flags.
@@ -334,8 +336,8 @@ def main(
     """
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredNumber]]]] = {
         "speed": ("scenes.csv", measure_element_steps_per_second),
-        "peers": ("scenes.csv", partial(measure_speed_and_correct_sides_beside_engines, peer_cases)),
-        "pillars": ("scenes.csv", count_pillar_flags_changed_by_skipping_rest),
+        "peers": ("scenes.csv", partial(measure_speed_and_accuracy_beside_physics_engines, peer_cases)),
+        "pillars": ("scenes.csv", count_flag_changes_by_rest_skip_or_amplitude),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])

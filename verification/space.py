@@ -360,7 +360,7 @@ def main(
         "stack": measure_run_time_of_three_tier_grave,
         "peers": partial(measure_agreement_with_physics_engines, chosen, peer_cases),
     }  # fmt: skip
-    with body_cundall.enable_cundall():
+    with body_cundall.allow_cundall_scheme_for_bodies():
         for name in (names := named_parts_or_all_if_none(parts, made)):
             for figure in made[name]():
                 figures.append(figure)

@@ -26,7 +26,7 @@ RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE: Final = 0.01
 """Change of amplitude under which a robust case keeps its outcome."""
 RELATIVE_AMPLITUDE_CHANGES_TO_MATCH_OTHER_SOLVER: Final = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
 """Changes of amplitude that are searched for the outcome of another solver."""
-LARGE_SLIP_TO_WIDTH_RATIO: Final = 0.1
+MIN_DISAGREEMENT_CAUSING_SLIP_TO_WIDTH_RATIO: Final = 0.1
 """Slip of a standing stone, as a share of the width of its patch, that counts as a cause."""
 LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO: Final = 0.01
 """Sinking of a corner into the stone below, as a share of the shaft's width, that counts as a fault of a solver."""
@@ -65,9 +65,9 @@ def topmost_stone_outcomes_in_this_program(case: StackCase, amplitude_factors: S
     return [{"fall_azimuth_deg": azimuth, "status": status, "slid_off": int(slid)} for azimuth, status, slid in rows]
 
 
-def has_outcome(topmost_stone_outcome: dict[str, Any]) -> bool:
+def trajectory_has_known_outcome(topmost_stone_outcome: dict[str, Any]) -> bool:
     """True if this program states whether the topmost stone falls."""
-    return CaseStatus(topmost_stone_outcome["status"]).has_outcome
+    return CaseStatus(topmost_stone_outcome["status"]).trajectory_has_known_outcome
 
 
 def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
@@ -80,9 +80,12 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     changed = [
         f"amplitude × {factor:g}"
         for factor, other in zip(factors[1:], others, strict=True)
-        if not (has_outcome(other) and outcomes_agree(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"]))
+        if not (
+            trajectory_has_known_outcome(other)
+            and outcomes_agree(other["fall_azimuth_deg"], nominal["fall_azimuth_deg"])
+        )
     ]
-    changed = changed if has_outcome(nominal) else [NO_OUTCOME_TEXT]
+    changed = changed if trajectory_has_known_outcome(nominal) else [NO_OUTCOME_TEXT]
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
@@ -95,7 +98,7 @@ def amplitude_change_percent_to_reach_azimuth(case: StackCase, fall_azimuth_deg:
     for change, found in zip(
         changes, topmost_stone_outcomes_in_this_program(case, [1.0 + change for change in changes]), strict=True
     ):
-        if has_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], fall_azimuth_deg):
+        if trajectory_has_known_outcome(found) and outcomes_agree(found["fall_azimuth_deg"], fall_azimuth_deg):
             return 100.0 * change
     return math.nan
 
@@ -127,7 +130,9 @@ def outcome_text(outcomes_of_case: pd.Series, solver: str) -> str:
     """
     azimuth = outcomes_of_case[f"{solver} fall_azimuth_deg"]
     text = f"{azimuth:.0f}°" if np.isfinite(azimuth) else "stands"
-    unresolved = solver == PROGRAM_LABEL and not has_outcome({"status": outcomes_of_case[f"{PROGRAM_LABEL} status"]})
+    unresolved = solver == PROGRAM_LABEL and not trajectory_has_known_outcome(
+        {"status": outcomes_of_case[f"{PROGRAM_LABEL} status"]}
+    )
     if unresolved or pd.isna(outcomes_of_case[f"{solver} robust"]):
         return NO_OUTCOME_TEXT
     return text if outcomes_of_case[f"{solver} robust"] == 1 else f"({text})"
@@ -254,7 +259,7 @@ def slides_off_or_far_in_either_solver(outcomes_of_case: pd.Series, case: StackC
     upright = fallen >= 0 and outcomes_of_case[f"{other_solver} tilt_deg"] < math.degrees(
         critical_angle(case.stack, fallen)
     )
-    far = outcomes_of_case[f"{other_solver} slip"] > LARGE_SLIP_TO_WIDTH_RATIO * min(
+    far = outcomes_of_case[f"{other_solver} slip"] > MIN_DISAGREEMENT_CAUSING_SLIP_TO_WIDTH_RATIO * min(
         case.stack.width_depth_height_by_stone[-1][:2]
     )
     return bool(outcomes_of_case[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)

@@ -67,7 +67,7 @@ def fall_azimuth_and_processor_time_in_program(
         ),
     )
     seconds = (time.process_time() - begin) / together
-    fell = CaseStatus(found.status[0]).has_outcome and found.overturned[0, -1] == 1
+    fell = CaseStatus(found.status[0]).trajectory_has_known_outcome and found.overturned[0, -1] == 1
     return float(found.fall_azimuth[0, -1]) if fell else np.nan, seconds
 
 

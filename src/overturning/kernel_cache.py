@@ -80,7 +80,7 @@ def _make_cache_file_use_checksums(numba_cache_file: Any) -> None:
         ):
             raise ValueError("damaged")
 
-    def load_checked_index() -> Any:
+    def verify_checksum_and_load_index() -> Any:
         with suppress(FileNotFoundError), open(numba_cache_file._index_path, "rb") as index:
             pickle.load(index)  # Numba's version, written before the sealed content
             verify_checksum(index.read())
@@ -92,7 +92,7 @@ def _make_cache_file_use_checksums(numba_cache_file: Any) -> None:
 
     numba_cache_file._dump, numba_cache_file._load_index, numba_cache_file._load_data = (
         serialise_with_checksum,
-        load_checked_index,
+        verify_checksum_and_load_index,
         load_checked_data,
     )
 
@@ -140,7 +140,7 @@ def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
                 path.unlink(missing_ok=True)
             return None
 
-    def save_kernel_if_possible(numba_argument_types: Any, numba_compile_result: Any) -> None:
+    def save_kernel_unless_sources_changed(numba_argument_types: Any, numba_compile_result: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
             set_cache_index_paths_for_input_type(numba_argument_types)
@@ -149,5 +149,5 @@ def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
 
     _make_cache_file_use_checksums(file)
     cache.load_overload = load_kernel_or_none
-    cache.save_overload = save_kernel_if_possible
+    cache.save_overload = save_kernel_unless_sources_changed
     return numba_dispatcher

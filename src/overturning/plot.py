@@ -119,9 +119,9 @@ def _read_pgv_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
 
 def _scene_and_element_title(cube: "xr.Dataset") -> str:
     """Return scene and element of a results cube as a line for a title; "" if the cube belongs to no study."""
-    from overturning.figures.record import scene_and_element_title_line
+    from overturning.figures.record import second_title_line_with_scene_and_element
 
-    return scene_and_element_title_line(cube) if "study" in cube.attrs else ""
+    return second_title_line_with_scene_and_element(cube) if "study" in cube.attrs else ""
 
 
 @partial(_register_cube_figure, "boundary")
@@ -155,7 +155,7 @@ def fall_rose(cube: "xr.Dataset") -> "Figure":
             sorted_cube, {name: summarise_fall_axes(found) for name, found in groups.items()}
         )
 
-    return _draw_figure_of_all_records(cube, draw_fall_rose)
+    return _draw_figure_of_all_records_with_title(cube, draw_fall_rose)
 
 
 @partial(_register_cube_figure, "earthquakes")
@@ -168,7 +168,7 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
         check_has_falls(sorted_cube, "earthquakes")
         return fall_roses_by_earthquake_figure(sorted_cube)
 
-    return _draw_figure_of_all_records(cube, draw_earthquake_roses)
+    return _draw_figure_of_all_records_with_title(cube, draw_earthquake_roses)
 
 
 @partial(_register_cube_figure, "axes")
@@ -184,7 +184,7 @@ def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
         check_has_falls_and_fault_normal(sorted_cube, groups)
         return fault_normal_alignment_figure_from_fall_axes(groups, summaries)
 
-    return _draw_figure_of_all_records(cube, draw_fall_alignment_by_earthquake)
+    return _draw_figure_of_all_records_with_title(cube, draw_fall_alignment_by_earthquake)
 
 
 @partial(_register_cube_figure, "follow")
@@ -201,7 +201,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
         check_has_fall_alignment(sorted_cube, found)
         return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
 
-    return _draw_figure_of_all_records(cube, draw_fall_alignment_by_b_over_h)
+    return _draw_figure_of_all_records_with_title(cube, draw_fall_alignment_by_b_over_h)
 
 
 @partial(_register_cube_figure, "plane")
@@ -221,7 +221,7 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
         return outcomes_by_pga_and_pgv_over_pga_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
 
     _check_cube_has_coordinate_for_figure(cube, "azimuth", "plane")
-    return _draw_figure_of_all_records(cube, draw_outcomes_by_pga_and_pgv_ratio)
+    return _draw_figure_of_all_records_with_title(cube, draw_outcomes_by_pga_and_pgv_ratio)
 
 
 @partial(_register_cube_figure, "intensity")
@@ -293,7 +293,9 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
     return rotation_slip_and_uplift_figure(several, title)
 
 
-def _draw_figure_of_all_records(cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
+def _draw_figure_of_all_records_with_title(
+    cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]
+) -> "Figure":
     """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
     from overturning.study.cube import select_element_and_amplitude_for_figures

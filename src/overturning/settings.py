@@ -11,7 +11,7 @@ from overturning.validation import StrictModel
 RELATIVE_TOLERANCE_OUTSIDE_GRID: Final = 0.02
 """Share of a height, B/H or friction by which a stone may lie outside the simulated values: rounding, 1/3 as 0.33."""
 
-MAX_BASE_RELIEF_M: Final = 0.03
+MAX_LOAD_BEARING_BASE_RELIEF_M: Final = 0.03
 """Largest relief of a scanned stone (height up to which points of its base bear), m; see `overturning.model.scan`."""
 
 
@@ -87,9 +87,14 @@ class EnsembleSettings(StrictModel):
     @field_validator("relief")
     @classmethod
     def _check_relief_is_within_limit(cls, relief_range: LengthRange | None) -> LengthRange | None:
-        """Raise a ValueError if the height up to which points of a scanned base bear exceeds `MAX_BASE_RELIEF_M`."""
-        if relief_range is not None and relief_range.high > MAX_BASE_RELIEF_M:
-            raise ValueError(f"high {relief_range.high:g} m; at most {MAX_BASE_RELIEF_M:g} m (the unit is the metre)")
+        """Raise a ValueError if the points of a scanned base bear up to too great a height.
+
+        The limit is `MAX_LOAD_BEARING_BASE_RELIEF_M`.
+        """
+        if relief_range is not None and relief_range.high > MAX_LOAD_BEARING_BASE_RELIEF_M:
+            raise ValueError(
+                f"high {relief_range.high:g} m; at most {MAX_LOAD_BEARING_BASE_RELIEF_M:g} m (the unit is the metre)"
+            )
         return relief_range
 
     @field_validator("members")

@@ -72,7 +72,7 @@ class LogHandler(LogHandlerBase):
             return
         about: dict[str, Any] = vars(record)
         event, text = about.get("event"), str(record.msg or "")
-        self._update_progress(event, about)
+        self._update_progress_line_data(event, about)
         if self._stopped:  # Snakemake reports stopped jobs as failed
             return
         if event == LogEvent.JOB_ERROR:
@@ -107,7 +107,7 @@ class LogHandler(LogHandlerBase):
         self._failures.clear()
         super().close()
 
-    def _update_progress(self, event_kind: Any, event_data: dict[str, Any]) -> None:
+    def _update_progress_line_data(self, event_kind: Any, event_data: dict[str, Any]) -> None:
         """Update the data of the progress line from an event."""
         if "expected_s" in event_data:
             self._expected.expected_job_seconds_by_rule = event_data["expected_s"]

@@ -10,7 +10,7 @@ from overturning.dem.block.commit import (
     corner_forces_new_state_and_contact_changes,
 )
 from overturning.dem.block.state import (
-    MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
+    MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
     BlockConstants,
     BlockPredictedAtStepEnd,
@@ -214,9 +214,9 @@ def test_a_gentle_touch_of_corners_is_accepted_in_steps_above_the_finest() -> No
         sticking_corner_with_changed_penetration(-0.5e-6, 0.4e-6),
         sticking_corner_with_changed_penetration(-0.5e-6, 0.6e-6),
     )
-    assert not step_is_rejected(MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, near, near)
-    assert step_is_rejected(MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, far, far)
-    assert step_is_rejected(2 * MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, near, near)
+    assert not step_is_rejected(MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, near, near)
+    assert step_is_rejected(MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, far, far)
+    assert step_is_rejected(2 * MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, near, near)
     assert not step_is_rejected(
         1.0, sticking_corner_with_changed_penetration(-1.0, 1.0), sticking_corner_with_changed_penetration(-1.0, 1.0)
     )
@@ -230,9 +230,11 @@ def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() 
         sticking_corner_with_changed_penetration(5e-7, 6e-7),
         sticking_corner_with_changed_penetration(-6e-7, -5e-7),
     ):
-        assert not step_is_rejected(MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, touches, other)
+        assert not step_is_rejected(MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, touches, other)
     assert step_is_rejected(
-        MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS, touches, sticking_corner_with_changed_penetration(1e-6, -1e-6)
+        MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
+        touches,
+        sticking_corner_with_changed_penetration(1e-6, -1e-6),
     )
 
 

@@ -13,7 +13,7 @@ from overturning.dem.kernel.ground import (
     LEAD_TIME_BEFORE_STRONG_MOTION_S,
     REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK,
     SAMPLES_PER_REST_CHECK_BLOCK,
-    largest_upcoming_acceleration_by_rest_check,
+    max_acceleration_in_window_by_rest_check,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.polygon import plan as polygon_plan
@@ -309,7 +309,7 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     """The result equals the maximum over the samples ahead; it is infinite if these samples go beyond the record."""
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
-    found = largest_upcoming_acceleration_by_rest_check(size, interval)
+    found = max_acceleration_in_window_by_rest_check(size, interval)
     assert found.shape == (2, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
         at = SAMPLES_PER_REST_CHECK_BLOCK * leap + look

@@ -35,10 +35,10 @@ def solve_random_equations_by_kernel_and_numpy(
     for k in range(size):
         blocks[k, k] = 3.0 * np.eye(3) + 0.3 * rng.normal(size=(3, 3))
     right = rng.normal(size=(size, 3))
-    state = np.zeros(rows.CASE_ARRAY_LENGTH + size * rows.ELEMENT_ARRAY_LENGTH)
+    state = np.zeros(rows.VALUE_COUNT_PER_CASE_IN_ALL_LANES + size * rows.VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES)
     places = (
-        rows.CASE_ARRAY_LENGTH
-        + np.arange(size)[:, None] * rows.ELEMENT_ARRAY_LENGTH
+        rows.VALUE_COUNT_PER_CASE_IN_ALL_LANES
+        + np.arange(size)[:, None] * rows.VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES
         + VELOCITY_CORRECTION_X_ROW_OFFSET
         + np.arange(3) * rows.PARALLEL_CASE_COUNT
     )
@@ -115,7 +115,9 @@ def test_suspending_contact_tests_of_pairs_does_not_change_a_tower_collapse() ->
         rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, f"velocity.{name}") for name in ("x", "z", "angular")
     ]
     found, full = (
-        values[rows.CASE_ARRAY_LENGTH :].reshape(-1, rows.ELEMENT_ARRAY_LENGTH)[:, [*poses, *speeds]]
+        values[rows.VALUE_COUNT_PER_CASE_IN_ALL_LANES :].reshape(-1, rows.VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES)[
+            :, [*poses, *speeds]
+        ]
         for values in (state, expected)
     )
     assert np.abs(full[1:, 2]).max() > 0.1, "it moves"

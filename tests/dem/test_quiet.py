@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.quiet import (
-    SIMULATED_LEAD_TIME_S,
+    SIMULATED_TIME_BEFORE_START_THRESHOLD_S,
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
     simulated_sample_ranges_and_stays_at_rest,
 )
@@ -37,8 +37,8 @@ def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sampl
     assert not stays_at_rest[0]
     begin, end = (STRONG_SAMPLES.start, STRONG_SAMPLES.stop - 1) if share > 1 else (650, 650)
     assert first[0] in (
-        max(begin - 1 - round(SIMULATED_LEAD_TIME_S / INTERVAL), 0),
-        begin - round(SIMULATED_LEAD_TIME_S / INTERVAL),
+        max(begin - 1 - round(SIMULATED_TIME_BEFORE_START_THRESHOLD_S / INTERVAL), 0),
+        begin - round(SIMULATED_TIME_BEFORE_START_THRESHOLD_S / INTERVAL),
     )
     # The motion is linear from the last strong sample to the next.
     assert end + 1 <= calm[0] <= end + 2

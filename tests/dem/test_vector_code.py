@@ -21,7 +21,7 @@ from overturning.dem.polygon.centred_solution import (
 )
 from overturning.dem.polygon.equations import PairSubmatrices
 from overturning.dem.polygon.slip import store_slip_and_last_time_rotation_recoverable
-from overturning.dem.polygon.step import predict_element_motion, store_element_motion_of_accepted_step
+from overturning.dem.polygon.step import predict_element_motion, store_element_state_of_accepted_step
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import RectangularPrism
@@ -82,10 +82,10 @@ ASSEMBLY_GENERATORS_BY_LOOP: dict[str, LoopAssemblyGenerator] = {
         predict_element_motion, None, ELEMENT, CASE, 128.0, 9.80665
     ),
     "correct state, vertical": create_function_yielding_loop_assembly(
-        store_element_motion_of_accepted_step, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
+        store_element_state_of_accepted_step, UPWARD_ACCELERATION, ELEMENT, CASE, 128.0, 9.80665
     ),
     "correct state, level": create_function_yielding_loop_assembly(
-        store_element_motion_of_accepted_step, None, ELEMENT, CASE, 128.0, 9.80665
+        store_element_state_of_accepted_step, None, ELEMENT, CASE, 128.0, 9.80665
     ),
     "cundall contact": create_function_yielding_loop_assembly(
         cundall.add_pair_forces_and_store_contact_history, PAIR, ELEMENT, ELEMENT.copy(), CASE

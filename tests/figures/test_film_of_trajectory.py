@@ -31,7 +31,7 @@ from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_record_table
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.store import round_to_stored_precision
+from overturning.records.store import round_samples_to_stored_decimals
 from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_named_stone
 from tests.figures.films import trajectory_of_3d_body
 from tests.figures.test_film import unpack_film_numbers
@@ -228,7 +228,9 @@ def test_upward_acceleration_adds_to_the_contact_forces(sine_motion_after_rest: 
 def block_trajectory_under_record(request: pytest.FixtureRequest) -> xr.Dataset:
     """Return the trajectory of a block under a record: it falls, falls while it slides, or rocks and stands."""
     name, azimuth, b_over_h, height, friction = request.param
-    record = round_to_stored_precision(process_record(read_record(read_record_table(RECORD_TABLE)[name], Path()), None))
+    record = round_samples_to_stored_decimals(
+        process_record(read_record(read_record_table(RECORD_TABLE)[name], Path()), None)
+    )
     shaking = Motion(record.north, record.east, None, sampling_interval=record.sampling_interval)
     path = trajectory(shaking, azimuth_deg=azimuth, height=height, b_over_h=b_over_h, friction=friction)
     # The record is linear between its samples, which are not all rows of the path.
@@ -309,7 +311,7 @@ def test_rolling_cylinder_is_not_reported_at_rest() -> None:
     assert outcome_sentence(trajectory(later, "rectangle", **given)).endswith("by the end")
 
 
-@pytest.mark.parametrize("status", [one for one in CaseStatus if not one.has_outcome])
+@pytest.mark.parametrize("status", [one for one in CaseStatus if not one.trajectory_has_known_outcome])
 def test_the_outcome_sentence_of_a_case_without_outcome_states_the_reason(status: CaseStatus) -> None:
     sentence = outcome_sentence(xr.Dataset({"status": status.value}))
     assert sentence.startswith("no outcome: ")

@@ -25,7 +25,7 @@ from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.svg_translation import break_lines_at_width, translate_svg
+from overturning.figures.svg_translation import break_lines_and_widen_to_max_line_count, translate_svg
 from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.model.scene import gravestone
 from overturning.records.processing import process_record
@@ -225,8 +225,8 @@ def test_centred_text_stays_centred_in_japanese(tmp_path: Path) -> None:
 
 
 def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
-    assert break_lines_at_width(["転倒する墓石。N60°E へ"], 6.0, 5) == ["転倒する墓石。", "N60°E へ"]
-    assert break_lines_at_width(["あ" * 30], 10.0, 2) == ["あ" * 16, "あ" * 14]
+    assert break_lines_and_widen_to_max_line_count(["転倒する墓石。N60°E へ"], 6.0, 5) == ["転倒する墓石。", "N60°E へ"]
+    assert break_lines_and_widen_to_max_line_count(["あ" * 30], 10.0, 2) == ["あ" * 16, "あ" * 14]
 
 
 def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:

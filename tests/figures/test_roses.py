@@ -9,7 +9,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from overturning.figures.rose import FALL_COLOUR, axis_interval_arcs_deg, draw_fall_rose, fall_roses_by_group_figure
+from overturning.figures.rose import (
+    FALL_COLOUR,
+    axis_interval_arcs_within_half_circle_deg,
+    draw_fall_rose,
+    fall_roses_by_group_figure,
+)
 from overturning.figures.style import INK, create_panel_grid, use_package_matplotlib_settings
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
@@ -117,7 +122,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
     axis: float, half_width: float, expected: list[tuple[float, float]]
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
-    assert sorted(axis_interval_arcs_deg(axis, half_width)) == expected
+    assert sorted(axis_interval_arcs_within_half_circle_deg(axis, half_width)) == expected
     (panel, *_) = draw_rose_of_falls_with_mean_axis(cube_of_falls_around_azimuth_40(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)

@@ -16,8 +16,8 @@ from overturning.figures.site_map import (
     MAX_EARTHQUAKES_PER_FIGURE,
     EarthquakeMapContent,
     StationOnMap,
-    earthquake_map_figures,
     earthquake_maps_in_one_figure,
+    figures_with_several_earthquake_maps,
     local_east_north_km,
     mappable_earthquakes,
 )
@@ -160,11 +160,12 @@ def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     ]
     with use_package_matplotlib_settings():
         panels = [
-            [axes.get_title() for axes in one.axes if axes.get_visible()] for one in earthquake_map_figures(sites)
+            [axes.get_title() for axes in one.axes if axes.get_visible()]
+            for one in figures_with_several_earthquake_maps(sites)
         ]
     plt.close("all")
     assert panels == [[str(number) for number in range(MAX_EARTHQUAKES_PER_FIGURE)], [str(MAX_EARTHQUAKES_PER_FIGURE)]]
-    assert list(earthquake_map_figures([])) == []
+    assert list(figures_with_several_earthquake_maps([])) == []
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ from overturning.records.record import processing_entry_text, processing_peaks_a
 from overturning.records.site import SoilSite
 from overturning.records.store import (
     read_record_from_motion_file,
-    round_to_stored_precision,
+    round_samples_to_stored_decimals,
     write_record_to_motion_file,
 )
 from tests.expect import expect_error
@@ -237,7 +237,7 @@ def test_a_record_passed_to_a_study_is_propagated_through_its_soil_site() -> Non
 
 
 def test_motion_files_of_a_variant_with_soil_hold_the_surface_motions(tmp_path: Path) -> None:
-    record = round_to_stored_precision(PULSE)
+    record = round_samples_to_stored_decimals(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SOIL_SITE_SETTINGS}}}
     renamed = replace(record, record_id="pulse")
     write_record_to_motion_file(renamed, tmp_path / "rock" / "pulse.nc")

@@ -14,7 +14,7 @@ from overturning.records.read import (
     COORDINATES_WITHOUT_SOURCE_NOTE,
     copy_record_with_metadata_of_table_row,
     read_record,
-    read_record_without_descriptive_columns,
+    read_record_without_station_and_event_names,
 )
 from overturning.records.store import write_record_to_motion_file
 from tests.expect import expect_error
@@ -116,7 +116,7 @@ def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
     bare, labelled = (
-        read_record_without_descriptive_columns(one, tmp_path)
+        read_record_without_station_and_event_names(one, tmp_path)
         for one in (RecordTableRow(id="mine", source="mine.V2A"), ROW_WITH_ALL_DESCRIPTIVE_COLUMNS)
     )
     write_record_to_motion_file(bare, tmp_path / "bare.nc")
@@ -148,7 +148,7 @@ def test_record_table_coordinates_without_a_source_are_noted(tmp_path):
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
-    samples = read_record_without_descriptive_columns(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
+    samples = read_record_without_station_and_event_names(RecordTableRow(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
         copy_record_with_metadata_of_table_row(samples, RecordTableRow(id="mine", source="mine.V2A", **cells))

@@ -10,7 +10,7 @@ from overturning.errors import ResultError
 from overturning.records.record import Record
 from overturning.records.store import (
     read_record_from_motion_file,
-    round_to_stored_precision,
+    round_samples_to_stored_decimals,
     write_record_to_motion_file,
 )
 
@@ -55,7 +55,7 @@ def test_a_record_written_to_a_motion_file_is_read_back_equal(tmp_path, north, e
     )
     write_record_to_motion_file(record, tmp_path / "motion.nc")
     back = read_record_from_motion_file(tmp_path / "motion.nc")
-    assert_same_record(round_to_stored_precision(record), back)
+    assert_same_record(round_samples_to_stored_decimals(record), back)
     np.testing.assert_allclose(back.north, north, atol=5.1e-10)
 
 

@@ -49,7 +49,7 @@ def test_recheck_reproduces_unchanged_results_and_detects_changed_outcomes(
     results_with_hostile_names: Path, tmp_path: Path
 ) -> None:
     found = recompute_and_compare_random_cases(results_with_hostile_names / "cube.nc", max_random_case_count=40)
-    assert found.is_identical
+    assert found.values_are_identical_and_hash_is_correct
     assert found.recomputed_cell_count == 40
     assert found.cell_count_with_recomputed_ensemble > 0
     changed = tmp_path / "cube.nc"

@@ -27,7 +27,7 @@ from overturning.statistics.illustrative import find_best_case_for_each_behaviou
 from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
     abs_twist_deg_of_moved_standing_stones,
-    count_agreements_of_2d_and_3d_outcomes,
+    count_agreeing_and_differing_2d_3d_outcomes,
     shares_of_agreeing_2d_and_3d_outcomes,
     summarise_twists_sorting_in_place,
 )
@@ -332,12 +332,12 @@ def test_agreement_with_the_2d_model_matches_counts_by_hand() -> None:
     cube = xr.Dataset(
         {name: ("record", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
     ).expand_dims(b_over_h=[0.3])
-    found = shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(cube))
+    found = shares_of_agreeing_2d_and_3d_outcomes(count_agreeing_and_differing_2d_3d_outcomes(cube))
     assert found["cases"] == 6
     shares = {"flag": 4 / 6, "only_space": 1 / 6, "only_plane": 1 / 6, "face": 1 / 3, "axis": (30.0 + 80.0 + 10.0) / 3}
     assert {name: float(found[name]) for name in shares} == pytest.approx(shares)
     assert np.isnan(found["flag_beside"]), "no neighbour"
-    by_record = shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(cube), "record")
+    by_record = shares_of_agreeing_2d_and_3d_outcomes(count_agreeing_and_differing_2d_3d_outcomes(cube), "record")
     assert by_record["flag"].to_numpy() == pytest.approx([1, 1, 0, 1, 0, 1, np.nan, np.nan], nan_ok=True)
     # Along B/H the 3-D flags are 1 1 0 0 ? 0: the second and third differ from a neighbour; 2-D has one right.
     row = (
@@ -345,7 +345,7 @@ def test_agreement_with_the_2d_model_matches_counts_by_hand() -> None:
     )
     row["overturned"][:], row["plane_overturned"][:] = [1, 1, 0, 0, np.nan, 0], [1, 0, 0, 1, 1, 1]
     assert float(
-        shares_of_agreeing_2d_and_3d_outcomes(count_agreements_of_2d_and_3d_outcomes(row))["flag_beside"]
+        shares_of_agreeing_2d_and_3d_outcomes(count_agreeing_and_differing_2d_3d_outcomes(row))["flag_beside"]
     ) == pytest.approx(1 / 2)
 
 

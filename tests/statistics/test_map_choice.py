@@ -6,11 +6,11 @@ import xarray as xr
 
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.map_choice import (
+    ALL_RECORDS_SHOWN_REASON,
     CLEAREST_AXIS_REASON,
-    EVERY_RECORD_REASON,
     FIRST_WITH_FALLS_REASON,
     LEAST_ALIGNED_REASON,
-    MEDIAN_ALIGNED_REASON,
+    MEDIAN_ALIGNMENT_REASON,
     MOST_ALIGNED_REASON,
     choose_records_for_report_maps,
 )
@@ -25,7 +25,7 @@ def test_maps_of_all_records_of_a_small_study_are_shown() -> None:
     chosen = choose_records_for_report_maps(
         cube_of_earthquakes_and_pulse_flags("AAB", [np.nan] * 3), np.full(3, np.nan), np.full(3, 0.5), np.ones(3)
     )
-    assert chosen == [(0, EVERY_RECORD_REASON), (1, EVERY_RECORD_REASON), (2, EVERY_RECORD_REASON)]
+    assert chosen == [(0, ALL_RECORDS_SHOWN_REASON), (1, ALL_RECORDS_SHOWN_REASON), (2, ALL_RECORDS_SHOWN_REASON)]
 
 
 def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> None:
@@ -41,7 +41,7 @@ def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> Non
     assert chosen == {
         MOST_ALIGNED_REASON: 1,
         LEAST_ALIGNED_REASON: 2,
-        MEDIAN_ALIGNED_REASON: 0,
+        MEDIAN_ALIGNMENT_REASON: 0,
         CLEAREST_AXIS_REASON: 6,
     }
 

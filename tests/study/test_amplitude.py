@@ -93,7 +93,11 @@ def test_recomputed_cases_equal_the_cube_at_all_amplitude_factors(
     found = recompute_and_compare_random_cases(
         cube_paths_without_and_with_amplitude_factors["three"], max_random_case_count=72
     )
-    assert (found.cube_cell_count, found.recomputed_cell_count, found.is_identical) == (72, 72, True)
+    assert (found.cube_cell_count, found.recomputed_cell_count, found.values_are_identical_and_hash_is_correct) == (
+        72,
+        72,
+        True,
+    )
     samples = [
         read_random_case_sample(
             cube_paths_without_and_with_amplitude_factors[name], ConvergenceCheckSettings(at_least=12)

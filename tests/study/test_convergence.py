@@ -24,7 +24,7 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import round_to_stored_precision
+from overturning.records.store import round_samples_to_stored_decimals
 from overturning.settings import EnsembleSettings
 from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, create_outcome_array_to_fill
 from overturning.study.convergence import read_convergence_result
@@ -106,7 +106,7 @@ def test_cases_to_check_are_drawn_without_repetition_or_mirror_images() -> None:
 def near_field_strong_part(number: int, name: str = "a") -> Record:
     """Return the part of a near-field record from 4 s before its peak to 8 s after it, as a record with this name."""
     motion = strong_part_of_near_field_record(number, 4.0, 8.0)
-    return round_to_stored_precision(Record(name, motion.north, motion.east, None, motion.sampling_interval))
+    return round_samples_to_stored_decimals(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from overturning.errors import ResultError
-from overturning.study.crate import METADATA_FILE_NAME, write_ro_crate_metadata_and_complete_study
+from overturning.study.crate import METADATA_FILE_NAME, write_complete_study_file_and_ro_crate_metadata
 from overturning.study.load import load_study
 from overturning.study.schema import Study
 from tests.expect import skip_test_unless_skipping_is_forbidden
@@ -30,7 +30,7 @@ def write_and_read_crate(settings: Study, folder: Path) -> dict[str, dict[str, A
     figures = folder / "figures" / "polar"
     figures.mkdir(parents=True)
     (figures / "a.svg").write_text("<svg/>", encoding="utf-8")
-    write_ro_crate_metadata_and_complete_study(settings, folder, [cube, folder / "motion", figures / "a.svg"])
+    write_complete_study_file_and_ro_crate_metadata(settings, folder, [cube, folder / "motion", figures / "a.svg"])
     return {one["@id"]: one for one in json.loads((folder / METADATA_FILE_NAME).read_text(encoding="utf-8"))["@graph"]}
 
 
@@ -66,7 +66,7 @@ def test_crate_names_the_variant_of_a_motion_through_soil(tmp_path: Path) -> Non
     soft = tmp_path / "motion" / "soft" / "a.nc"
     soft.parent.mkdir()
     soft.write_bytes(own.read_bytes())
-    write_ro_crate_metadata_and_complete_study(settings, tmp_path, [cube, tmp_path / "motion"])
+    write_complete_study_file_and_ro_crate_metadata(settings, tmp_path, [cube, tmp_path / "motion"])
     graph = json.loads((tmp_path / METADATA_FILE_NAME).read_text(encoding="utf-8"))["@graph"]
     named = {one["@id"]: one["name"] for one in graph if one["@id"].startswith("motion/")}
     assert named == {
@@ -127,7 +127,7 @@ def test_the_crate_is_reproducible_and_contains_no_local_path(
 def test_the_error_names_a_result_file_missing_for_the_crate(tmp_path: Path) -> None:
     cube = simulate_study_cube(study_without_ensemble(records={"use": ["a"]}), [sine_cycle_record("a")], tmp_path)
     with pytest.raises(ResultError, match=r"report\.html: no such file; run the study again"):
-        write_ro_crate_metadata_and_complete_study(
+        write_complete_study_file_and_ro_crate_metadata(
             study_without_ensemble(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"]
         )
 

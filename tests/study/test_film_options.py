@@ -8,7 +8,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.records.pulses import parse_pulse, record_of_pulse
-from overturning.records.store import round_to_stored_precision
+from overturning.records.store import round_samples_to_stored_decimals
 from overturning.study.film_options import film_command_options_and_stone_sizes
 from overturning.study.small import run_study
 from overturning.translation.texts import translate, use_translation_language
@@ -39,7 +39,7 @@ def test_the_film_command_reproduces_the_outcome_of_its_cell(
     keys: dict[str, Any], words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
-    cube = run_study([round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **keys)
+    cube = run_study([round_samples_to_stored_decimals(record_of_pulse(parse_pulse(PULSE)))], **keys)
     film = film_command_options_and_stone_sizes(cube)
     assert (film["missing"], " ".join(film["options"])) == ("", words)
     direction = "orientation" if "body" in keys else "azimuth"
@@ -55,7 +55,7 @@ def test_the_film_command_reproduces_the_outcome_of_its_cell(
 
 
 def test_a_reason_is_given_if_no_film_command_can_reproduce_a_study() -> None:
-    record = round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))
+    record = round_samples_to_stored_decimals(record_of_pulse(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK_STUDY_SETTINGS, azimuth={"step": 90}, simulation={"time_step": 0.0001})
     assert film_command_options_and_stone_sizes(cube)["missing"] == "the study has numerical settings of its own"
 
@@ -69,7 +69,9 @@ def test_no_film_command_is_given_for_records_outside_the_project(
     folder.
     """
     cube = run_study(
-        [round_to_stored_precision(record_of_pulse(parse_pulse(PULSE)))], **BLOCK_STUDY_SETTINGS, azimuth={"step": 90}
+        [round_samples_to_stored_decimals(record_of_pulse(parse_pulse(PULSE)))],
+        **BLOCK_STUDY_SETTINGS,
+        azimuth={"step": 90},
     )
     study = json.loads(cube.attrs["study"])
     study["records"] |= {"table": "table é.tsv", "folder": "data/records"}

@@ -6,7 +6,7 @@ import pytest
 
 from overturning.errors import ConfigError
 from overturning.study.grounds import (
-    check_survey_site_names,
+    check_soil_sites_occur_in_survey_table,
     soil_layers_and_records_by_soil_cube_name,
     soil_setting_keys_and_values_of_study,
     survey_cube_name_and_other_cube_names_by_site,
@@ -90,5 +90,5 @@ def test_the_error_names_an_unknown_cemetery_of_a_survey(known: set[str], remedy
     mine = study_with_surveys({"stones": "a.csv", "record": "rinaldi", "sites": {"Rivre": soil_site_settings(10)}})
     message = rf"^mine\.yaml: surveys\.0\.sites\.Rivre: no stone of a\.csv has this site; .*{remedy}"
     with pytest.raises(ConfigError, match=message):
-        check_survey_site_names(mine, 0, known, "mine.yaml")
-    check_survey_site_names(mine, 0, {"Rivre"}, "mine.yaml")
+        check_soil_sites_occur_in_survey_table(mine, 0, known, "mine.yaml")
+    check_soil_sites_occur_in_survey_table(mine, 0, {"Rivre"}, "mine.yaml")

@@ -12,7 +12,7 @@ import pytest
 import overturning
 from overturning.errors import RecordError
 from overturning.surveys.row import SURVEY_COLUMNS, SurveyRow, survey_row_json_schema_text
-from overturning.surveys.template import TEMPLATE_COLUMNS, empty_survey_table_text
+from overturning.surveys.template import TEMPLATE_COLUMNS, survey_table_template_text
 
 DOCS_FOLDER = Path(__file__).parents[2] / "docs"
 
@@ -48,7 +48,7 @@ def test_pandas_table_of_a_survey_has_the_expected_columns_units_and_notes(tmp_p
 
 
 def test_survey_template_is_accepted_as_soon_as_it_has_a_stone(tmp_path: Path) -> None:
-    template, path = empty_survey_table_text(), tmp_path / "stones.csv"
+    template, path = survey_table_template_text(), tmp_path / "stones.csv"
     assert template.isascii()
     assert all(f"# {name}: " in template for name in SURVEY_COLUMNS if name != "magnetic_declination_deg")
     path.write_text(template)
@@ -65,7 +65,7 @@ def test_survey_template_is_accepted_as_soon_as_it_has_a_stone(tmp_path: Path) -
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_survey_template_saved_by_a_spreadsheet_is_read(tmp_path: Path, separator: str) -> None:
     # A spreadsheet splits comment lines into cells, pads them, and puts quotes around cells with separators.
-    rows = list(csv.reader(io.StringIO(empty_survey_table_text())))
+    rows = list(csv.reader(io.StringIO(survey_table_template_text())))
     rows.append(["A", "1", "", "fell SE"])
     with (tmp_path / "stones.csv").open("w", encoding="utf-8-sig", newline="") as file:
         writer = csv.writer(file, delimiter=separator)

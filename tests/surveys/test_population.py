@@ -22,10 +22,10 @@ from overturning.surveys.population import (
     fall_rates_of_stones_with_outcome_in_both_cubes,
     fit_population_fragility_curves,
     outcome_rates_at_each_amplitude_factor,
-    outcomes_of_sampled_stones,
     population_outcome_rates_by_record,
     sample_stones,
     share_of_stones_outside_grid,
+    take_stone_outcomes_from_neighbouring_cases,
 )
 from overturning.units import STANDARD_GRAVITY
 
@@ -62,7 +62,9 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     stones = replace(stones, face_azimuth_deg=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
     weak, strong = (
-        outcomes_of_sampled_stones(simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones)
+        take_stone_outcomes_from_neighbouring_cases(
+            simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones
+        )
         for f in (0.01, 1.0)
     )
     assert not weak.fell.any()
@@ -86,7 +88,9 @@ def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
         b_over_h=np.arange(0.1, 0.51, 0.025),
         friction=[0.5, 0.7, 0.9],
     )
-    found = outcome_rates_at_each_amplitude_factor(outcomes_of_sampled_stones(cells, stones), population)
+    found = outcome_rates_at_each_amplitude_factor(
+        take_stone_outcomes_from_neighbouring_cases(cells, stones), population
+    )
     # The motion has no component across, so the plane along it decides alone.
     alone = run_cases(motion, Cases(0.0, stones.height, stones.b_over_h, stones.friction))
     assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
@@ -109,10 +113,11 @@ def test_2d_model_gives_no_shift_rate_where_the_3d_model_finds_sliding() -> None
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
     stone, few = equal_stones(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
     planes = outcome_rates_at_each_amplitude_factor(
-        outcomes_of_sampled_stones(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
+        take_stone_outcomes_from_neighbouring_cases(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
     )
     space = outcome_rates_at_each_amplitude_factor(
-        outcomes_of_sampled_stones(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few
+        take_stone_outcomes_from_neighbouring_cases(simulate(motion, "rectangle", orientation_deg=[0], **size), stone),
+        few,
     )
     assert planes["fall_rate"] == space["fall_rate"] == [0]
     assert space["shift_rate"] == [1]
@@ -155,8 +160,10 @@ def test_rocking_stone_takes_no_outcome_from_a_case_where_blocks_slide() -> None
     site = cube_of_given_flags_and_fall_times(
         values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0]
     )
-    assert outcomes_of_sampled_stones(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
-    assert not outcomes_of_sampled_stones(site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
+    assert take_stone_outcomes_from_neighbouring_cases(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
+    assert not take_stone_outcomes_from_neighbouring_cases(
+        site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)
+    ).fell.any()
 
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
@@ -165,10 +172,10 @@ def test_stone_with_an_unknown_outcome_in_one_plane_has_no_outcome(flag: float) 
 
     The outcome in plane 90° is unknown: whatever happens in plane 0°, a fall over the other edge may have come first.
     """
-    found = outcomes_of_sampled_stones(
+    found = take_stone_outcomes_from_neighbouring_cases(
         cube_of_given_flags_and_fall_times(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
     )
-    assert (found.has_outcome.item(), found.fell.item()) == (False, False)
+    assert (found.trajectory_has_known_outcome.item(), found.fell.item()) == (False, False)
 
 
 def test_stones_without_an_outcome_have_no_fall_rate() -> None:
@@ -217,7 +224,7 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face_azimuth_deg=face)
         found = outcome_rates_at_each_amplitude_factor(
-            outcomes_of_sampled_stones(site, stones), StonePopulation(fixed=fixed)
+            take_stone_outcomes_from_neighbouring_cases(site, stones), StonePopulation(fixed=fixed)
         )
         assert found["fall_rate"] == pytest.approx([0.25 * free], rel=1e-15)
         assert found["free_fall_rate"] == [0.25]
@@ -246,7 +253,10 @@ def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_outcome_rates_by_record(both, population)
     alone = outcome_rates_at_each_amplitude_factor(
-        outcomes_of_sampled_stones(simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)), population
+        take_stone_outcomes_from_neighbouring_cases(
+            simulated_cube(motion.scaled_by(2.0), **axes), sample_stones(population)
+        ),
+        population,
     )
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()

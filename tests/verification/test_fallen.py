@@ -16,8 +16,8 @@ from tests.dem.polygon_scenes import load_shipped_scene
 from tests.verification.test_stability_scenes import one_second_pulse
 from verification.stability.checks import (
     flags_match_rotations,
+    least_possible_rotation_of_fallen_elements,
     name_of_first_failed_scene_check,
-    rotations_forbidding_fallen_flag,
     rotations_requiring_fallen_flag,
 )
 
@@ -84,7 +84,7 @@ def test_a_block_with_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
         scene = load_shipped_scene("gravestone").model_copy(update={"contacts": (law,)})
         short = np.arcsin(share * reference_element_height_and_b_over_h(scene)[1])
         assert 0.5 * np.pi - rotations_requiring_fallen_flag(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
-        assert rotations_forbidding_fallen_flag(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
+        assert least_possible_rotation_of_fallen_elements(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 
 
 def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
@@ -101,7 +101,7 @@ def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
         (comes_down, np.arctan2(0.31, 0.30)), abs=1e-9
     )
     assert rotations_requiring_fallen_flag(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
-    assert 0.1 < rotations_forbidding_fallen_flag(prepared)[0] < 0.5 * comes_down
+    assert 0.1 < least_possible_rotation_of_fallen_elements(prepared)[0] < 0.5 * comes_down
     assert not flags_match_rotations(prepared, np.array([False]), np.array([comes_down]))
     assert flags_match_rotations(prepared, np.array([False]), np.array([0.9 * comes_down]))
     assert not flags_match_rotations(prepared, np.array([True]), np.array([0.09]))
@@ -118,5 +118,5 @@ def test_the_rotation_that_a_scene_defines_as_fallen_is_used() -> None:
             for item in scene.elements
         ]
         prepared = prepare_scene(scene.model_copy(update={"elements": tuple(elements)}))
-        assert np.degrees(rotations_forbidding_fallen_flag(prepared)) == pytest.approx(early)
+        assert np.degrees(least_possible_rotation_of_fallen_elements(prepared)) == pytest.approx(early)
         assert np.degrees(rotations_requiring_fallen_flag(prepared)) == pytest.approx(lying, abs=1e-2)

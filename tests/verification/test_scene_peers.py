@@ -19,7 +19,7 @@ from tests.dem.polygon_scenes import load_shipped_scene
 from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.inputs import read_strong_part_of_pulse_record
 from verification.scene_peers import ENGINE_OUTCOMES_FILE, choose_random_three_tier_cases, fall_sides_of_shaft_by_engine
-from verification.scenes import SHAFT_ELEMENT_INDEX
+from verification.scenes import COMPARED_TOP_ELEMENT_INDEX
 
 pytestmark = pytest.mark.long
 
@@ -40,11 +40,11 @@ def test_scene_outcomes_differ_from_two_engines_no_more_than_these_from_each_oth
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])
         rigid[here.index] = simulate_cases(scene, read_strong_part_of_pulse_record(number), blocks).overturned[
-            :, SHAFT_ELEMENT_INDEX
+            :, COMPARED_TOP_ELEMENT_INDEX
         ]
         ours[here.index] = simulate_cases(
             PlanarModel(scene).with_stiffness_factor(1 / 200), read_strong_part_of_pulse_record(number), blocks
-        ).overturned[:, SHAFT_ELEMENT_INDEX]
+        ).overturned[:, COMPARED_TOP_ELEMENT_INDEX]
     pymunk, box2d = (kept[name].to_numpy() for name in ("pymunk", "box2d"))
     assert 0.3 < (pymunk != 0).mean() < 0.9
     for what in (np.abs, np.asarray):  # flags, then sides

@@ -46,18 +46,18 @@ from verification.shaking_table.models import (
 from verification.shaking_table.scores import (
     bootstrap_interval_over_motions,
     bootstrap_samples_of_test_indices,
-    prediction_scores,
+    f1_auc_and_brier_score,
     reliability_bins,
 )
 
 
 def test_prediction_scores_match_a_hand_calculation() -> None:
     p, fell = np.array([0.9, 0.6, 0.4, 0.1]), np.array([True, False, True, False])
-    f1, auc, brier = prediction_scores(p, fell)
+    f1, auc, brier = f1_auc_and_brier_score(p, fell)
     assert f1 == pytest.approx(0.5)  # one hit, one miss, one false alarm
     assert auc == pytest.approx(0.75)
     assert brier == pytest.approx((0.01 + 0.36 + 0.36 + 0.01) / 4)
-    _, area, _ = prediction_scores(np.array([0.9, 0.5, 0.5, 0.1]), fell)
+    _, area, _ = f1_auc_and_brier_score(np.array([0.9, 0.5, 0.5, 0.1]), fell)
     assert area == pytest.approx(0.875), "equal probabilities count as half"
 
 

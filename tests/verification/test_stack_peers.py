@@ -17,9 +17,9 @@ from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.stack_agreement import (
     CASE_PARAMETER_COLUMNS,
     OUTCOME_FILE_BY_SOLVER,
-    has_outcome,
     outcomes_agree,
     topmost_stone_outcomes_in_this_program,
+    trajectory_has_known_outcome,
 )
 from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE
@@ -63,7 +63,9 @@ def flag_and_azimuth_agreement_with_solver(name: str) -> tuple[float, int, int]:
     ours = np.array([outcome["fall_azimuth_deg"] for outcome in found])
     theirs = some["fall_azimuth_deg"].to_numpy()
     both = np.isfinite(ours) & np.isfinite(theirs)
-    same_flag = (np.isfinite(ours) == np.isfinite(theirs)) & [has_outcome(outcome) for outcome in found]
+    same_flag = (np.isfinite(ours) == np.isfinite(theirs)) & [
+        trajectory_has_known_outcome(outcome) for outcome in found
+    ]
     agree = sum(outcomes_agree(*pair) for pair in zip(ours[both], theirs[both], strict=True))
     return float(same_flag.mean()), agree, int(both.sum())
 

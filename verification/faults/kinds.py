@@ -31,7 +31,7 @@ friction: [0.5]
 ensemble: {members: 0}
 verification: none
 """
-PARTIAL_RESULT_FILE_PATTERN, MOTION_FILE_PATTERN = "sweep/nominal/*.nc", "motion/*.nc"
+SWEEP_PART_FILE_PATTERN, MOTION_FILE_PATTERN = "sweep/nominal/*.nc", "motion/*.nc"
 FAULT_TEST_STUDY_JOB_COUNT: Final = (
     8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
 )
@@ -108,7 +108,7 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
         if file_name_pattern != "cube.nc":
             workflow_copy.cube_path.unlink()
         if kernel:  # a kernel is loaded only if a part must be computed
-            random_generator.choice(sorted(workflow_copy.results.glob(PARTIAL_RESULT_FILE_PATTERN))).unlink()
+            random_generator.choice(sorted(workflow_copy.results.glob(SWEEP_PART_FILE_PATTERN))).unlink()
         return None if kernel else path.relative_to(workflow_copy.folder)
 
     return damage_random_file
@@ -248,19 +248,19 @@ FAULT_KINDS: Final = (
     FaultKind("a worker of a dask cluster killed", run_on_dask_and_kill_worker, 2, needs_finished_study=True),
     FaultKind(
         "a partial result truncated",
-        fault_damaging_file(PARTIAL_RESULT_FILE_PATTERN, "cut"),
+        fault_damaging_file(SWEEP_PART_FILE_PATTERN, "cut"),
         3,
         needs_finished_study=True,
     ),
     FaultKind(
         "a partial result emptied",
-        fault_damaging_file(PARTIAL_RESULT_FILE_PATTERN, "emptied"),
+        fault_damaging_file(SWEEP_PART_FILE_PATTERN, "emptied"),
         2,
         needs_finished_study=True,
     ),
     FaultKind(
         "a byte of a partial result changed",
-        fault_damaging_file(PARTIAL_RESULT_FILE_PATTERN, "changed"),
+        fault_damaging_file(SWEEP_PART_FILE_PATTERN, "changed"),
         5,
         needs_finished_study=True,
     ),

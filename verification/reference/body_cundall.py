@@ -1,11 +1,11 @@
 """Cundall's scheme for a 3-D body, the reference for the centred scheme (docs/method.md).
 
-Inside ``with enable_cundall():`` bodies accept the scheme "cundall". As in 2-D it uses central differences: springs at
-the whole step, dashpots half a step earlier. Momenta are known at half steps, positions at whole steps. The angular
-momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
-its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
-of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole
-steps; `advance_momenta_with_last_forces` converts them.
+Inside ``with allow_cundall_scheme_for_bodies():`` bodies accept the scheme "cundall". As in 2-D it uses central
+differences: springs at the whole step, dashpots half a step earlier. Momenta are known at half steps, positions at
+whole steps. The angular momentum in space changes only by the moment of the contact forces. The rotation of a step uses
+the angular velocity in its middle, for which the body is first rotated by half of the step with the angular velocity at
+its start. The forces of opposite vertices are summed first. Between samples, where the package reads the state, momenta
+are stored at whole steps; `advance_momenta_with_last_forces` converts them.
 """
 
 from collections.abc import Iterator
@@ -20,8 +20,8 @@ from numba import njit
 
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.base_contact import (
-    body_base_lands_flat,
     compute_base_contact_states,
+    is_body_in_flat_landing,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
     vertex_waits_until_extreme_vertices_rest,
@@ -71,7 +71,7 @@ from overturning.dem.kernel.lanes import (
     cache_line_aligned_zeros,
     create_tuple_sum_difference_and_maximum_functions,
 )
-from overturning.dem.kernel.mechanics import clamped_friction_stretch_and_whether_slips, updated_maximum
+from overturning.dem.kernel.mechanics import limit_friction_force_and_stretch_and_test_slip, updated_maximum
 from overturning.dem.kernel.queue import run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, steps_per_sample
@@ -118,7 +118,7 @@ class ContactForceAndLargestPenetration(NamedTuple):
     """Largest penetration, m."""
 
 
-sum_of_wrenches_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).plus
+add_wrenches_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).plus
 
 
 class ContactPoint(NamedTuple):
@@ -208,7 +208,7 @@ def apply_contact_law(
         (flat, base_tilting),
     )
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, _ = clamped_friction_stretch_and_whether_slips(
+    fx, fy, kx, ky, _ = limit_friction_force_and_stretch_and_test_slip(
         hx, hy, tx, ty, most, body.point_tangential_compliance_times_mass, (flat, drifts)
     )
     landing = (
@@ -262,7 +262,7 @@ def add_forces_of_contact_pair(
 ) -> ContactForceAndLargestPenetration:
     """Add the forces of a pair of opposite contact points to the totals of a body."""
     return ContactForceAndLargestPenetration(
-        sum_of_wrenches_per_mass(contact_totals.wrench, sum_of_wrenches_per_mass(first_wrench, second_wrench)),
+        add_wrenches_per_mass(contact_totals.wrench, add_wrenches_per_mass(first_wrench, second_wrench)),
         updated_maximum(contact_totals.max_penetration, updated_maximum(second_penetration, first_penetration)),
     )
 
@@ -349,21 +349,25 @@ def advance_body_one_step(
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
-load_body, load_state, load_frame = (
+load_body, load_state, load_rotation_matrix = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
 load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
 CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndLargestPenetration)
 CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
-load_contact_totals, store_acting, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(ContactForceAndLargestPenetration)
+load_contact_totals, store_contact_totals, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(
+    ContactForceAndLargestPenetration
+)
 zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).zero
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
-load_peaks, load_account = (
+load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    InertialAndUpwardBaseAccelerations3D
+).load
+load_peaks, load_energy_and_momentum_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).load,
 )
-store_state, store_frame = (STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
-store_peaks, store_account = (
+store_state, store_rotation_matrix = (STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
+store_peaks, store_energy_and_momentum_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).store,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).store,
 )
@@ -379,8 +383,8 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, l
     """Compute the axes of all bodies from their rotations, and set their contact forces to zero."""
     for j in range(lane_count):
         s = load_state(state, j)
-        store_frame(state, j, rotation_matrix(s.rotation))
-        store_acting(contact_total_rows, j, ContactForceAndLargestPenetration(zero_wrench_per_mass(), -1.0))
+        store_rotation_matrix(state, j, rotation_matrix(s.rotation))
+        store_contact_totals(contact_total_rows, j, ContactForceAndLargestPenetration(zero_wrench_per_mass(), -1.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -389,7 +393,7 @@ def add_vertex_contact_forces(
 ) -> None:
     """Add the contact forces at a pair of opposite vertices, for all bodies."""
     for j in range(lane_count):
-        body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
+        body, s, f = load_body(state, j), load_state(state, j), load_rotation_matrix(state, j)
         rate, left, right = (
             body.point_dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
@@ -409,7 +413,7 @@ def add_vertex_contact_forces(
             rate,
             (
                 vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.position_from_centre.z, left),
-                body_base_lands_flat(base_contact),
+                is_body_in_flat_landing(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.flat_landing_tilting_share_of_friction_moment,
             ),
@@ -422,14 +426,14 @@ def add_vertex_contact_forces(
             rate,
             (
                 vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.position_from_centre.z, right),
-                body_base_lands_flat(base_contact),
+                is_body_in_flat_landing(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.flat_landing_tilting_share_of_friction_moment,
             ),
         )
         store_memory(first_vertex_rows, j, left)
         store_memory(opposite_vertex_rows, j, right)
-        store_acting(
+        store_contact_totals(
             contact_total_rows,
             j,
             add_forces_of_contact_pair(
@@ -450,7 +454,7 @@ def add_contact_forces_at_opposite_rim_points(
 ) -> None:
     """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
     for j in range(lane_count):
-        body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
+        body, s, f = load_body(state, j), load_state(state, j), load_rotation_matrix(state, j)
         dt = body.tick_length_s * TICKS_PER_STEP
         rate, left, right = (
             body.point_dashpot_constant_per_mass / dt,
@@ -460,7 +464,7 @@ def add_contact_forces_at_opposite_rim_points(
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
             (transverse_component != 0.0) & (not lowest_and_highest_base_points_rest(base_contact)),
-            body_base_lands_flat(base_contact),
+            is_body_in_flat_landing(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
         tilting = base_contact.flat_landing_tilting_share_of_friction_moment
@@ -473,7 +477,7 @@ def add_contact_forces_at_opposite_rim_points(
         b, right = apply_contact_law(body, s, on, right, rate, (waits[1], flat, begun, tilting))
         store_memory(first_point_rows, j, left)
         store_memory(opposite_point_rows, j, right)
-        store_acting(
+        store_contact_totals(
             contact_total_rows,
             j,
             add_forces_of_contact_pair(
@@ -487,19 +491,21 @@ def advance_all_bodies(state: Any, contact_total_rows: Any, lane_count: int) -> 
     """Advance all bodies by one step under their contact forces."""
     for j in range(lane_count):
         s, peaks, account = advance_body_one_step(
-            load_body(state, j), load_state(state, j), load_frame(state, j), load_contact_totals(contact_total_rows, j),
-            load_peaks(state, j), load_account(state, j), load_inertial_accelerations(state, j),
+            load_body(state, j), load_state(state, j), load_rotation_matrix(state, j),
+            load_contact_totals(contact_total_rows, j),
+            load_peaks(state, j), load_energy_and_momentum_account(state, j), load_accelerations_from_base_motion(state,
+            j),
         )  # fmt: skip
         store_state(state, j, s)
         store_peaks(state, j, peaks)
-        store_account(state, j, account)
+        store_energy_and_momentum_account(state, j, account)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def advance_momenta_with_last_forces(state: Any, lane_count: int, signed_step_fraction: float) -> None:
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(lane_count):
-        s, account = load_state(state, j), load_account(state, j)
+        s, account = load_state(state, j), load_energy_and_momentum_account(state, j)
         time = signed_step_fraction * TICKS_PER_STEP * load_body(state, j).tick_length_s
         v, momentum = (
             extrapolate_vector(s.velocity_relative_to_base, time, s.acceleration_relative_to_base),
@@ -523,7 +529,7 @@ def advance_momenta_with_last_forces(state: Any, lane_count: int, signed_step_fr
             s.centre_position.x * s.acceleration_relative_to_base.y
             - s.centre_position.y * s.acceleration_relative_to_base.x
         )
-        store_account(
+        store_energy_and_momentum_account(
             state,
             j,
             BodyEnergyAndMomentumAccount(
@@ -613,7 +619,7 @@ class CundallSimulationPlan(body_plan.BodySimulationPlan):
 
 
 @contextmanager
-def enable_cundall() -> Iterator[None]:
+def allow_cundall_scheme_for_bodies() -> Iterator[None]:
     """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
     plan_centred = body_plan.plan_body_simulation
 

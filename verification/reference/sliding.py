@@ -28,7 +28,7 @@ def peak_and_final_slip(base_acceleration: ArrayLike, sampling_interval: float, 
     base = np.concatenate([samples, [0.0]])
     displacement = velocity = peak = 0.0
     for left, right in itertools.pairwise(base):
-        displacement, velocity, highest = _slide_for_sampling_interval(
+        displacement, velocity, highest = _slip_velocity_and_max_slip_after_interval(
             displacement, velocity, left, right, sampling_interval, limit
         )
         peak = max(peak, highest)
@@ -37,7 +37,7 @@ def peak_and_final_slip(base_acceleration: ArrayLike, sampling_interval: float, 
     return max(peak, abs(displacement)), displacement
 
 
-def _slide_for_sampling_interval(
+def _slip_velocity_and_max_slip_after_interval(
     slip: float,
     slip_velocity: float,
     base_acceleration_at_start: float,

@@ -90,7 +90,9 @@ def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRun]) -> str:
 
 def extrapolated_resource_table(measured_numbers: list[MeasuredNumber]) -> str:
     """Return the table of the resources that a study too large for this machine would need, by extrapolation."""
-    return measured_numbers_table(on_paper.extrapolate_resources({one.quantity: one.value for one in measured_numbers}))
+    return measured_numbers_table(
+        on_paper.extrapolate_resources_to_large_study({one.quantity: one.value for one in measured_numbers})
+    )
 
 
 if __name__ == "__main__":

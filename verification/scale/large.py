@@ -31,7 +31,7 @@ class ResourceUse(NamedTuple):
     longest_selected_output_line_bytes: int = 0  # bytes of the longest selected line of its output
 
 
-def run_subcommand_and_measure_resource_use(*command: object) -> ResourceUse:
+def run_overturning_command_and_measure_resources(*command: object) -> ResourceUse:
     """Run a subcommand of the package and return its resource use."""
     return run_program_and_measure_resource_use([sys.executable, "-m", "overturning.cli", *map(str, command)])
 
@@ -66,12 +66,12 @@ def measure_simulation_of_case_chunk(folder: Path, chunk_count: int = 8) -> list
     write_study_as_json(study, folder / "study.json")
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study_as_json(own, folder / "own.json")
-    run_subcommand_and_measure_resource_use(
+    run_overturning_command_and_measure_resources(
         "read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc"
     )
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunk_count}.nc"
-    took = run_subcommand_and_measure_resource_use(
+    took = run_overturning_command_and_measure_resources(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
         "--members", folder / "members.csv", "--chunk", f"1-of-{chunk_count}",
     )  # fmt: skip
@@ -96,7 +96,7 @@ def measure_merging_of_parts_into_cube(
     write_study_as_json(study, folder / "study.json")
     write_synthetic_motions(study, folder / "motion")
     parts = write_synthetic_partial_results(study, folder / "sweep", chunk_count_per_record)
-    took = run_subcommand_and_measure_resource_use(
+    took = run_overturning_command_and_measure_resources(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
         "--chunks", chunk_count_per_record, "--output", folder / "cube.nc",
     )  # fmt: skip
@@ -139,7 +139,8 @@ def measure_report_on_cube_larger_than_memory(
         found.append(MeasuredNumber(f"{cube_label}: {process_label}, peak memory", resource_use.peak_memory_mb, "MB"))
 
     add_time_and_memory(
-        "intensities", run_subcommand_and_measure_resource_use("rotate", *base, "--output", folder / "intensity.nc")
+        "intensities",
+        run_overturning_command_and_measure_resources("rotate", *base, "--output", folder / "intensity.nc"),
     )
     for what, call in (
         (
@@ -166,7 +167,7 @@ from overturning.figures.{call}
     drawn_cases = folder / "figures" / "illustrative"
     add_time_and_memory(
         "illustrative cases",
-        run_subcommand_and_measure_resource_use(
+        run_overturning_command_and_measure_resources(
             "illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases
         ),
     )
@@ -176,10 +177,14 @@ from overturning.figures.{call}
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
     add_time_and_memory(
         "findings",
-        run_subcommand_and_measure_resource_use("findings", folder / "cube.nc", "--output", folder / "findings.json"),
+        run_overturning_command_and_measure_resources(
+            "findings", folder / "cube.nc", "--output", folder / "findings.json"
+        ),
     )
     add_time_and_memory(
         "report",
-        run_subcommand_and_measure_resource_use("report", "--results", folder, "--output", folder / "report.html"),
+        run_overturning_command_and_measure_resources(
+            "report", "--results", folder, "--output", folder / "report.html"
+        ),
     )
     return found

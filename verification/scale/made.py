@@ -13,7 +13,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import round_to_stored_precision, write_record_to_motion_file
+from overturning.records.store import round_samples_to_stored_decimals, write_record_to_motion_file
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import SweepChunk, grid_of_chunk, path_of_chunk_outcome_file, write_outcome_file_of_chunk
@@ -64,7 +64,7 @@ def synthetic_records(study: Study) -> Iterator[Record]:
         north, east = one.north + np.roll(other.north, delay), one.east + np.roll(other.east, delay)
         record = Record(name, north, east, None, one.sampling_interval)
         known = {"pulse": number % 2 == 0, "event_latitude": 35.0, "event_longitude": 133.0}
-        yield round_to_stored_precision(replace(
+        yield round_samples_to_stored_decimals(replace(
             record, station=name, event=f"earthquake {number % 5}", fault_strike_deg=10.0 * (number % 5), extra=known
         ))  # fmt: skip
 

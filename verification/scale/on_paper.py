@@ -63,7 +63,7 @@ def measure_planning_per_record(small_record_count: int = 20, large_record_count
     return [*each, MeasuredNumber(label, more.longest_selected_output_line_bytes, "bytes")]
 
 
-def extrapolate_resources(measured_number_by_quantity: Mapping[str, float]) -> list[MeasuredNumber]:
+def extrapolate_resources_to_large_study(measured_number_by_quantity: Mapping[str, float]) -> list[MeasuredNumber]:
     """Return the resources that a far larger study needs, extrapolated from measured numbers.
 
     The figures are those of `large` and `measure_planning_per_record`.

@@ -38,7 +38,7 @@ from verification.shaking_table.scores import (
     SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_samples_of_test_indices,
-    prediction_scores,
+    f1_auc_and_brier_score,
 )
 from verification.tables import RESULT_TABLE_FOLDER, ROOT, insert_markdown_between_markers_in_docs, write_csv
 
@@ -77,11 +77,12 @@ def model_scores_with_intervals_and_predictions(
             motion_count = np.unique(tests.played_record_names[known]).size
             outcome, predicted = fell[known], {name: p[known] for name, p in held.items()}
             drawn = {
-                name: np.array([prediction_scores(p[s], outcome[s]) for s in samples]) for name, p in predicted.items()
+                name: np.array([f1_auc_and_brier_score(p[s], outcome[s]) for s in samples])
+                for name, p in predicted.items()
             }
             for name, p in held.items():
                 probabilities[split, name, specimen] = p
-                found = prediction_scores(predicted[name], outcome)
+                found = f1_auc_and_brier_score(predicted[name], outcome)
                 for place, what in enumerate(SCORE_NAMES):
                     low, high = bootstrap_interval_over_motions(drawn[name][:, place], motion_count)
                     over = bootstrap_interval_over_motions(
@@ -114,7 +115,7 @@ def scores_of_rectangles_by_damping_class(
         for specimen in SPECIMEN_NUMBERS:
             fell = tests.fell_by_specimen[specimen]
             p = predict_unseen_tests(model, specimen, split_odd_and_even_tests(tests), fell.size)
-            rows.append(prediction_scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
+            rows.append(f1_auc_and_brier_score(p[np.isfinite(p)], fell[np.isfinite(p)]))
         found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
     return found
 

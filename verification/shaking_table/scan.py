@@ -33,7 +33,7 @@ BOULDER_SCAN_FILE_NAME: Final = "SP1.ply"
 BOULDER_ORIENTATIONS_DEG: Final = np.arange(0.0, 360.0, 15.0)
 """Orientations on the table, degrees."""
 
-MAX_HEIGHTS_OF_BEARING_POINTS_M: Final = (0.0033, 0.002236)
+SIMULATED_BASE_RELIEFS_M: Final = (0.0033, 0.002236)
 """Reliefs under the base, m: the upper quartile and the middle of the range of 1 to 5 mm on a logarithmic scale.
 
 Smaller ones take ten times as many steps; they were left out for that reason, before any score was computed.
@@ -61,7 +61,7 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
     if not path.is_file():
         raise ResultError(f"{folder}: no {BOULDER_SCAN_FILE_NAME}; for its source see docs/shaking-table.md")
     scan = stone_from_surface(
-        *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", MAX_HEIGHTS_OF_BEARING_POINTS_M[0]
+        *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", SIMULATED_BASE_RELIEFS_M[0]
     )
     assert isinstance(scan.shape, ScannedStone)
     tilt_deg = scan.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg
@@ -89,7 +89,7 @@ def simulate_falls_of_boulder_by_orientation(
     tests: ShakingTableTests,
     cache_folder: Path,
     threads: int = 1,
-    max_bearing_point_heights_m: tuple[float, ...] = MAX_HEIGHTS_OF_BEARING_POINTS_M,
+    max_bearing_point_heights_m: tuple[float, ...] = SIMULATED_BASE_RELIEFS_M,
 ) -> NDArray[np.bool_]:
     """Simulate the scanned boulder in every test and orientation, with each choice of bearing points of its base.
 

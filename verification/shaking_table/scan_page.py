@@ -33,7 +33,7 @@ from verification.shaking_table.models import (
 )
 from verification.shaking_table.scan import (
     BOULDER_ORIENTATIONS_DEG,
-    MAX_HEIGHTS_OF_BEARING_POINTS_M,
+    SIMULATED_BASE_RELIEFS_M,
     SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,
     fall_probability_by_orientation_and_test,
     index_of_most_likely_orientation,
@@ -45,7 +45,7 @@ from verification.shaking_table.scores import (
     SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_samples_of_test_indices,
-    prediction_scores,
+    f1_auc_and_brier_score,
 )
 from verification.tables import (
     RESULT_TABLE_FOLDER,
@@ -70,7 +70,7 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 """Number of fitted numbers of each model."""
 
 
-def scan_orientation_model(
+def model_with_best_fitting_orientation(
     tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
 ) -> FallPredictionModel:
     """Return the model that predicts the simulated fall probability in the orientation that fits other tests best.
@@ -108,9 +108,9 @@ def scores_on_unseen_tests(tests: ShakingTableTests, models: Mapping[str, FallPr
                 np.unique(tests.played_record_names[known]).size,
             )
             for name, p in held.items():
-                drawn = np.array([prediction_scores(p[known][one], fell[known][one]) for one in samples])
+                drawn = np.array([f1_auc_and_brier_score(p[known][one], fell[known][one]) for one in samples])
                 for place, (what, value) in enumerate(
-                    zip(SCORE_NAMES, prediction_scores(p[known], fell[known]), strict=True)
+                    zip(SCORE_NAMES, f1_auc_and_brier_score(p[known], fell[known]), strict=True)
                 ):
                     low, high = bootstrap_interval_over_motions(drawn[:, place], motions)
                     rows.append((split, specimen, name, what, value, low, high, int(known.sum())))
@@ -160,7 +160,7 @@ def score_table_of_all_orientations(
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
     for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probability_by_orientation_and_test, strict=True):
-        found = [prediction_scores(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
+        found = [f1_auc_and_brier_score(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
     heads = (f"{what}, specimen {one}" for one in SPECIMEN_NUMBERS for what in SCORE_NAMES)
     return markdown_table(("orientation", *heads), lines)
@@ -181,8 +181,8 @@ def fall_share_table_by_max_bearing_height(
             chosen = index_of_most_likely_orientation(
                 shares, tests.fell_by_specimen[specimen], np.arange(tests.laboratory_test_numbers.size)
             )
-            best += [f"{prediction_scores(shares[chosen], tests.fell_by_specimen[specimen])[0]:.3f}"]
-        used = "yes" if relief in MAX_HEIGHTS_OF_BEARING_POINTS_M else "no"
+            best += [f"{f1_auc_and_brier_score(shares[chosen], tests.fell_by_specimen[specimen])[0]:.3f}"]
+        used = "yes" if relief in SIMULATED_BASE_RELIEFS_M else "no"
         lines.append((f"{1000 * relief:.2g} mm", used, f"{own.mean():.3f}", *best))
     lines.append(
         (
@@ -223,7 +223,7 @@ def main(
         boulder, tests, kept, threads, (SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,)
     )[0]
     by_relief = {
-        **dict(zip(MAX_HEIGHTS_OF_BEARING_POINTS_M, fell, strict=True)),
+        **dict(zip(SIMULATED_BASE_RELIEFS_M, fell, strict=True)),
         SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: small,
     }
     shares = fall_probability_by_orientation_and_test(fell)
@@ -236,7 +236,7 @@ def main(
     models = fall_prediction_models_by_name(tests, others[RECTANGLES_MODEL_NAME], others[PRISMS_MODEL_NAME])
     compared = {
         name: models[name] for name in (PGA_PGV_LOGISTIC_MODEL_NAME, RECTANGLES_MODEL_NAME, PRISMS_MODEL_NAME)
-    } | {SCAN_MODEL_NAME: scan_orientation_model(tests, shares)}
+    } | {SCAN_MODEL_NAME: model_with_best_fitting_orientation(tests, shares)}
     rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table-scan.csv")
     insert_markdown_between_markers_in_docs({

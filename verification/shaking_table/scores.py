@@ -34,7 +34,7 @@ class ReliabilityBin(NamedTuple):
     test_count: int
 
 
-def prediction_scores(predicted_fall_probabilities: FloatArray, fell_by_test: NDArray[np.bool_]) -> FloatArray:
+def f1_auc_and_brier_score(predicted_fall_probabilities: FloatArray, fell_by_test: NDArray[np.bool_]) -> FloatArray:
     """Return F1 at probability ½, area under the ROC curve and Brier score; NaN unless there are falls and stands."""
     predicted = predicted_fall_probabilities >= 0.5
     hits, wrong = np.count_nonzero(predicted & fell_by_test), np.count_nonzero(predicted != fell_by_test)

@@ -27,7 +27,7 @@ from verification.shaking_table.scores import (
     SCORE_NAMES,
     bootstrap_interval_over_motions,
     bootstrap_samples_of_test_indices,
-    prediction_scores,
+    f1_auc_and_brier_score,
 )
 from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
 
@@ -153,7 +153,10 @@ def score_predictions_of_small_table_tests() -> tuple[pd.DataFrame, pd.DataFrame
         for model, p in probabilities.items():
             if not np.isfinite(p).all():
                 continue  # no regression: a straight line separates the falls from the stands of a half
-            drawn, own = np.array([prediction_scores(p[s], fell[s]) for s in samples]), prediction_scores(p, fell)
+            drawn, own = (
+                np.array([f1_auc_and_brier_score(p[s], fell[s]) for s in samples]),
+                f1_auc_and_brier_score(p, fell),
+            )
             row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(SCORE_NAMES):
                 interval = bootstrap_interval_over_motions(drawn[:, place], motion_count)

@@ -14,8 +14,8 @@ from verification.stability.cases import (
 )
 from verification.stability.maps import (
     BLOCK_COLUMN_LONG_NAMES_AND_UNITS,
+    MAX_BLOCK_STEPS_PER_MAP_CASE,
     MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE,
-    MAX_STEPS_OF_BLOCK_CASE,
     MAX_STEPS_OF_SCENE_CASE,
     SCENE_COLUMN_LONG_NAMES_AND_UNITS,
     collect_stability_map_rows,
@@ -52,7 +52,7 @@ def simulate_blocks_and_write_stability_map(
 ) -> None:
     """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
-    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_STEPS_OF_BLOCK_CASE}
+    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_BLOCK_STEPS_PER_MAP_CASE}
     rows = collect_stability_map_rows(
         simulate_and_check_block_case, cases, threads=threads, report_finished_and_total_count=print_progress
     )

@@ -66,7 +66,7 @@ class StabilityCase:
         return {_COLUMN_BY_PARAMETER.get(name, name): value for name, value in vars(self).items()}
 
     @property
-    def time_step_setting_text(self) -> str:
+    def time_step_argument(self) -> str:
         """Time step as an argument of `run_cases`: "auto", or a fraction of the longest stable step."""
         return (
             "auto"

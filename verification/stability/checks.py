@@ -4,7 +4,7 @@ An element of a scene has fallen for good at the rotation at which it can rest o
 An overdamped stone that falls on its side creeps towards this angle and need not reach it. An element that ends past
 its tipping angle, has dropped or has lost its support has fallen, too. So there are two angles: an element rotated by
 more than `rotations_requiring_fallen_flag` must be marked as fallen, one rotated by less than
-`rotations_forbidding_fallen_flag` must not; between these angles both flags are accepted.
+`least_possible_rotation_of_fallen_elements` must not; between these angles both flags are accepted.
 """
 
 from collections.abc import Sequence
@@ -95,7 +95,7 @@ def name_of_first_failed_check(
     fall nor slide. `flags_match_rotations` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds_on_case_results.smallest_element_side
-    if not CaseStatus(results.status[case_index]).has_outcome:
+    if not CaseStatus(results.status[case_index]).trajectory_has_known_outcome:
         return "" if np.all(results.overturned[case_index] == INT8_MISSING) else "flag in spite of the mark"
     if not np.isin(results.overturned[case_index], (-1, 0, 1)).all():
         return "no flag and no mark"
@@ -244,7 +244,8 @@ def flags_match_rotations(
 ) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
     early = has_fallen_flag_by_element & (
-        peak_rotation_rad_by_element < rotations_forbidding_fallen_flag(prepared_scene) - ROTATION_TOLERANCE_RAD
+        peak_rotation_rad_by_element
+        < least_possible_rotation_of_fallen_elements(prepared_scene) - ROTATION_TOLERANCE_RAD
     )
     missed = ~has_fallen_flag_by_element & (
         peak_rotation_rad_by_element > rotations_requiring_fallen_flag(prepared_scene) - ROTATION_TOLERANCE_RAD
@@ -282,7 +283,7 @@ def rotations_requiring_fallen_flag(prepared_scene: PreparedScene) -> FloatArray
     return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
 
-def rotations_forbidding_fallen_flag(prepared_scene: PreparedScene) -> FloatArray:
+def least_possible_rotation_of_fallen_elements(prepared_scene: PreparedScene) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
     for index, asked in zip(

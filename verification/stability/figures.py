@@ -123,7 +123,7 @@ def _add_outcome_legend(figure: Any, rows: pd.DataFrame) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def draw_outcome_shares(rows: pd.DataFrame, path: Path) -> None:
+def draw_outcome_shares_by_dimensionless_group(rows: pd.DataFrame, path: Path) -> None:
     """Draw the shares of the outcomes of the cases along each dimensionless group."""
     import matplotlib.pyplot as plt
 

@@ -48,7 +48,7 @@ from verification.stability.checks import (
     static_penetration,
 )
 
-MAX_STEPS_OF_BLOCK_CASE: Final = 1_000_000
+MAX_BLOCK_STEPS_PER_MAP_CASE: Final = 1_000_000
 """Budget of block steps of a case of the map; below that of a study, to limit the run time to minutes."""
 MAX_STEPS_OF_SCENE_CASE: Final = 300_000
 """Budget of steps of a case of a scene; one step costs as much as some tens of block steps."""
@@ -117,7 +117,7 @@ def contact_law_of_block_case(case: StabilityCase) -> Contact:
 
 
 def simulate_and_check_block_case(
-    case: StabilityCase, case_index_on_map: int, max_block_steps: int = MAX_STEPS_OF_BLOCK_CASE
+    case: StabilityCase, case_index_on_map: int, max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE
 ) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
@@ -133,7 +133,7 @@ def simulate_and_check_block_case(
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
     row |= _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
-    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_setting_text, "budget": max_block_steps}
+    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_argument, "budget": max_block_steps}
     try:
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
@@ -185,7 +185,7 @@ def _ratio_of_time_step_to_stable_step(
         per_sample = float(
             steps_per_sample(
                 scheme,
-                case.time_step_setting_text,
+                case.time_step_argument,
                 largest_spring_eigenvalue_of_case,
                 largest_dashpot_eigenvalue,
                 sampling_interval,
@@ -243,7 +243,7 @@ def simulate_and_check_scene_cases(
         )
         numerics = NumericalOptions(
             scheme=case.scheme,
-            time_step=case.time_step_setting_text,
+            time_step=case.time_step_argument,
             budget=BLOCK_STEP_COST_OF_ELEMENT_STEP * budget * len(scene.free_element_names),
             general=True,
         )
@@ -259,7 +259,7 @@ def simulate_and_check_scene_cases(
         )
         rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
-        if not reason and CaseStatus(found.status[row]).has_outcome:
+        if not reason and CaseStatus(found.status[row]).trajectory_has_known_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if scene.can_use_single_block_kernel:

@@ -24,7 +24,7 @@ def markdown_by_marker(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack
     """Return the tables of the stability maps as Markdown, by marker."""
     return {
         "stability": _block_outcome_tables(block_rows), "scenes": _scene_outcome_table(scene_rows),
-        "stacks": _stack_outcome_tables(stack_rows),
+        "stacks": _stack_outcome_tables_by_motion_and_stone_count(stack_rows),
         "reach": _paragraphs_on_inputs_without_outcome(block_rows, scene_rows)
     }  # fmt: skip
 
@@ -119,7 +119,7 @@ def _scene_outcome_table(rows: pd.DataFrame) -> str:
     return f"{_outcome_count_table('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
 
-def _stack_outcome_tables(rows: pd.DataFrame) -> str:
+def _stack_outcome_tables_by_motion_and_stone_count(rows: pd.DataFrame) -> str:
     """Return the tables of outcomes of 3-D stacks: by motion, number of stones, kind, and penetration at rest."""
     tables = [
         _outcome_count_table(head, {str(name): rows[column] == name for name in sorted(rows[column].unique())}, rows)

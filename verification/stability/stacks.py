@@ -132,10 +132,10 @@ def _plan_area_to_bounding_box_ratio(plan: PlanShape) -> float:
 def generate_random_parameters_of_stack_cases(stack_count: int, seed: int) -> list[ParametersOfStackCases]:
     """Draw 3-D stacks at random, each with a contact law, a motion and the parameters of several cases."""
     generator = np.random.Generator(np.random.PCG64([seed, 45]))
-    return [_draw_stack_motion_and_case_parameters(generator) for _ in range(stack_count)]
+    return [_generate_parameters_of_one_random_stack(generator) for _ in range(stack_count)]
 
 
-def _draw_stack_motion_and_case_parameters(generator: np.random.Generator) -> ParametersOfStackCases:
+def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> ParametersOfStackCases:
     """Draw a stack, contact law, motion and parameters of its cases at random."""
 
     def draw_log_uniform(lower_bound: float, upper_bound: float, value_count: int | None = None) -> Any:
@@ -207,7 +207,7 @@ def name_of_first_failed_stack_check(
 ) -> str:
     """Return the name of the first check that the results of a case fail; empty if all checks hold."""
     fallen, amplitude = results.overturned[case_index] == 1, float(setting.amplitude_factor_by_case[case_index])
-    if not CaseStatus(results.status[case_index]).has_outcome:
+    if not CaseStatus(results.status[case_index]).trajectory_has_known_outcome:
         return "" if (results.overturned[case_index] == INT8_MISSING).all() else "flag in spite of the mark"
     if not np.isin(results.overturned[case_index], (0, 1)).all():
         return "no flag and no mark"
@@ -306,7 +306,7 @@ def simulate_and_check_stack_cases(
         reason = name_of_first_failed_stack_check(setting, motion, found, row)
         rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
-        if not reason and CaseStatus(found.status[row]).has_outcome:
+        if not reason and CaseStatus(found.status[row]).trajectory_has_known_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     return rows

@@ -8,7 +8,11 @@ import typer
 
 from overturning.errors import ArgumentError
 from verification.tables import write_table
-from verification.work_precision.parts import COLUMN_LONG_NAMES_AND_UNITS, MEASUREMENT_FUNCTIONS_BY_PART, result_table
+from verification.work_precision.parts import (
+    COLUMN_LONG_NAMES_AND_UNITS,
+    MEASUREMENT_FUNCTIONS_BY_PART,
+    error_table_with_nan_if_not_measured,
+)
 
 
 def main(
@@ -23,7 +27,9 @@ def main(
         for row in measure():
             rows.append(row)
             print(*(row.get(name) for name in ("cases_of", "method", "step_fraction")), file=sys.stderr, flush=True)
-    write_table(result_table(rows), output, long_name_and_unit_by_column=COLUMN_LONG_NAMES_AND_UNITS)
+    write_table(
+        error_table_with_nan_if_not_measured(rows), output, long_name_and_unit_by_column=COLUMN_LONG_NAMES_AND_UNITS
+    )
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from verification.tables import MeasuredNumber, iterate_rows, markdown_table
 from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
 from verification.work_precision.parts import COMPARED_SCHEMES
 
-LIMITING_STEP_TO_STABLE_STEP_OF_ORDER_FIT: Final = (0.5, 0.05)
+MAX_AND_MIN_STEP_TO_STABLE_STEP_IN_ORDER_FIT: Final = (0.5, 0.05)
 """Largest and smallest Δt/Δt_stable of the fit of the order of convergence."""
 
 SHOWN_TIME_STEP_TO_STABLE_STEP_RATIOS: Final = (1.0, 0.5, 0.12)
@@ -27,20 +27,23 @@ COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "B
 _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def time_step_variation_row_mask(rows: pd.DataFrame, sliding_or_rocking_blocks: str) -> "pd.Series[bool]":
+def mask_of_record_cases_compared_with_finer_step(
+    rows: pd.DataFrame, sliding_or_rocking_blocks: str
+) -> "pd.Series[bool]":
     """Return True for rows of record cases with the default stiffness that are compared with a finer step."""
     own = np.isclose(rows["penetration_ratio"], DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO)
     return (rows["cases_of"] == f"records, {sliding_or_rocking_blocks}") & (rows["against"] == "finer step") & own
 
 
 def convergence_orders(
-    rows: pd.DataFrame, max_and_min_step_to_stable_step: tuple[float, float] = LIMITING_STEP_TO_STABLE_STEP_OF_ORDER_FIT
+    rows: pd.DataFrame,
+    max_and_min_step_to_stable_step: tuple[float, float] = MAX_AND_MIN_STEP_TO_STABLE_STEP_IN_ORDER_FIT,
 ) -> dict[str, float]:
     """Return the order of convergence of each scheme for each continuous measure between two Δt/Δt_stable."""
     high, low = max_and_min_step_to_stable_step
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
-        (f"{kind}, {measure}", time_step_variation_row_mask(rows, kind), measure)
+        (f"{kind}, {measure}", mask_of_record_cases_compared_with_finer_step(rows, kind), measure)
         for kind in ("rocking", "sliding")
         for measure in ("rotation_error", "boundary_shift")
     ]
@@ -76,7 +79,7 @@ def work_precision_numbers_for_summary(
     default = rows[(rows["default"] == 1) & rows["method"].isin(COMPARED_SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = iterate_rows(default[time_step_variation_row_mask(default, kind)])
+        (at,) = iterate_rows(default[mask_of_record_cases_compared_with_finer_step(default, kind)])
         made += [
             MeasuredNumber(
                 f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
@@ -166,7 +169,10 @@ def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
 def _step_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
     chosen = rows[
-        (time_step_variation_row_mask(rows, "rocking") | time_step_variation_row_mask(rows, "sliding"))
+        (
+            mask_of_record_cases_compared_with_finer_step(rows, "rocking")
+            | mask_of_record_cases_compared_with_finer_step(rows, "sliding")
+        )
         & _row_mask_of_time_steps_shown_in_docs(rows)
     ]
     lines = [

@@ -50,11 +50,11 @@ STATIC_PENETRATION_TO_WIDTH_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_2D_
 AUTOMATIC_STEP_TO_STABLE_STEP_RATIO: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
 REFERENCE_STEP_TO_STABLE_STEP_RATIO: Final = 0.006
 """Δt/Δt_stable of the reference, which uses the centred scheme."""
-THINNED_BELOW_FRACTION, THINNING = 0.05, 3
+THINNED_BELOW_STEP_TO_STABLE_STEP_RATIO, CASE_STRIDE_AT_SMALL_TIME_STEPS = 0.05, 3
 """Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
 MIN_STEP_TO_STABLE_STEP_FOR_BOUNDARIES: Final = 0.02
 """Below this Δt/Δt_stable no boundary is computed."""
-MAX_BOUNDARIES_PER_RECORD: Final = 4
+MAX_FALL_BOUNDARIES_PER_RECORD: Final = 4
 """Largest number of boundaries for each record."""
 STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP: Final = 0.03
 """Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
@@ -96,7 +96,7 @@ COLUMN_LONG_NAMES_AND_UNITS: Final = {
 """Long name and unit of the columns."""
 
 
-def result_table(rows: Sequence[ErrorTableRow]) -> pd.DataFrame:
+def error_table_with_nan_if_not_measured(rows: Sequence[ErrorTableRow]) -> pd.DataFrame:
     """Return the rows as a table with all columns; columns that were not measured are NaN."""
     table = pd.DataFrame(rows, columns=list(COLUMN_LONG_NAMES_AND_UNITS))
     return table.astype({name: np.float64 for name, (_, unit) in COLUMN_LONG_NAMES_AND_UNITS.items() if unit})
@@ -186,15 +186,18 @@ def measure_errors_against_finer_steps(sliding_or_rocking_blocks: str) -> Iterat
         block_case_groups_under_records(sliding_or_rocking_blocks),
         SchemeSetting("centred", REFERENCE_STEP_TO_STABLE_STEP_RATIO),
     )
-    right, few = flags_and_peak_rotations_over_alpha(groups, finest), groups_with_every_nth_case(groups, THINNING)
-    right_few = (
-        values_of_every_nth_case(groups, right[0], THINNING),
-        values_of_every_nth_case(groups, right[1], THINNING),
+    right, few = (
+        flags_and_peak_rotations_over_alpha(groups, finest),
+        groups_with_every_nth_case(groups, CASE_STRIDE_AT_SMALL_TIME_STEPS),
     )
-    where = boundaries_between_falling_and_standing_cases(groups, right[0], MAX_BOUNDARIES_PER_RECORD)
+    right_few = (
+        values_of_every_nth_case(groups, right[0], CASE_STRIDE_AT_SMALL_TIME_STEPS),
+        values_of_every_nth_case(groups, right[1], CASE_STRIDE_AT_SMALL_TIME_STEPS),
+    )
+    where = boundaries_between_falling_and_standing_cases(groups, right[0], MAX_FALL_BOUNDARIES_PER_RECORD)
     near, exact = boundary_b_over_h_by_usual_and_finest_numerics(groups, where, {}, finest.run_cases_arguments)
     for setting in scheme_and_step_settings():
-        thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_FRACTION
+        thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_STEP_TO_STABLE_STEP_RATIO
         found, columns = setting.run_and_measure_cost_per_case(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
         if setting.time_step_to_stable_step_ratio >= MIN_STEP_TO_STABLE_STEP_FOR_BOUNDARIES:
@@ -223,7 +226,7 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
     usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, stiffest).run_cases_arguments
     slow = SchemeSetting("centred", 2 * STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, stiffest).run_cases_arguments
     where = boundaries_between_falling_and_standing_cases(
-        groups, run_case_groups(groups, **usual).results.overturned, MAX_BOUNDARIES_PER_RECORD
+        groups, run_case_groups(groups, **usual).results.overturned, MAX_FALL_BOUNDARIES_PER_RECORD
     )
     near, right = boundary_b_over_h_by_usual_and_finest_numerics(
         groups, where, usual, slow, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY

@@ -18,7 +18,7 @@ from overturning.statistics.fragility_files import openquake_file_name
 from overturning.surveys.stones import read_counted_stones
 from overturning.study.grounds import (
     soil_layers_and_records_by_soil_cube_name,
-    check_survey_site_names,
+    check_soil_sites_occur_in_survey_table,
     survey_cube_name_and_other_cube_names_by_site,
 )
 from overturning.study.preflight import (
@@ -82,7 +82,7 @@ def load_study_and_records():
         for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
             stones = read_counted_stones(Path(survey.stones))
-            check_survey_site_names(study, number, {one.site for one in stones}, where)
+            check_soil_sites_occur_in_survey_table(study, number, {one.site for one in stones}, where)
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.

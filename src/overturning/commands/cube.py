@@ -174,7 +174,7 @@ def recheck_random_cases_of_cube(
         f"{result.recomputed_cell_count} of {result.cube_cell_count} cell{'' if result.cube_cell_count == 1 else 's'} "
         f"computed again{with_ensemble}: " + (different if result.difference_messages else "all identical, bit for bit")
     )
-    if not result.is_identical:
+    if not result.values_are_identical_and_hash_is_correct:
         raise typer.Exit(1)
 
 

@@ -53,7 +53,7 @@ def simulate_stone_or_scene_under_one_record(
         )
     is_stack = planar_model_options.scene is not None and body_options.orientation is not None
     if is_stack:
-        _refuse_azimuth_or_body_options(planar_model_options, body_options)
+        _refuse_azimuth_or_body_options_for_stack(planar_model_options, body_options)
     elif not body_options.body:
         _check_azimuth_without_body_options(planar_model_options, body_options)
     shift, factor = start_offset_from_file_start_s(record), motion_options.amplitude_factor
@@ -149,7 +149,9 @@ class _SimulatedTrajectories:
         return float(self.trajectories[0].attrs[name]) if len(self.trajectories) == 1 else None
 
 
-def _refuse_azimuth_or_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _refuse_azimuth_or_body_options_for_stack(
+    planar_model_options: PlanarModelOptions, body_options: BodyOptions
+) -> None:
     """Raise an error if options for a 3-D body or a 2-D scene are combined with those for a 3-D stack."""
     from overturning.errors import ArgumentError
 
@@ -232,11 +234,11 @@ def _simulate_planar_scene(
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import SIMULATED_TIME_AFTER_OUTCOME_S, outcome_sentence
     from overturning.figures.style import compass_bearing_text
-    from overturning.model.geometry import default_height_and_b_over_h
+    from overturning.model.geometry import rounded_reference_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
     stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
-    own_height, own_ratio = default_height_and_b_over_h(stones)
+    own_height, own_ratio = rounded_reference_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
     friction = _checked_friction_option_or_1(stones, stone_options)
@@ -297,7 +299,7 @@ def _simulate_body(
         for angle in body_options.orientation or [0.0]
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
-    sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.aspect_is_parameter else ""
+    sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.depth_over_width_is_parameter else ""
     return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*about_scan, *level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
@@ -371,7 +373,7 @@ def _read_and_process_record_or_create_pulse(
     from overturning.records.processing import process_record
     from overturning.records.pulses import PULSE_SHAPES, parse_pulse, record_of_pulse
     from overturning.records.read import read_record, read_record_without_processing
-    from overturning.records.store import round_to_stored_precision
+    from overturning.records.store import round_samples_to_stored_decimals
 
     name, table = motion_options.record_id_file_or_pulse, motion_options.record_table_path or DEFAULT_RECORD_TABLE_PATH
     is_pulse = bool(name.split()) and name.split()[0] in PULSE_SHAPES
@@ -380,13 +382,13 @@ def _read_and_process_record_or_create_pulse(
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
-        return round_to_stored_precision(
+        return round_samples_to_stored_decimals(
             process_record(read_record_without_processing(Path(name), file_options.to_declared_file_properties()), None)
         )
     if file_options != RecordFileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
-        return round_to_stored_precision(record_of_pulse(parse_pulse(name)))
+        return round_samples_to_stored_decimals(record_of_pulse(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
     entries = read_record_table(path_in_working_folder_or_package(table))
@@ -394,6 +396,6 @@ def _read_and_process_record_or_create_pulse(
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"
         )
-    return round_to_stored_precision(
+    return round_samples_to_stored_decimals(
         process_record(read_record(entries[name], motion_options.record_folder or DEFAULT_RECORD_FOLDER), None)
     )

@@ -65,7 +65,7 @@ def create_project(folder: Annotated[Path, typer.Argument(help="folder to create
 def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import implausible_setting_warnings, warnings_on_ranges_not_reaching_their_stop
-    from overturning.study.grounds import check_survey_site_names
+    from overturning.study.grounds import check_soil_sites_occur_in_survey_table
     from overturning.study.load import read_unvalidated_study_content, study_from_content
     from overturning.study.preflight import (
         check_records_and_collect_notes,
@@ -89,7 +89,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     searched: list[StoneHeightAndSideRatios] = []
     for number, survey in enumerate(study.surveys):
         stones, notes, doubts = read_fallen_and_standing_stones_notes_and_warnings(Path(survey.stones))
-        check_survey_site_names(study, number, {stone.site for stone in stones}, str(path))
+        check_soil_sites_occur_in_survey_table(study, number, {stone.site for stone in stones}, str(path))
         searched += dimensions_of_survey_stones(stones, survey.stones) if survey.backwards else []
         if study.orientation is None:
             notes = [*notes, *note_on_b_over_h_far_outside_study(stones, study.b_over_h, survey.stones)]

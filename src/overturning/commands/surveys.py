@@ -58,9 +58,9 @@ def summarise_or_compare_survey(
     `overturning survey template > stones.csv` writes an empty survey with comments on all columns.
     """
     if str(stones) == "template":
-        from overturning.surveys.template import empty_survey_table_text
+        from overturning.surveys.template import survey_table_template_text
 
-        print(empty_survey_table_text(), end="")
+        print(survey_table_template_text(), end="")
         return
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.observed import observed_survey_findings

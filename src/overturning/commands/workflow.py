@@ -58,7 +58,7 @@ def read_and_process_record(
     """Read and process one record, and write its motion; station, event and site names are added later."""
     from overturning.errors import ArgumentError
     from overturning.records.processing import process_record
-    from overturning.records.read import read_record_without_descriptive_columns
+    from overturning.records.read import read_record_without_station_and_event_names
     from overturning.records.store import write_record_to_motion_file
     from overturning.study.load import load_study_from_file_or_json, read_record_table_rows_of_study
 
@@ -67,7 +67,7 @@ def read_and_process_record(
     if record not in entries:
         raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
-    raw = read_record_without_descriptive_columns(entry, Path(settings.records.folder))
+    raw = read_record_without_station_and_event_names(entry, Path(settings.records.folder))
     done = process_record(raw, settings.processing, settings.site)
     write_record_to_motion_file(done, output, unprocessed_record=None if done is raw else raw)
 
@@ -336,11 +336,11 @@ def write_research_data_package(
     study: StudyOption,
 ) -> None:
     """Write the study file and the metadata that describe the results as a research data package (RO-Crate)."""
-    from overturning.study.crate import write_ro_crate_metadata_and_complete_study
+    from overturning.study.crate import write_complete_study_file_and_ro_crate_metadata
     from overturning.study.load import load_study_from_file_or_json
 
     names = produced_files if "\n" in produced_files else Path(produced_files).read_text(encoding="utf-8")
-    write_ro_crate_metadata_and_complete_study(
+    write_complete_study_file_and_ro_crate_metadata(
         load_study_from_file_or_json(study), results, [Path(name) for name in names.splitlines()]
     )
 

@@ -30,7 +30,7 @@ def simulate_grid_and_2d_face_planes_of_rectangle(
     falls in both, `fall_flag_and_azimuth_from_planes` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
-    if not isinstance(model, Body) or not model.aspect_is_parameter:
+    if not isinstance(model, Body) or not model.depth_over_width_is_parameter:
         return arrays
     law = Contact(stiffness_ratio=model.contact.stiffness_ratio, damping_ratio=model.contact.damping_ratio)
     planes, options = (

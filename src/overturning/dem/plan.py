@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_until_energy_balances_or_mark_unstable
-from overturning.dem.kernel.ground import GroundMotion, largest_upcoming_acceleration_by_rest_check
+from overturning.dem.kernel.ground import GroundMotion, max_acceleration_in_window_by_rest_check
 from overturning.dem.kernel.queue import SettingsOfParallelCases, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
@@ -98,7 +98,7 @@ class SimulationPlan(ABC):
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
-    def largest_upcoming_horizontal_and_vertical_m_s2(self) -> tuple[FloatArray, FloatArray]:
+    def max_horizontal_and_vertical_by_rest_check_m_s2(self) -> tuple[FloatArray, FloatArray]:
         """Largest unscaled horizontal and vertical base accelerations ahead at each rest check, m/s²: two arrays."""
         across = (
             np.abs(self.base_accelerations)
@@ -111,9 +111,9 @@ class SimulationPlan(ABC):
             else np.abs(self.unscaled_upward_acceleration)
         )
         interval = self.motion.sampling_interval
-        return largest_upcoming_acceleration_by_rest_check(
-            across, interval
-        ), largest_upcoming_acceleration_by_rest_check(up, interval)
+        return max_acceleration_in_window_by_rest_check(across, interval), max_acceleration_in_window_by_rest_check(
+            up, interval
+        )
 
     def results_before_simulation(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
@@ -261,7 +261,7 @@ class SimulationPlan(ABC):
             GroundMotion(
                 self.base_accelerations,
                 self.unscaled_upward_acceleration,
-                *self.largest_upcoming_horizontal_and_vertical_m_s2,
+                *self.max_horizontal_and_vertical_by_rest_check_m_s2,
             ),
             self.motion_row_by_case[case_numbers],
         )

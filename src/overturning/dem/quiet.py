@@ -12,7 +12,7 @@ from overturning.units import STANDARD_GRAVITY
 SIMULATION_START_TO_ONSET_THRESHOLD_RATIO: Final = 0.1
 """Share of the lower threshold at which the simulation of a block starts (docs/design-notes.md explains why not 1)."""
 
-SIMULATED_LEAD_TIME_S: Final = 2.0
+SIMULATED_TIME_BEFORE_START_THRESHOLD_S: Final = 2.0
 """Simulated time before that share is reached, s."""
 
 MAX_REST_TO_ONSET_THRESHOLD_RATIO: Final = 0.5
@@ -65,7 +65,7 @@ def simulated_sample_ranges_and_stays_at_rest(
     count = motion_row_by_case.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     stays_at_rest = np.zeros(count, np.bool_)
-    lead = int(np.ceil(SIMULATED_LEAD_TIME_S / motion.sampling_interval))
+    lead = int(np.ceil(SIMULATED_TIME_BEFORE_START_THRESHOLD_S / motion.sampling_interval))
     samples = unscaled_acceleration_by_azimuth_m_s2.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: all amplitudes share one pass over the record.
     keys = [motion_row_by_case] if motion.up is None else [motion_row_by_case, amplitude_factor_by_case]

@@ -18,7 +18,7 @@ class IntegrationScheme(IntEnum):
     CENTRED = 1
 
 
-DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED: Final = 2.0
+DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS: Final = 2.0
 """Damping ratio ξ of the highest mode above which the centred scheme shortens the contact step in proportion to 1/ξ.
 
 A longer step would be stable, but contact and slip are predicted from the velocity, which strong dashpots change too
@@ -31,7 +31,7 @@ MAX_STEP_OVER_ROCKING_TIME_CONSTANT: Final = 0.006
 The centred scheme is stable with any step and any contact stiffness (docs/method.md).
 """
 
-DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED: Final = 0.25
+DAMPING_RATIO_BELOW_WHICH_CUNDALL_STEP_HALVES: Final = 0.25
 """Damping ratio of the highest mode below which Cundall's scheme uses half of the automatic step."""
 
 DEFAULT_SCHEME: Final = "centred"
@@ -142,8 +142,8 @@ def longest_stable_or_accurate_step(
 
     Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The
     centred scheme evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max
-    exceeds `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`. For a block the springs are also evaluated there, so only the
-    motion limits the step (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
+    exceeds `DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS`. For a block the springs are also evaluated there, so only
+    the motion limits the step (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
 
     Parameters
     ----------
@@ -173,12 +173,12 @@ def contact_time_reduced_by_damping(
 ) -> FloatArray:
     """Return 1/ω of the highest contact mode, s, times ξ₀/ξ if its damping ratio ξ exceeds ξ₀.
 
-    ξ₀ is `DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED`.
+    ξ₀ is `DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS`.
     """
     frequency = np.sqrt(omega_squared_of_highest_mode)
     return np.asarray(
-        DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED
-        / np.maximum(0.5 * two_xi_omega_of_highest_mode / frequency, DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED)
+        DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS
+        / np.maximum(0.5 * two_xi_omega_of_highest_mode / frequency, DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS)
         / frequency
     )
 
@@ -302,7 +302,7 @@ def _automatic_to_stable_step_ratio(
     )
     return np.where(
         0.5 * two_xi_omega_of_highest_mode / np.sqrt(omega_squared_of_highest_mode)
-        < DAMPING_RATIO_BELOW_WHICH_STEP_IS_HALVED,
+        < DAMPING_RATIO_BELOW_WHICH_CUNDALL_STEP_HALVES,
         0.5 * fraction,
         fraction,
     )

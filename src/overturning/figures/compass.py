@@ -37,7 +37,7 @@ _DIRECTION_NAME_DISTANCE_FROM_RIM_PT: Final = 7.0
 _EXTRA_NAME_DISTANCE_FOR_MARKS_PT: Final = 4.0
 """Distance by which names move outward to make room for marks at the rim, pt."""
 
-_LABEL_HEIGHT_BELOW_COLOUR_BAR_PT: Final = 28.0
+_COLOUR_BAR_TICK_AND_LABEL_SPACE_PT: Final = 28.0
 """Height of the tick labels and of the label below a colour bar, pt."""
 
 _COLOUR_BAR_HEIGHT_PT: Final = 6.0
@@ -46,7 +46,7 @@ _COLOUR_BAR_HEIGHT_PT: Final = 6.0
 _FIGURE_MARGIN_PT: Final = 3.0
 """Margin at the edge of a figure, pt."""
 
-_COMPASS_GAP_PT: Final = 4.0
+_GAP_BETWEEN_FIGURE_PARTS_PT: Final = 4.0
 """Distance between texts of neighbouring compasses, and between the parts of a figure, pt."""
 
 _MIN_COMPASS_DIAMETER_PT: Final = 12.0
@@ -201,12 +201,12 @@ class CompassGridLayout(ConstrainedLayoutEngine):
             return
         low, high = _FIGURE_MARGIN_PT, height - _FIGURE_MARGIN_PT
         for legend in fig.legends:
-            low = max(low, legend.get_window_extent(renderer).y1 / point + _COMPASS_GAP_PT)
+            low = max(low, legend.get_window_extent(renderer).y1 / point + _GAP_BETWEEN_FIGURE_PARTS_PT)
         for title in (text for text in fig.texts if text.get_text() and text.get_text() == fig.get_suptitle()):
             title.set_y(high / height)
-            high -= title.get_window_extent(renderer).height / point + _COMPASS_GAP_PT
-        bar_low = low + _LABEL_HEIGHT_BELOW_COLOUR_BAR_PT
-        low = bar_low + _COLOUR_BAR_HEIGHT_PT + _COMPASS_GAP_PT if bars else low
+            high -= title.get_window_extent(renderer).height / point + _GAP_BETWEEN_FIGURE_PARTS_PT
+        bar_low = low + _COLOUR_BAR_TICK_AND_LABEL_SPACE_PT
+        low = bar_low + _COLOUR_BAR_HEIGHT_PT + _GAP_BETWEEN_FIGURE_PARTS_PT if bars else low
         estimate = min(width / _panel_grid_shape(panels[0])[1], (high - low) / _panel_grid_shape(panels[0])[0])
         for axes in panels:  # distances of texts from the rim hardly depend on its size
             size = max(_MIN_COMPASS_DIAMETER_PT, estimate - 4.0 * _DIRECTION_NAME_DISTANCE_FROM_RIM_PT)
@@ -333,5 +333,5 @@ def _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt: Floa
                 initial=0.0,
             )
         )
-        + _COMPASS_GAP_PT
+        + _GAP_BETWEEN_FIGURE_PARTS_PT
     )

@@ -106,7 +106,7 @@ def _display_codes_of_cases_without_outcome(record_cube: "xr.Dataset") -> "xr.Da
     unknown = xr.full_like(record_cube["overturned"], 2.0, dtype=np.float64)
     if "status" not in record_cube:
         return unknown
-    reasons = [float(status) for status in CaseStatus if not status.has_outcome]
+    reasons = [float(status) for status in CaseStatus if not status.trajectory_has_known_outcome]
     status = record_cube["status"].astype(np.float64)
     return xr.where(status.isin(reasons), 10.0 + status, unknown)
 

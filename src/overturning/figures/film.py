@@ -304,7 +304,7 @@ def ground_displacement_at_frames(panel: FilmPanel, frame_count: int) -> FloatAr
     )
 
 
-def ground_displacement_at_times(
+def ground_displacement_since_first_time(
     acceleration_m_s2_by_component: Sequence[FloatArray | None],
     sampling_interval: float,
     times_after_first_sample: FloatArray,

@@ -10,7 +10,7 @@ from overturning.figures.film import (
     FilmBody,
     FilmPanel,
     fall_times_of_fallen_stones,
-    ground_displacement_at_times,
+    ground_displacement_since_first_time,
     interpolate_to_frame_times,
     samples_from_time_zero,
 )
@@ -20,7 +20,7 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_TILT_COSINE_AND_RAD_PER_S_AT_REST = 1e-3
+MAX_TILT_COSINE_AND_ANGULAR_VELOCITY_AT_REST = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
@@ -38,10 +38,10 @@ def body_outcome_sentence(trajectory: "xr.Dataset") -> str:
     """
     if float(trajectory["overturned"]) == 1:
         return fall_sentence(round(float(trajectory["fall_azimuth"])), float(trajectory["overturning_time"]))
-    return _standing_stones_sentence([trajectory])
+    return _largest_motion_of_standing_stones_sentence([trajectory])
 
 
-def _standing_stones_sentence(trajectory_by_stone: list["xr.Dataset"]) -> str:
+def _largest_motion_of_standing_stones_sentence(trajectory_by_stone: list["xr.Dataset"]) -> str:
     """Return a sentence, without full stop, with the largest tilt, twist and slip of stones that stand.
 
     If there are several stones, the sentence names those that tilt, twist and slip most.
@@ -51,7 +51,7 @@ def _standing_stones_sentence(trajectory_by_stone: list["xr.Dataset"]) -> str:
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
     moves = (
         max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last))
-        > MAX_TILT_COSINE_AND_RAD_PER_S_AT_REST
+        > MAX_TILT_COSINE_AND_ANGULAR_VELOCITY_AT_REST
     )
 
     def value_of_largest_magnitude_and_stone_name(value_by_stone: list[float]) -> tuple[float, str]:
@@ -85,7 +85,7 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
         if float(one["overturned"]) == 1
     )
     if not falls:
-        return _standing_stones_sentence(stones)
+        return _largest_motion_of_standing_stones_sentence(stones)
     several = len(stones) > 1
     texts = [fall_sentence(azimuth, time, name if several else "") for time, name, azimuth in falls]
     return join_fall_sentences(texts, len(stones))
@@ -123,7 +123,7 @@ def body_or_stack_film_panel(
     amplitude, interval = float(trajectory.attrs["amplitude"]), motion.sampling_interval
     level, up = amplitude * motion.horizontal_components, None if motion.up is None else amplitude * motion.up
     east_north_up = (level[1], level[0], up)
-    ground = ground_displacement_at_times(east_north_up, interval, frame_times - first_sample_time)
+    ground = ground_displacement_since_first_time(east_north_up, interval, frame_times - first_sample_time)
     level = samples_from_time_zero(level, interval, first_sample_time)
     up = None if up is None else samples_from_time_zero(up, interval, first_sample_time)
     falls = fall_times_of_fallen_stones(trajectory)

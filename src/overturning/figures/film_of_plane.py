@@ -10,7 +10,7 @@ from overturning.figures.film import (
     FilmBody,
     FilmPanel,
     fall_times_of_fallen_stones,
-    ground_displacement_at_times,
+    ground_displacement_since_first_time,
     interpolate_to_frame_times,
     samples_from_time_zero,
 )
@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_SCENE_HEIGHT = 3.0
+MIN_HALF_WIDTH_TO_HEIGHT_DRAWN_AS_ENDLESS_GROUND = 3.0
 """Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
 
 GROUND_HALF_WIDTH_AND_DEPTH_OVER_SCENE_HEIGHT = 20.0
@@ -112,7 +112,7 @@ def _film_bodies_of_scene(
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
     reach = (
-        ENDLESS_GROUND_MIN_HALF_WIDTH_OVER_SCENE_HEIGHT * tall
+        MIN_HALF_WIDTH_TO_HEIGHT_DRAWN_AS_ENDLESS_GROUND * tall
         + float(np.abs(x[:, free]).max())
         + float(np.abs(ground_displacement_by_frame).max())
     )
@@ -186,7 +186,7 @@ def scene_film_panel(
     amplitude = float(trajectory.attrs["amplitude"])
     along, up = amplitude * motion.acceleration_along(azimuth), None if motion.up is None else amplitude * motion.up
     interval = motion.sampling_interval
-    ground = ground_displacement_at_times((along, up), interval, frame_times - first_sample_time)
+    ground = ground_displacement_since_first_time((along, up), interval, frame_times - first_sample_time)
     point, force = _contact_points_and_forces(trajectory, frame_times)
     return FilmPanel(
         *heading_and_outcome,

@@ -50,14 +50,14 @@ def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
     )
 
 
-def has_outcome(trajectory: "xr.Dataset") -> bool:
+def trajectory_has_known_outcome(trajectory: "xr.Dataset") -> bool:
     """True if a simulated trajectory ended with a valid outcome: it is known whether stones fall."""
-    return CaseStatus(int(trajectory["status"])).has_outcome
+    return CaseStatus(int(trajectory["status"])).trajectory_has_known_outcome
 
 
 def outcome_sentence(trajectory: "xr.Dataset") -> str:
     """Return a sentence, without full stop, on what falls in a simulation, or why it has no outcome."""
-    if has_outcome(trajectory):
+    if trajectory_has_known_outcome(trajectory):
         return _film_functions_for_trajectory(trajectory).outcome_sentence_of(trajectory)
     return NO_OUTCOME_SENTENCE_BY_STATUS[CaseStatus(int(trajectory["status"]))]
 

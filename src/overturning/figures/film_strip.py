@@ -144,7 +144,7 @@ def body_at_frame(body: FilmBody, fractional_frame_index: float) -> FilmBody:
     A position beyond the last frame gives the last pose.
     """
 
-    def interpolate_poses_at_frame(positions_or_rotations_by_frame: FloatArray) -> FloatArray:
+    def interpolate_array_at_fractional_frame_index(positions_or_rotations_by_frame: FloatArray) -> FloatArray:
         """Interpolate positions or rotations linearly to `fractional_frame_index`; the first axis keeps length 1."""
         low = min(int(fractional_frame_index), len(positions_or_rotations_by_frame) - 1)
         high, part = (
@@ -158,8 +158,8 @@ def body_at_frame(body: FilmBody, fractional_frame_index: float) -> FilmBody:
     return FilmBody(
         body.name,
         body.vertices_from_reference_point,
-        interpolate_poses_at_frame(body.reference_point_positions_by_frame),
-        interpolate_poses_at_frame(body.angles_or_quaternions_by_frame),
+        interpolate_array_at_fractional_frame_index(body.reference_point_positions_by_frame),
+        interpolate_array_at_fractional_frame_index(body.angles_or_quaternions_by_frame),
         body.is_free,
         body.face_vertex_indices,
     )

@@ -40,8 +40,8 @@ from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
     compared_element_names_of_study_and_variant,
-    ground_motion_for_variant,
     numerical_options_of_study,
+    record_motion_with_up_only_if_variant_uses_it,
     select_outcomes_of_element,
     settings_changed_by_variant,
     variant_model,
@@ -89,7 +89,7 @@ def draw_illustrative_cases(
             else slice(None)
         )
         elements = elements.isel(record=chosen)
-        cube = _select_default_element_and_mark_any_fall(elements)
+        cube = _select_default_element_and_add_any_fall_variable(elements)
         cases = find_best_case_for_each_behaviour(cube)
         if compared_variant_cube_path is not None:
             with open_cube_for_reading_by_record(compared_variant_cube_path, element_name=None) as other_cube:
@@ -109,7 +109,7 @@ def draw_illustrative_cases(
         write_illustrative_case_list(rows, output_folder)
 
 
-def _select_default_element_and_mark_any_fall(cube: "xr.Dataset") -> "xr.Dataset":
+def _select_default_element_and_add_any_fall_variable(cube: "xr.Dataset") -> "xr.Dataset":
     """Select a scene's default element from a cube, and add a variable that is True if any element falls."""
     if "element" not in cube.dims:
         return cube
@@ -199,7 +199,9 @@ def _simulate_and_draw_illustrative_case(
 def _read_motion_for_variant(study: Study, motion_folder: Path, record_id: str, variant: str) -> Motion:
     """Read the motion of a record as a study variant uses it: on soil or rock, with or without vertical component."""
     folder = motion_folder / variant if settings_changed_by_variant(study, variant).site else motion_folder
-    return ground_motion_for_variant(study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant)
+    return record_motion_with_up_only_if_variant_uses_it(
+        study, read_record_from_motion_file(folder / f"{record_id}.nc"), variant
+    )
 
 
 def _film_title(
@@ -231,7 +233,7 @@ def panel_heading_of_variant(study: Study, variant: str, compared_variant: str) 
 
 def block_label(study: Study, block_parameters: dict[str, float]) -> str:
     """Return B/H, height (m) and friction of a block as text for a title."""
-    oblong = f", D/B = {block_parameters['aspect']:g}" if variant_model(study).aspect_is_parameter else ""
+    oblong = f", D/B = {block_parameters['aspect']:g}" if variant_model(study).depth_over_width_is_parameter else ""
     coefficient = friction_label(study, block_parameters["friction"])
     return f"B/H = {block_parameters['b_over_h']:.3g}{oblong}, H = {block_parameters['height']:.3g} m, {coefficient}"
 

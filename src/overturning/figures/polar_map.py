@@ -113,7 +113,7 @@ def fall_map_by_azimuth_figure(
         Peak velocity by azimuth, m/s, of each record; drawn as a line around the middle of its maps.
     """
     records = [cubes] if isinstance(cubes, xr.Dataset) else list(cubes)
-    panels = _create_polar_map_panels(records, peak_velocities_by_azimuth)
+    panels = _create_map_panels_by_record_height_and_friction(records, peak_velocities_by_azimuth)
     outer = len(records) if len(records) > 1 else records[0].sizes["height"]
     rows, columns = panel_row_and_column_counts(outer, len(panels) // outer)
     size = (
@@ -136,7 +136,7 @@ def fall_map_by_azimuth_figure(
             for name, same in zip(panel.record_friction_and_height_labels, shared, strict=True)
             if name and not same
         ]
-        mesh = _draw_polar_map(axes, panel, top, rim)
+        mesh = _draw_polar_fall_map_and_return_mesh(axes, panel, top, rim)
         axes.write_title(
             _panel_title(own, int(PANEL_WIDTH_INCHES_BY_COLUMN_COUNT[columns] / TITLE_LETTER_WIDTH_INCHES))
         )
@@ -177,7 +177,7 @@ def _panel_title(parts: Sequence[str], max_letters_per_line: int) -> str:
     return "\n".join(filter(None, [*record, ", ".join(quantities)]))
 
 
-def _create_polar_map_panels(
+def _create_map_panels_by_record_height_and_friction(
     record_cubes: Sequence[xr.Dataset], peak_velocities_by_azimuth: Sequence[xr.DataArray | None]
 ) -> list[PolarMapPanel]:
     """Return the data of one polar map per record, height and friction, all cut to the same range of B/H."""
@@ -210,7 +210,9 @@ def _create_polar_map_panels(
     return panels
 
 
-def _draw_polar_map(axes: Any, panel: PolarMapPanel, rim_b_over_h: float, rim_velocity_m_s: float) -> Any:
+def _draw_polar_fall_map_and_return_mesh(
+    axes: Any, panel: PolarMapPanel, rim_b_over_h: float, rim_velocity_m_s: float
+) -> Any:
     """Draw one polar map of falls, and return the mesh of its cells for the colour bar.
 
     The rim of the compass is at the B/H ``rim_b_over_h`` and at the peak velocity ``rim_velocity_m_s``, m/s.

@@ -9,7 +9,7 @@ from overturning.figures.film_words import station_and_event_text
 from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.write import FigureWriter
+from overturning.figures.write import FigureWriterInAllFormats
 from overturning.model.scene import gravestone
 from overturning.study.cube import (
     default_figure_values_by_dimension_name,
@@ -24,7 +24,7 @@ def draw_record_figures(
     cube_path: Path,
     intensity_path: Path,
     output_folder: Path,
-    write_figure_files: FigureWriter,
+    write_figure_files: FigureWriterInAllFormats,
     drawn_record_indices: Iterable[int] | None = None,
 ) -> None:
     """Draw and write the figures of each record in a results cube.
@@ -47,7 +47,7 @@ def draw_record_figures(
         everyone, study, stone = (
             intensity["record_id"].to_numpy().tolist(),
             study_of_cube(cube),
-            scene_and_element_title_line(cube),
+            second_title_line_with_scene_and_element(cube),
         )
         for index in range(cube.sizes["record"]) if drawn_record_indices is None else drawn_record_indices:
             one = cube.isel(record=index).load()
@@ -72,7 +72,7 @@ def draw_record_figures(
                 )
 
 
-def scene_and_element_title_line(cube: xr.Dataset) -> str:
+def second_title_line_with_scene_and_element(cube: xr.Dataset) -> str:
     """Return scene and element names as a second line of a title, with the line break; "" for the default stone.
 
     The line also names the element to which H and B/H refer, if that is not the element shown.

@@ -10,7 +10,11 @@ from matplotlib.figure import Figure
 
 from overturning.figures import style
 from overturning.figures.film_of_plane import trajectory_of_free_elements
-from overturning.figures.film_of_trajectory import film_start_and_end_times, has_outcome, outcome_sentence
+from overturning.figures.film_of_trajectory import (
+    film_start_and_end_times,
+    outcome_sentence,
+    trajectory_has_known_outcome,
+)
 from overturning.figures.ground import draw_hodographs
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
@@ -20,7 +24,7 @@ ROW_LABELS_SINGLE_ELEMENT = ("base acceleration, Gal", "rotation, °", "slip of 
 ROW_LABELS_SEVERAL_ELEMENTS = (*ROW_LABELS_SINGLE_ELEMENT[:2], "slip over ground, cm", "uplift over ground, cm")
 """Labels for several elements: their motion is relative to the ground, since an element moves with those below it."""
 
-_MAX_ROUNDING_ERROR_DEG_OR_CM = 1e-6
+_MAX_ROUNDING_ERROR_AT_REST_DEG_OR_CM = 1e-6
 """Largest rotation, degrees, and displacement, cm, that are rounding errors of a stone at rest."""
 
 MAX_DRAWN_CRITICAL_ANGLE_OVER_LARGEST_ROTATION = 3.0
@@ -102,7 +106,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
     for row in rows[1:]:  # at rest nothing but rounding errors would be drawn, on a scale of 1e-17
         if (
             max(float(np.abs(line.get_ydata()).max()) for axes in row for line in axes.lines)
-            < _MAX_ROUNDING_ERROR_DEG_OR_CM
+            < _MAX_ROUNDING_ERROR_AT_REST_DEG_OR_CM
         ):
             row[0].set_ylim(-1.0, 1.0)
     # End the time axis with the longest trajectory.
@@ -116,7 +120,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
 
 def _outcome_label_of_2d_simulation(trajectory: xr.Dataset) -> str:
     """Return the outcome of a simulation as a short text: "stands", "falls", or the names of the falling elements."""
-    if not has_outcome(trajectory):
+    if not trajectory_has_known_outcome(trajectory):
         return "no outcome"
     free = trajectory_of_free_elements(trajectory)
     fell = [
@@ -137,9 +141,9 @@ def _least_tilt_to_balance_on_edge_deg(trajectory: xr.Dataset) -> float:
     return float(np.degrees(np.arctan(float(trajectory.attrs["b_over_h"]) * min(1.0, across))))
 
 
-def _outcome_label_of_3d_simulation(trajectory: xr.Dataset) -> str:
+def _fall_azimuth_or_largest_tilt_text_in_3d(trajectory: xr.Dataset) -> str:
     """Return the outcome of a 3-D body as a short text: no outcome, the azimuth of its fall, or its largest tilt."""
-    if not has_outcome(trajectory):
+    if not trajectory_has_known_outcome(trajectory):
         return "no outcome"
     # The first two parts of "stands; largest tilt 1.2°; turned …", or "falls towards N60°E" of "… at 2.18 s".
     return ";".join(outcome_sentence(trajectory).split(" at ")[0].split(";")[:2])
@@ -171,7 +175,9 @@ def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, titl
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     stone = f" of the {trajectory['element'].item()}" if "element" in trajectory.coords else ""
     axes.set_title(
-        f"tilt of the axis{stone}, degrees\n{_outcome_label_of_3d_simulation(trajectory)}", fontsize=9, parse_math=False
+        f"tilt of the axis{stone}, degrees\n{_fall_azimuth_or_largest_tilt_text_in_3d(trajectory)}",
+        fontsize=9,
+        parse_math=False,
     )
     style.label_axes(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.scaled_by(float(trajectory.attrs["amplitude"])))

@@ -128,7 +128,9 @@ def mark_mean_fall_axis(axes: Any, mean_axis_deg: float, interval_half_width_deg
         **_MEAN_AXIS_LINE_STYLE,
     )
     for low, high in (
-        axis_interval_arcs_deg(mean_axis_deg, interval_half_width_deg) if np.isfinite(interval_half_width_deg) else ()
+        axis_interval_arcs_within_half_circle_deg(mean_axis_deg, interval_half_width_deg)
+        if np.isfinite(interval_half_width_deg)
+        else ()
     ):
         angles = np.radians(np.linspace(low, high, 60))
         axes.plot(
@@ -139,7 +141,9 @@ def mark_mean_fall_axis(axes: Any, mean_axis_deg: float, interval_half_width_deg
     axes.set_ylim(0.0, top)
 
 
-def axis_interval_arcs_deg(mean_axis_deg: float, interval_half_width_deg: float) -> list[tuple[float, float]]:
+def axis_interval_arcs_within_half_circle_deg(
+    mean_axis_deg: float, interval_half_width_deg: float
+) -> list[tuple[float, float]]:
     """Return the confidence interval of an axis as arcs (start, end), degrees, within −90° to 90°."""
     ends = (
         (mean_axis_deg - interval_half_width_deg + turn, mean_axis_deg + interval_half_width_deg + turn)

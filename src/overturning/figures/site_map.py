@@ -144,7 +144,7 @@ def _are_coordinates_known(latitude_and_longitude: tuple[float, float]) -> bool:
     return all(map(math.isfinite, latitude_and_longitude))
 
 
-def earthquake_map_figures(earthquakes: Sequence[EarthquakeMapContent]) -> Iterator[Figure]:
+def figures_with_several_earthquake_maps(earthquakes: Sequence[EarthquakeMapContent]) -> Iterator[Figure]:
     """Yield figures with maps of all earthquakes, with at most `MAX_EARTHQUAKES_PER_FIGURE` maps per figure."""
     yield from (
         earthquake_maps_in_one_figure(earthquakes[first : first + MAX_EARTHQUAKES_PER_FIGURE])

@@ -14,9 +14,9 @@ from overturning.figures.alignment import (
 )
 from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
-from overturning.figures.site_map import earthquake_map_figures, mappable_earthquakes
+from overturning.figures.site_map import figures_with_several_earthquake_maps, mappable_earthquakes
 from overturning.figures.style import use_package_matplotlib_settings
-from overturning.figures.write import FigureWriter, empty_folder_then_write_list_of_new_files
+from overturning.figures.write import FigureWriterInAllFormats, empty_folder_then_write_list_of_new_files
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.model.falls import default_model_for_results_cube
 from overturning.statistics.earthquakes import (
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def draw_study_figures(
-    cube_path: Path, intensity_path: Path, output_folder: Path, write_figure_files: FigureWriter
+    cube_path: Path, intensity_path: Path, output_folder: Path, write_figure_files: FigureWriterInAllFormats
 ) -> None:
     """Draw all figures that combine the records of a study, from its results cube and intensity measures (NetCDF).
 
@@ -91,8 +91,8 @@ def all_records_figure_functions_by_name(
     }
 
 
-def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: FigureWriter) -> None:
+def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: FigureWriterInAllFormats) -> None:
     """Draw maps of the earthquakes of a study with stations and mean fall axes, and write them into a folder."""
     with empty_folder_then_write_list_of_new_files(output_folder):
-        for number, figure in enumerate(earthquake_map_figures(mappable_earthquakes(cube)), 1):
+        for number, figure in enumerate(figures_with_several_earthquake_maps(mappable_earthquakes(cube)), 1):
             write_figure_files(figure, output_folder / f"{number}")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.figures.svg_translation import break_lines_at_width
+from overturning.figures.svg_translation import break_lines_and_widen_to_max_line_count
 from overturning.model.planes import azimuth_gap_mask_and_step
 
 if TYPE_CHECKING:
@@ -236,7 +236,7 @@ def wrap_name_into_lines(text: str, max_letters_per_line: int) -> list[str]:
     """
     if all(ord(character) < _FIRST_CJK_CODE_POINT for character in text):
         return wrap(text, max_letters_per_line) or [""]
-    return break_lines_at_width([text], 0.45 * max_letters_per_line, max_line_count=len(text))
+    return break_lines_and_widen_to_max_line_count([text], 0.45 * max_letters_per_line, max_line_count=len(text))
 
 
 def add_title_and_legend(

@@ -73,9 +73,13 @@ def _translate_svg_text_lines(svg_elements_of_text_lines: str, language: str) ->
         return svg_elements_of_text_lines
     new = translation.split("\n")
     if len(new) < len(lines):
-        new = break_lines_at_width(new, max(map(_width_of_line, lines)) / lines[0].font_size, len(lines))
+        new = break_lines_and_widen_to_max_line_count(
+            new, max(map(_width_of_line, lines)) / lines[0].font_size, len(lines)
+        )
     placed = (
-        lines if all(one.start_xy_and_rotation_deg is None for one in lines) else _lines_with_alignment_anchors(lines)
+        lines
+        if all(one.start_xy_and_rotation_deg is None for one in lines)
+        else _anchor_lines_at_start_middle_or_end(lines)
     )
     # A text of fewer lines than before leaves out the last places.
     return "".join(one._replace(text=text).svg_element for one, text in zip(placed, new, strict=False))
@@ -96,7 +100,7 @@ def _width_of_line(english_line: _SvgTextLine) -> float:
     return _text_width(english_line.text, english_line.font_size)
 
 
-def _lines_with_alignment_anchors(text_lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
+def _anchor_lines_at_start_middle_or_end(text_lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
     """Return the lines of a text, each with the position of its start, middle or end, according to the alignment.
 
     A rotated text is centred. Several lines are aligned where their places differ least.
@@ -134,19 +138,21 @@ def character_width_over_font_size(character: str) -> float:
     return 1.0 if ord(character) >= 0x2E80 else 0.6
 
 
-def break_lines_at_width(lines: list[str], max_width_in_font_sizes: float, max_line_count: int) -> list[str]:
+def break_lines_and_widen_to_max_line_count(
+    lines: list[str], max_width_in_font_sizes: float, max_line_count: int
+) -> list[str]:
     """Break lines at a width (in font sizes), which is increased until at most `max_line_count` lines result."""
     broken = [part for line in lines for part in _break_line_at_width(line, max_width_in_font_sizes)]
     return (
         broken
         if len(broken) <= max_line_count
-        else break_lines_at_width(lines, 1.1 * max_width_in_font_sizes, max_line_count)
+        else break_lines_and_widen_to_max_line_count(lines, 1.1 * max_width_in_font_sizes, max_line_count)
     )
 
 
 def break_text_at_width(text: str, max_width_inches: float, font_size_pt: float) -> str:
     """Return a text broken into lines of at most a width, inches, for a font of a size, pt."""
-    return "\n".join(break_lines_at_width([text], 72.0 * max_width_inches / font_size_pt, 100))
+    return "\n".join(break_lines_and_widen_to_max_line_count([text], 72.0 * max_width_inches / font_size_pt, 100))
 
 
 def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:

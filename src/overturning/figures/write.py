@@ -271,7 +271,7 @@ def save_figure_and_return_warning(
     )
 
 
-FigureWriter = Callable[["Figure", Path], None]
+FigureWriterInAllFormats = Callable[["Figure", Path], None]
 """Function that writes a figure to a path without extension, in all formats of a study."""
 
 

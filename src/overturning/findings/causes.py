@@ -276,12 +276,12 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutc
             computed_overturns=overturns,
         )
         for variant in results.cubes_by_variant
-        for (height, friction), found in computed_outcomes_of_published_cases_by_block(results, variant).items()
+        for (height, friction), found in published_cases_recomputed_by_height_and_friction(results, variant).items()
         for row, overturns in zip(results.study.published, found, strict=True)
     ]
 
 
-def computed_outcomes_of_published_cases_by_block(
+def published_cases_recomputed_by_height_and_friction(
     results: StudyResults, variant_name: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
     """Return, by (height, friction), the computed outcomes of the cases whose outcome is published, in their order.

@@ -60,7 +60,7 @@ from overturning.findings.published import (
     BlockAgreementWithPublished,
     PublishedPeakComparison,
     compare_peaks_with_published,
-    count_blocks_in_full_agreement_with_published,
+    count_fully_agreeing_published_blocks_by_variant,
 )
 from overturning.findings.results import StudyResults, note_on_findings_missing_without_study_file, open_study_results
 from overturning.findings.study import (
@@ -161,7 +161,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         survey_displacements=all_survey_displacement_findings(results),
         inferred_motions=all_inferred_motion_findings(results),
         published_peaks=compare_peaks_with_published(results),
-        published_agreement=count_blocks_in_full_agreement_with_published(results),
+        published_agreement=count_fully_agreeing_published_blocks_by_variant(results),
         published_comparisons=compare_outcomes_with_published(results),
         population=population_findings(results),
         logistic_fit=logistic_fit_findings(results),

@@ -355,7 +355,7 @@ def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[S
     return found
 
 
-MIN_FALL_RATE_FOR_FALL_AXIS = 0.05
+MIN_FALL_RATE_FOR_FALL_AXIS_COMPARISON = 0.05
 """Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
@@ -367,7 +367,7 @@ def angles_between_fall_axes_deg(outcome_rates_on_soil: xr.Dataset, outcome_rate
     soil_axis, rock_axis = (one["fall_axis"].to_numpy() for one in (outcome_rates_on_soil, outcome_rates_on_rock))
     apart = np.abs(wrap_axis_difference_to_90_deg(soil_axis - rock_axis))
     for found in (outcome_rates_on_soil, outcome_rates_on_rock):
-        clear = (found["fall_rate"] >= MIN_FALL_RATE_FOR_FALL_AXIS) & (
+        clear = (found["fall_rate"] >= MIN_FALL_RATE_FOR_FALL_AXIS_COMPARISON) & (
             found["fall_resultant"] >= MIN_RESULTANT_WITH_MEAN_DIRECTION
         )
         apart = np.where(clear, apart, np.nan)

@@ -308,7 +308,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
     """
     if results.model.is_planar or not results.share_overturned > 0:
         return []
-    found, ranges = results.fall_alignments_and_range_labels
+    found, ranges = results.fall_alignments_by_group_and_b_over_h_labels
     groups = []
     for group, references in found.items():
         means = []

@@ -31,11 +31,13 @@ def finding_text_lines(finding: BaseModel, text_before_field: str = "") -> Itera
         if name not in _JSON_ONLY_FIELDS:
             yield from _text_lines_of_field_value(
                 getattr(finding, name),
-                f"{text_before_field}, {_field_label(name)}" if text_before_field else _field_label(name),
+                f"{text_before_field}, {_field_name_with_spaces(name)}"
+                if text_before_field
+                else _field_name_with_spaces(name),
             )
 
 
-def _field_label(field_name: str) -> str:
+def _field_name_with_spaces(field_name: str) -> str:
     """Return the name of a field as printed: underscores are replaced by spaces."""
     return field_name.replace("_", " ")
 

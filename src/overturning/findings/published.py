@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from overturning.findings.causes import computed_outcomes_of_published_cases_by_block
+from overturning.findings.causes import published_cases_recomputed_by_height_and_friction
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass
 from overturning.units import CM, GAL
@@ -66,7 +66,7 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
     return rows
 
 
-def count_blocks_in_full_agreement_with_published(results: StudyResults) -> list[BlockAgreementWithPublished]:
+def count_fully_agreeing_published_blocks_by_variant(results: StudyResults) -> list[BlockAgreementWithPublished]:
     """Count, for each variant, the blocks (height and friction) whose outcomes all agree with published ones.
 
     A block is a height and friction.
@@ -74,7 +74,7 @@ def count_blocks_in_full_agreement_with_published(results: StudyResults) -> list
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []
     for variant in results.cubes_by_variant if wanted else ():
-        found = computed_outcomes_of_published_cases_by_block(results, variant)
+        found = published_cases_recomputed_by_height_and_friction(results, variant)
         agreeing = [block for block, overturns in found.items() if overturns == wanted]
         rows.append(
             BlockAgreementWithPublished(

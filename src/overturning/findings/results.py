@@ -24,7 +24,7 @@ from overturning.statistics.elements import ElementFallCounts, count_falls_of_ea
 from overturning.statistics.falls import overturned_share
 from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
-from overturning.statistics.space import count_agreements_of_2d_and_3d_outcomes
+from overturning.statistics.space import count_agreeing_and_differing_2d_3d_outcomes
 from overturning.stored import read_json_result
 from overturning.study.convergence import ConvergenceCheckResult, read_convergence_result
 from overturning.study.cube import (
@@ -213,13 +213,15 @@ class StudyResults:
         return alignment_by_rule.fault_normal_alignments_by_record_group(self.reference_element_cube)
 
     @cached_property
-    def fall_alignments_and_range_labels(self) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
+    def fall_alignments_by_group_and_b_over_h_labels(
+        self,
+    ) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
         """Alignments of falls with reference directions, by name of the group of records; and labels of B/H ranges.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """
         ratio = self.reference_element_cube["b_over_h"].to_numpy()
-        count, classes = ratio.size, min(B_OVER_H_RANGE_COUNT, ratio.size) if ratio.size > 1 else 0
+        count, classes = ratio.size, min(MAX_B_OVER_H_RANGES_FOR_ALIGNMENT, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
@@ -235,8 +237,8 @@ class StudyResults:
 
     @cached_property
     def agreement_counts_of_2d_and_3d_outcomes(self) -> xr.Dataset:
-        """Counts of 2-D simulations that give the 3-D outcome; see `count_agreements_of_2d_and_3d_outcomes`."""
-        return count_agreements_of_2d_and_3d_outcomes(self.reference_element_cube)
+        """Counts of 2-D simulations that give the 3-D outcome; see `count_agreeing_and_differing_2d_3d_outcomes`."""
+        return count_agreeing_and_differing_2d_3d_outcomes(self.reference_element_cube)
 
     @property
     def has_falls_with_known_fault_normal(self) -> bool:
@@ -288,7 +290,7 @@ class StudyResults:
 STUDY_KEYS_NOT_AFFECTING_CUBE = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
 """Settings of a study on which the cube does not depend."""
 
-B_OVER_H_RANGE_COUNT = 3
+MAX_B_OVER_H_RANGES_FOR_ALIGNMENT = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 

@@ -9,16 +9,16 @@ from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     FALL_RATE_BOUND_PROBABILITY,
-    MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA,
+    MAX_SHARE_OF_FALLS_FROM_SHAKING_OUTSIDE_RECORDS,
     SurvivalProbabilityByStoneClass,
     annual_fall_rate_below_lowest_hazard_level,
     hazard_unit_warning,
+    max_hazard_factor_allowed_by_standing_stones,
     upper_bound_of_annual_fall_rate,
-    upper_bound_of_factor_on_hazard_curve,
 )
 from overturning.surveys.stones import Stone
 
-MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL: Final = 0.01
+MAX_UNREPORTED_FALL_RATE_SHARE_BELOW_HAZARD: Final = 0.01
 """Share of the falls from shaking below the hazard's first level up to which it is not reported."""
 
 
@@ -130,7 +130,7 @@ def _check_hazard_units_and_list_warnings(survival: SurvivalProbabilityByStoneCl
     for *_, one in survival.curves_with_standing_probabilities:
         if (
             one.intensity_measure in doubts
-            and not one.fall_rate_share_outside_fragility_data <= MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA
+            and not one.fall_rate_share_outside_fragility_data <= MAX_SHARE_OF_FALLS_FROM_SHAKING_OUTSIDE_RECORDS
         ):
             share = (
                 "no falls"
@@ -147,7 +147,7 @@ def _survival_finding_of_stone_class(
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[stone_class_index]
     weaker = annual_fall_rate_below_lowest_hazard_level(curve, hazard)
-    counts = weaker > MAX_NEGLIGIBLE_FALL_SHARE_BELOW_FIRST_LEVEL * one.annual_fall_rate_per_stone
+    counts = weaker > MAX_UNREPORTED_FALL_RATE_SHARE_BELOW_HAZARD * one.annual_fall_rate_per_stone
     return StoneClassSurvival(
         stone_class=one.stone_class,
         intensity_measure=one.intensity_measure,
@@ -157,7 +157,7 @@ def _survival_finding_of_stone_class(
         survival_probability_high=one.standing_probability_high,
         surviving_share_with_constant_deviations=one.standing_share_if_each_stone_keeps_its_deviation,
         share_of_falls_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
-        hazard_factor_upper_bound=upper_bound_of_factor_on_hazard_curve(
+        hazard_factor_upper_bound=max_hazard_factor_allowed_by_standing_stones(
             curve, hazard, survival.exposure_time_years, max_fall_rate_per_year
         ),
         share_of_stones_falling_at_lowest_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,

@@ -118,7 +118,7 @@ class Body(ThreeDimensionalModel):
 
         Empty for other shapes.
         """
-        return OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES if self.aspect_is_parameter else ()
+        return OUTCOME_VARIABLES_OF_2D_RUNS_IN_FACE_PLANES if self.depth_over_width_is_parameter else ()
 
     @property
     @override
@@ -127,8 +127,8 @@ class Body(ThreeDimensionalModel):
 
     @property
     @override
-    def aspect_is_parameter(self) -> bool:
-        return self.shape.aspect_is_parameter
+    def depth_over_width_is_parameter(self) -> bool:
+        return self.shape.depth_over_width_is_parameter
 
     @override
     def height_and_b_over_h_or_defaults(
@@ -147,7 +147,7 @@ class Body(ThreeDimensionalModel):
 
     @override
     def symmetry_periods_by_aspect_deg(self, depth_over_width: FloatArray) -> FloatArray:
-        if not self.shape.aspect_is_parameter and depth_over_width.tolist() != [1.0]:
+        if not self.shape.depth_over_width_is_parameter and depth_over_width.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {depth_over_width.tolist()}; only a rectangle has one")
         return np.array([self.shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in depth_over_width])
 

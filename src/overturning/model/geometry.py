@@ -194,7 +194,7 @@ def reference_element_height_and_b_over_h(scene: SceneElementsAndMaterials) -> t
     return height, width / height
 
 
-def default_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:
+def rounded_reference_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:
     """Return the default height (m) and B/H of a scene's reference element, rounded as studies store them.
 
     They are rounded to ten decimals, as studies store sizes, so that a single simulation repeats a cell of a study.

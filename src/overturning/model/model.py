@@ -24,7 +24,7 @@ class StoneOutcomesByAmplitudeFactor(NamedTuple):
 
     fell: NDArray[np.bool_]
     """True for a stone that fell."""
-    has_outcome: NDArray[np.bool_]
+    trajectory_has_known_outcome: NDArray[np.bool_]
     """True where an outcome was found."""
     fall_azimuth_deg: FloatArray
     """Azimuth towards which a stone fell, degrees clockwise from north; NaN for a stone that stands."""
@@ -120,7 +120,7 @@ class Model(ABC):
         return True
 
     @property
-    def aspect_is_parameter(self) -> bool:
+    def depth_over_width_is_parameter(self) -> bool:
         """True if the aspect ratio D/B of the base can be chosen for each case."""
         return False
 

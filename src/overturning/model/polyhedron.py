@@ -174,7 +174,7 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt_rad: f
     """
     n1 = hull.outward_triangle_normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.outward_triangle_normals[hull.triangle_sharing_edge_opposite_each_vertex].reshape(-1, 3)
-    nearest = _max_downward_cosine_on_great_circle_arcs(n1, n2).reshape(-1, 3)
+    nearest = _max_cosine_to_straight_down_on_arcs(n1, n2).reshape(-1, 3)
     reached = nearest > np.cos(max_tilt_rad) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
@@ -183,7 +183,7 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt_rad: f
     return np.unique(np.concatenate(vertices))
 
 
-def _max_downward_cosine_on_great_circle_arcs(
+def _max_cosine_to_straight_down_on_arcs(
     unit_normals_at_first_arc_ends: FloatArray, unit_normals_at_second_arc_ends: FloatArray
 ) -> FloatArray:
     """Return, for m great-circle arcs between unit normals, the largest cosine of the angle to straight down."""

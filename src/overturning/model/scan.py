@@ -26,7 +26,7 @@ from overturning.model.surface import MassProperties, TriangleSurface, mass_prop
 DEFAULT_LOAD_BEARING_BASE_RELIEF_M: Final = 0.002
 """Default relief, m: height above the lowest point of a scanned base up to which its points bear load."""
 
-MAX_BASE_RELIEF_M: Final = 0.03
+MAX_LOAD_BEARING_BASE_RELIEF_M: Final = 0.03
 """Largest relief (see `DEFAULT_LOAD_BEARING_BASE_RELIEF_M`), m; more would raise a small stone visibly."""
 
 FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 1e-3
@@ -99,8 +99,10 @@ class ScannedStone(Shape):
             ("inertia_moments_and_products_per_mass", (6,)),
         ):
             object.__setattr__(self, name, convert_argument_to_finite_array(name, getattr(self, name), shape))
-        if not 0.0 <= self.base_relief_m <= MAX_BASE_RELIEF_M:
-            raise ArgumentError(f"relief: {self.base_relief_m:g} m; it must be from 0 to {MAX_BASE_RELIEF_M:g} m")
+        if not 0.0 <= self.base_relief_m <= MAX_LOAD_BEARING_BASE_RELIEF_M:
+            raise ArgumentError(
+                f"relief: {self.base_relief_m:g} m; it must be from 0 to {MAX_LOAD_BEARING_BASE_RELIEF_M:g} m"
+            )
         moments = np.linalg.eigvalsh(self.inertia_matrix_per_mass)
         if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
             raise ArgumentError(f"inertia: principal moments {moments.round(9).tolist()} m²; no body has these")
@@ -240,13 +242,13 @@ def _pose_with_face_down(outward_face_normal: FloatArray) -> RotationToStablePos
 def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
     """Return points of a body that can touch the ground, shape (n, 3): hull vertices and low load-bearing points.
 
-    The relief is the height up to which points of the base bear load, at most `MAX_BASE_RELIEF_M`. The points are the
-    vertices of the hull (of more than `MAX_HULL_VERTICES_STORED_UNREDUCED`, the extreme ones in as many directions),
-    and the low points that widen the footprint before a hull vertex does.
+    The relief is the height up to which points of the base bear load, at most `MAX_LOAD_BEARING_BASE_RELIEF_M`. The
+    points are the vertices of the hull (of more than `MAX_HULL_VERTICES_STORED_UNREDUCED`, the extreme ones in as many
+    directions), and the low points that widen the footprint before a hull vertex does.
     """
     size = float(np.ptp(points, axis=0).max())
     hull = scipy.spatial.ConvexHull(points)
-    low = np.flatnonzero(points[:, 2] <= points[:, 2].min() + MAX_BASE_RELIEF_M)
+    low = np.flatnonzero(points[:, 2] <= points[:, 2].min() + MAX_LOAD_BEARING_BASE_RELIEF_M)
     low = low[np.argsort(points[low, 2], kind="stable")]
     chosen, outline = [], np.zeros((0, 3))
     for index in low:

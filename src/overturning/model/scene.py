@@ -74,7 +74,7 @@ class Scene(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _check_support_and_reference_element(self) -> Self:
+    def _check_elements_supported_and_reference_not_ground(self) -> Self:
         """Raise an error if elements overlap or lack support, or if a single block has its ground as reference."""
         check_elements_have_support_without_overlap(self)
         # The single-block kernel applies the height and B/H of each case to the block.

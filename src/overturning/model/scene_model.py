@@ -7,7 +7,7 @@ from typing_extensions import override
 from overturning.arrays import ArrayLike
 from overturning.errors import ArgumentError
 from overturning.model.cases import MAX_STONE_HEIGHT_M, MIN_STONE_HEIGHT_M
-from overturning.model.geometry import default_height_and_b_over_h
+from overturning.model.geometry import rounded_reference_height_and_b_over_h
 from overturning.model.model import Model
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class SceneModel(Model):
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
         """Return heights (m) and B/H of the cases; None is replaced by the size of the scene's reference element."""
-        own_height, own_ratio = default_height_and_b_over_h(self.scene)
+        own_height, own_ratio = rounded_reference_height_and_b_over_h(self.scene)
         if height is None and not MIN_STONE_HEIGHT_M <= own_height <= MAX_STONE_HEIGHT_M:
             raise ArgumentError(
                 f"height: element {self.scene.size_reference_element_name} of scene {self.scene.name} is "

@@ -30,7 +30,7 @@ class Shape(ABC):
 
     slenderness_is_parameter: ClassVar[bool] = True
     """True if B/H is a parameter; False if it is fixed by the shape."""
-    aspect_is_parameter: ClassVar[bool] = False
+    depth_over_width_is_parameter: ClassVar[bool] = False
     """True if the aspect D/B is a parameter."""
 
     @property
@@ -54,7 +54,7 @@ class RectangularPrism(Shape):
     """Rectangular prism B × D × H, with the width B along the azimuth that it faces and the depth D = aspect · B."""
 
     name: ClassVar[str] = "rectangle"
-    aspect_is_parameter: ClassVar[bool] = True
+    depth_over_width_is_parameter: ClassVar[bool] = True
 
     @override
     def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:

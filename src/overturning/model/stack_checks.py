@@ -17,7 +17,7 @@ from overturning.model.stack_stones import (
     end_x_of_lowest_or_highest_face,
     stack_stone_of_element,
 )
-from overturning.model.stack_touch import ContactBeforeTipping, face_contacts_before_tipping
+from overturning.model.stack_touch import ContactBeforeTipping, lower_faces_touched_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
 MIN_GROUND_MARGIN_AROUND_STACK_M: Final = 5.0
@@ -106,7 +106,7 @@ def reasons_stones_do_not_stand(stones: list[StackStone]) -> list[str]:
     return faults or [
         f"the outline of element {touch.tipping_stone_name} would meet the face below {_contact_tilt_text(touch)} "
         f"over the edge of its base at {math.degrees(touch.tipping_tilt_rad):.3g}°"
-        for touch in face_contacts_before_tipping(stones)
+        for touch in lower_faces_touched_before_tipping(stones)
         if touch.touched_face.depth_below_base_of_tipping_stone == 0.0
     ]
 
@@ -118,7 +118,7 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     simulation does not have this contact: the stone passes through the face.
     """
     first: dict[str, ContactBeforeTipping] = {}
-    for touch in face_contacts_before_tipping(stones):
+    for touch in lower_faces_touched_before_tipping(stones):
         if touch.touched_face.depth_below_base_of_tipping_stone > 0.0:
             first.setdefault(touch.tipping_stone_name, touch)
     return [

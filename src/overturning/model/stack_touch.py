@@ -23,7 +23,7 @@ TILT_DIRECTION_COUNT: Final = 360
 TOUCH_CHECK_PARTS_PER_OUTLINE_SIDE: Final = 64
 """Number of equal parts into which a side of an outline is divided: its points, too, can meet the rim of a face."""
 
-TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS: Final = 8
+TOUCH_CHECK_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS: Final = 8
 """Number of equal parts into which the depth of a stone, and the radius of a base, is divided."""
 
 RELATIVE_ROUNDING_TOLERANCE: Final = 1e-9
@@ -49,7 +49,7 @@ class ContactBeforeTipping(NamedTuple):
     tipping_tilt_rad: float  # tilt at which the stone balances on that edge, rad
 
 
-def face_contacts_before_tipping(stones: list[StackStone]) -> list[ContactBeforeTipping]:
+def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[ContactBeforeTipping]:
     """Return the further faces below that stones of a stack would touch before they tip, from the lowest stone up.
 
     Parameters
@@ -108,7 +108,7 @@ def _first_contact_with_face(
     early = critical * (1.0 - RELATIVE_ROUNDING_TOLERANCE)
     if face.corners_or_none_if_unbounded is not None and np.any(tilt < early):
         points = _surface_points_to_test_for_contact(
-            stone, TOUCH_CHECK_PARTS_PER_OUTLINE_SIDE, TEST_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS
+            stone, TOUCH_CHECK_PARTS_PER_OUTLINE_SIDE, TOUCH_CHECK_PARTS_PER_STONE_DEPTH_OR_BASE_RADIUS
         )
         tilt = np.minimum(
             _least_tilt_for_point_to_touch_face(stone, points, ahead, edge, face),

@@ -20,6 +20,6 @@ class CaseStatus(IntEnum):
     """Needs more block steps (time steps × free elements) than a case may take; see `NumericalOptions`."""
 
     @property
-    def has_outcome(self) -> bool:
+    def trajectory_has_known_outcome(self) -> bool:
         """True if the outcome is known: the case was simulated to its end, or the base motion is too weak."""
         return self in (CaseStatus.SIMULATED, CaseStatus.AT_REST)

@@ -101,7 +101,7 @@ def fall_tilt_by_lean_direction(
     found = _lowest_vertex_changes(hull, ends, sides)
     off_base = (
         -hull.outward_triangle_normals[
-            _final_resting_triangles(hull, largest_extent)[found.triangle_index_rolled_towards], 2
+            _resting_triangle_after_rolling_by_triangle(hull, largest_extent)[found.triangle_index_rolled_towards], 2
         ]
         < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
     )
@@ -228,7 +228,7 @@ def _lowest_vertex_changes(
     return LowestVertexChangesOnLeaning(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
-def _final_resting_triangles(hull: ConvexHull, largest_extent: float) -> NDArray[np.int64]:
+def _resting_triangle_after_rolling_by_triangle(hull: ConvexHull, largest_extent: float) -> NDArray[np.int64]:
     """Return, for each triangle of a hull, the triangle on which a body placed on it comes to rest after rolling.
 
     The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.

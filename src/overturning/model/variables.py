@@ -96,7 +96,7 @@ _PEAK_PENETRATION_VARIABLE: Final = OutcomeVariable("peak_penetration", "f4", "l
 _ENERGY_ERROR_VARIABLE: Final = OutcomeVariable(
     "energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"
 )
-_MEMBER_COUNT_VARIABLE: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
+_COUNT_OF_MEMBERS_WITH_OUTCOME_VARIABLE: Final = OutcomeVariable("members", "i2", "ensemble members with an outcome")
 
 PLANAR_OUTCOME_VARIABLES: Final = (
     OutcomeVariable("overturned", "i1", "side to which the block falls", "1", True, is_odd_under_mirroring=True,
@@ -192,7 +192,7 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
         )
         for side, other in (("towards", "away"), ("away", "towards"))
     ),
-    _MEMBER_COUNT_VARIABLE,
+    _COUNT_OF_MEMBERS_WITH_OUTCOME_VARIABLE,
 )  # fmt: skip
 """Ensemble variables of planar models."""
 
@@ -227,7 +227,7 @@ BODY_ENSEMBLE_VARIABLES: Final = (
         )
     ),
     OutcomeVariable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
-    _MEMBER_COUNT_VARIABLE,
+    _COUNT_OF_MEMBERS_WITH_OUTCOME_VARIABLE,
 )  # fmt: skip
 """Ensemble variables of a 3-D body."""
 

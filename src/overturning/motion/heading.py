@@ -18,7 +18,7 @@ _DAUBECHIES_SCALING_FILTER = np.array([
 ])  # fmt: skip
 """Scaling filter of the Daubechies wavelet with four vanishing moments (Daubechies 1992, Ten Lectures, table 6.1)."""
 
-_WAVELET_CYCLES_IN_SUPPORT, _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS = 5, 7
+_WAVELET_PEAK_FREQUENCY_CYCLES_IN_SUPPORT, _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS = 5, 7
 """Number of cycles in the support of the wavelet, at the peak of its Fourier amplitude, and length of the support."""
 
 _WAVELET_SAMPLES_PER_ARGUMENT_UNIT = 256
@@ -82,13 +82,15 @@ def strongest_pulse_axis_deg_and_period_s(motion: Accelerogram) -> tuple[float, 
         return float("nan"), float("nan")
     step = max(1, int(np.floor(0.1 * PULSE_PERIOD_CANDIDATES_S[0] / motion.sampling_interval)))
     interval, series = step * motion.sampling_interval, velocity[:, ::step]
-    count = series.shape[1] + int(_WAVELET_CYCLES_IN_SUPPORT * PULSE_PERIOD_CANDIDATES_S[-1] / interval) + 1
+    count = (
+        series.shape[1] + int(_WAVELET_PEAK_FREQUENCY_CYCLES_IN_SUPPORT * PULSE_PERIOD_CANDIDATES_S[-1] / interval) + 1
+    )
     spectrum = np.fft.rfft(series, count)
     wavelet = daubechies_wavelet_values()
     places = np.arange(wavelet.size) / _WAVELET_SAMPLES_PER_ARGUMENT_UNIT
     best, found = 0.0, (float("nan"), float("nan"))
     for period in PULSE_PERIOD_CANDIDATES_S:
-        scale = _WAVELET_CYCLES_IN_SUPPORT / _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS * period
+        scale = _WAVELET_PEAK_FREQUENCY_CYCLES_IN_SUPPORT / _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS * period
         stretched = np.interp(
             np.arange(0.0, _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS, interval / scale), places, wavelet
         ) / np.sqrt(scale)

@@ -9,7 +9,7 @@ from overturning.arrays import ArrayLike, FloatArray, convert_argument_to_float_
 from overturning.errors import ArgumentError, OverturningError, refuse_unknown_keywords
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.integration import integrate
-from overturning.motion.plausible import implausible_amplitude_reason, reasons_to_doubt_recorded_axes
+from overturning.motion.plausible import implausible_amplitude_reason, warnings_of_dead_equal_or_clipped_axes
 from overturning.motion.streams import accelerations_interval_and_start_of_stream
 
 if TYPE_CHECKING:
@@ -244,7 +244,7 @@ class Motion(Accelerogram):
         motion = cls(**values, sampling_interval=interval)
         motion.start = start
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
-        for why in reasons_to_doubt_recorded_axes(motion.components, ("north", "east", "up")):
+        for why in warnings_of_dead_equal_or_clipped_axes(motion.components, ("north", "east", "up")):
             warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
             if speed[-1] > _MAX_FINAL_TO_PEAK_VELOCITY_WITHOUT_DRIFT * speed.max():

@@ -9,7 +9,7 @@ from numba import njit
 from overturning.arrays import FloatArray
 from overturning.kernel_cache import cache_compiled_kernel
 
-_AZIMUTHS_PER_GROUP: Final = 18
+_AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST: Final = 18
 """Number of azimuths that one test of a sample covers."""
 
 _BOUND_FACTOR_FOR_ROUNDING: Final = 1.0 - 1e-9
@@ -50,18 +50,22 @@ def largest_filtered_motion_along_azimuths(
     cosines = np.ascontiguousarray(north_east_cosines_by_azimuth, dtype=np.float64)
     largest = np.zeros(len(cosines))
     coefficients = np.stack([filter_numerator_coefficients, filter_denominator_coefficients])
-    _update_largest_filtered_motion(north, east, coefficients, cosines, _initial_azimuth_group_table(cosines), largest)
+    _update_largest_filtered_motion(
+        north, east, coefficients, cosines, _middle_azimuths_and_max_sines_of_groups(cosines), largest
+    )
     return largest
 
 
-def _initial_azimuth_group_table(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
+def _middle_azimuths_and_max_sines_of_groups(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
     """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
     """
-    table = np.zeros((-(-len(north_east_cosines_by_azimuth) // _AZIMUTHS_PER_GROUP), 4))
-    for row, first in zip(table, range(0, len(north_east_cosines_by_azimuth), _AZIMUTHS_PER_GROUP), strict=True):
-        group = north_east_cosines_by_azimuth[first : first + _AZIMUTHS_PER_GROUP]
+    table = np.zeros((-(-len(north_east_cosines_by_azimuth) // _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST), 4))
+    for row, first in zip(
+        table, range(0, len(north_east_cosines_by_azimuth), _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST), strict=True
+    ):
+        group = north_east_cosines_by_azimuth[first : first + _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST]
         row[:2] = group[len(group) // 2]
         row[2] = np.abs(row[0] * group[:, 1] - row[1] * group[:, 0]).max()
     return table
@@ -116,7 +120,10 @@ def _update_largest_filtered_motion(
                 >= azimuth_group_cosines_sine_and_bound_in_place[group, 3]
             ):
                 lowest = math.inf
-                for k in range(group * _AZIMUTHS_PER_GROUP, min((group + 1) * _AZIMUTHS_PER_GROUP, count)):
+                for k in range(
+                    group * _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST,
+                    min((group + 1) * _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST, count),
+                ):
                     largest_absolute_value_by_azimuth_in_place[k] = max(
                         largest_absolute_value_by_azimuth_in_place[k],
                         abs(north_east_cosines_by_azimuth[k, 0] * n + north_east_cosines_by_azimuth[k, 1] * e),

@@ -154,7 +154,7 @@ def dead_horizontal_axis_reason(acceleration_components: Sequence[FloatArray], a
     return ""
 
 
-def reasons_to_doubt_recorded_axes(
+def warnings_of_dead_equal_or_clipped_axes(
     acceleration_components: Sequence[FloatArray], axis_names: Sequence[str]
 ) -> list[str]:
     """Return warnings about components of a record that are dead, equal another component or are clipped.

@@ -235,11 +235,11 @@ def _propagate_with_zero_padding(
         change < EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE,
         change,
         strain,
-        _effective_strain_and_exceeded_curve_end(profile[:-1], soil_layers_from_surface_down),
+        _strain_and_curve_end_of_layer_most_beyond_curve(profile[:-1], soil_layers_from_surface_down),
     )
 
 
-def _effective_strain_and_exceeded_curve_end(
+def _strain_and_curve_end_of_layer_most_beyond_curve(
     pystrata_profile_layers: Sequence[Any], soil_layers_from_surface_down: Sequence[SoilLayer]
 ) -> tuple[float, float] | None:
     """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.

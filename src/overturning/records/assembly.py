@@ -81,7 +81,7 @@ def assemble_record(
     user_declared_properties = user_declared_properties or DeclaredFileProperties()
     refusals = AssemblyRefusalCollector(trust_contradictions=user_declared_properties.trust_data)
     name = components[0].file_name if components else record_id
-    components, notes = _orient_or_omit_vertical_components_with_notes(
+    components, notes = _set_unknown_vertical_sense_or_omit_with_notes(
         components, user_declared_properties.vertical_sense
     )
     notes += [
@@ -321,7 +321,7 @@ def _order_components_set_azimuths_and_check(
     return [*horizontal, *vertical]
 
 
-def _orient_or_omit_vertical_components_with_notes(
+def _set_unknown_vertical_sense_or_omit_with_notes(
     components: Sequence[RecordComponent], declared_vertical_sense: VerticalSense | None
 ) -> tuple[list[RecordComponent], list[str]]:
     """Set a vertical axis of unknown sense to the sense (up or down) given by the user, or omit it; return notes."""

@@ -122,7 +122,7 @@ def direction_with_channel_code_fallback_and_notes(
     return coded, (f"{reason_direction_is_unknown}; the code of channel {channel_code} says {where}",)
 
 
-MAX_AXIS_MISALIGNMENT_DEG: Final = 5.0
+MAX_AXIS_TILT_FROM_LEVEL_OR_VERTICAL_DEG: Final = 5.0
 """Largest angle between the horizontal (or vertical) and an axis that is read as horizontal (vertical), degrees."""
 
 MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
@@ -144,10 +144,11 @@ def direction_from_azimuth_and_dip_with_notes(
         return UNKNOWN_DIRECTION, ()
     steep = abs(dip_deg) > 45.0
     inclination = abs(abs(dip_deg) - 90.0) if steep else abs(dip_deg)
-    if not inclination <= MAX_AXIS_MISALIGNMENT_DEG:
+    if not inclination <= MAX_AXIS_TILT_FROM_LEVEL_OR_VERTICAL_DEG:
         raise RecordError(
-            f"{file_and_channel_label} dips by {dip_deg:g}°; only axes within {MAX_AXIS_MISALIGNMENT_DEG:g}° of "
-            "horizontal or vertical are read: rotate its sensor's channels to north, east and up, or correct the dip"
+            f"{file_and_channel_label} dips by {dip_deg:g}°; only axes within "
+            f"{MAX_AXIS_TILT_FROM_LEVEL_OR_VERTICAL_DEG:g}° of horizontal or vertical are read: "
+            "rotate its sensor's channels to north, east and up, or correct the dip"
         )
     direction: AzimuthAndVerticalSense = (None, 1 if dip_deg < 0 else -1) if steep else UNKNOWN_DIRECTION
     if not steep and azimuth_deg is not None:

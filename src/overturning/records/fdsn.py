@@ -22,7 +22,7 @@ from overturning.records.source import SourceFile, is_web_page
 SEED_CODE_NAMES = ("network", "station", "location", "channel")
 DEFAULT_WINDOW_START_BEFORE_ORIGIN_S, DEFAULT_WINDOW_END_AFTER_ORIGIN_S = 30.0, 270.0
 """Default start and end of the window, s before and after the origin time of an event."""
-MAX_MISSING_TIME_AT_WINDOW_END_WITHOUT_NOTE_S = 2.0
+MAX_UNREPORTED_GAP_AT_EITHER_WINDOW_END_S = 2.0
 """Longest missing part at either end of the window without a note, s."""
 
 
@@ -130,7 +130,7 @@ def _incomplete_channel_notes(
         lost = [
             f"{word} {s:.0f} s"
             for word, s in zip(("first", "last"), ends, strict=True)
-            if s > MAX_MISSING_TIME_AT_WINDOW_END_WITHOUT_NOTE_S
+            if s > MAX_UNREPORTED_GAP_AT_EITHER_WINDOW_END_S
         ]
         if lost:
             name = waveform_file.name

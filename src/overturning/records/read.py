@@ -30,7 +30,7 @@ from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.source import is_archive, read_source_file
 from overturning.records.steps import ProcessingSteps, Step
-from overturning.records.store import round_to_stored_precision
+from overturning.records.store import round_samples_to_stored_decimals
 from overturning.validation import describe_invalid_keys
 
 COORDINATES_WITHOUT_SOURCE_NOTE: Final = (
@@ -46,11 +46,11 @@ def read_record(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     are inconsistent, a `ConfigError` for an unknown format.
     """
     return copy_record_with_metadata_of_table_row(
-        read_record_without_descriptive_columns(table_row, data_dir), table_row
+        read_record_without_station_and_event_names(table_row, data_dir), table_row
     )
 
 
-def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir: Path | str) -> Record:
+def read_record_without_station_and_event_names(table_row: RecordTableRow, data_dir: Path | str) -> Record:
     """Read a record from its files; station, event and site names of the record table are not added.
 
     The errors are those of `read_record`.
@@ -68,7 +68,7 @@ def read_record_without_descriptive_columns(table_row: RecordTableRow, data_dir:
     else:
         components = _read_record_components(table_row, data_dir)
         source = f"{components[0].format_name if components else table_row.format} {table_row.source}"
-        record = _assemble_record_of_chosen_sensor(
+        record = _assemble_record_of_declared_sensor(
             components, table_row.id, table_row.declared_file_properties, source=source
         )
         paths = paths_of_record_files(table_row, Path(data_dir))
@@ -129,7 +129,7 @@ def _drop_empty_values(metadata_value_by_name: dict[str, Any]) -> dict[str, Any]
     return {name: value for name, value in metadata_value_by_name.items() if value not in (None, "")}
 
 
-def _assemble_record_of_chosen_sensor(
+def _assemble_record_of_declared_sensor(
     components: Sequence[RecordComponent],
     record_id: str,
     user_declared_properties: DeclaredFileProperties,
@@ -181,7 +181,7 @@ def read_record_without_processing(
         components = read_components(map(read_source_file, paths), user_declared_properties)
     else:
         components, paths = read_components_and_paths_of_file_and_siblings(paths[0], user_declared_properties)
-    record = _assemble_record_of_chosen_sensor(
+    record = _assemble_record_of_declared_sensor(
         components, record_id or paths[0].name.split(".")[0].lower(), user_declared_properties
     )
     return copy_record_with_added_notes(
@@ -325,4 +325,4 @@ def read(
     record = read_record_without_processing(paths, DeclaredFileProperties(**user_declared_properties), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
-    return round_to_stored_precision(process_record(record, steps))
+    return round_samples_to_stored_decimals(process_record(record, steps))

@@ -17,10 +17,10 @@ STORED_ACCELERATION_DECIMALS = 9
 MOTION_FILE_SCHEMA = "overturning motion 1"
 
 _RECORD_TEXT_FIELD_NAMES = ("record_id", "start", "station", "event", "source", "sha256", "licence")
-_RECORD_NUMBER_FIELD_NAMES = ("fault_strike_deg", "latitude", "longitude")
+_OPTIONAL_NUMERIC_RECORD_FIELD_NAMES = ("fault_strike_deg", "latitude", "longitude")
 
 
-def round_to_stored_precision(record: Record) -> Record:
+def round_samples_to_stored_decimals(record: Record) -> Record:
     """Round the samples of a record to the precision of stored files, 1e-9 m/s².
 
     Negative zeros become zeros.
@@ -35,7 +35,7 @@ def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_re
     """
     import netCDF4
 
-    record = round_to_stored_precision(record)
+    record = round_samples_to_stored_decimals(record)
     with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
         file.setncatts(_record_netcdf_attributes(record))
         _write_record_time_series(file, record)
@@ -44,7 +44,7 @@ def write_record_to_motion_file(record: Record, path: Path | str, unprocessed_re
             if unprocessed_record.start:
                 file.start_unprocessed = unprocessed_record.start
             _write_record_time_series(
-                file, round_to_stored_precision(unprocessed_record), "_unprocessed", ", before processing"
+                file, round_samples_to_stored_decimals(unprocessed_record), "_unprocessed", ", before processing"
             )
 
 
@@ -78,7 +78,9 @@ def _record_netcdf_attributes(record: Record) -> dict[str, Any]:
     }
     attributes |= {name: getattr(record, name) for name in _RECORD_TEXT_FIELD_NAMES if getattr(record, name)}
     attributes |= {
-        name: float(getattr(record, name)) for name in _RECORD_NUMBER_FIELD_NAMES if getattr(record, name) is not None
+        name: float(getattr(record, name))
+        for name in _OPTIONAL_NUMERIC_RECORD_FIELD_NAMES
+        if getattr(record, name) is not None
     }
     if record.component_azimuths_deg:
         attributes["component_azimuths_deg"] = np.array(record.component_azimuths_deg, dtype=np.float64)
@@ -126,7 +128,9 @@ def _read_stored_record(path: Path, variable_name_suffix: str) -> Record:
             fields: dict[str, Any] = {
                 name: str(attributes[name]) for name in _RECORD_TEXT_FIELD_NAMES if name in attributes
             }
-            fields |= {name: float(attributes[name]) for name in _RECORD_NUMBER_FIELD_NAMES if name in attributes}
+            fields |= {
+                name: float(attributes[name]) for name in _OPTIONAL_NUMERIC_RECORD_FIELD_NAMES if name in attributes
+            }
             azimuths = np.atleast_1d(attributes.get("component_azimuths_deg", ()))
             return Record(
                 north=samples["north"],

@@ -20,9 +20,9 @@ from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
 from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
-from overturning.figures.record import scene_and_element_title_line
+from overturning.figures.record import second_title_line_with_scene_and_element
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import earthquake_map_figures, mappable_earthquakes
+from overturning.figures.site_map import figures_with_several_earthquake_maps, mappable_earthquakes
 from overturning.figures.study import all_records_figure_functions_by_name
 from overturning.figures.style import arrange_panels_for_phone, use_package_matplotlib_settings
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
@@ -182,7 +182,9 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
     )
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         yield "axes", draw["axes"]()
-    for number, figure in enumerate(earthquake_map_figures(mappable_earthquakes(results.reference_element_cube)), 1):
+    for number, figure in enumerate(
+        figures_with_several_earthquake_maps(mappable_earthquakes(results.reference_element_cube)), 1
+    ):
         yield f"maps/{number}", figure
     if not findings.direction.has_fall_axis_comparable_with_fault:
         yield "rose", draw["rose"]()
@@ -196,7 +198,8 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
         yield (
             f"polar/{record.record}",
             fall_map_figure(
-                one.sel(default_figure_values_by_dimension_name(one)), f"{title}{scene_and_element_title_line(one)}"
+                one.sel(default_figure_values_by_dimension_name(one)),
+                f"{title}{second_title_line_with_scene_and_element(one)}",
             ),
         )
 

@@ -113,7 +113,7 @@ def format_fragility_median_or_interval(
     """Format a fragility median (or its interval); values outside the data's range become "> 1.4" or "< 0.2"."""
     decimals = _decimals_of_fragility_median_and_interval(fragility_curve)
 
-    def format_value_or_limit_of_data(median_or_interval_end: float | None) -> str:
+    def format_value_or_bound_if_outside_data(median_or_interval_end: float | None) -> str:
         """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
         if _is_none_or_nan(median_or_interval_end) or median_or_interval_end is None:
             return NO_VALUE
@@ -126,12 +126,12 @@ def format_fragility_median_or_interval(
         )
 
     return (
-        format_value_or_limit_of_data(fragility_curve.median)
+        format_value_or_bound_if_outside_data(fragility_curve.median)
         if shows_median
         else NO_VALUE
         if _is_none_or_nan(fragility_curve.low)
         else word_between_ends.join(
-            format_value_or_limit_of_data(end) for end in (fragility_curve.low, fragility_curve.high)
+            format_value_or_bound_if_outside_data(end) for end in (fragility_curve.low, fragility_curve.high)
         )
     )
 
@@ -198,7 +198,7 @@ def _is_none_or_nan(value: float | None) -> bool:
     return value is None or math.isnan(value)
 
 
-TEMPLATE_FILTERS: Final[dict[str, Callable[..., str]]] = {
+LANGUAGE_INDEPENDENT_TEMPLATE_FILTERS: Final[dict[str, Callable[..., str]]] = {
     "number": format_number,
     "significant": format_significant_digits,
     "percent": format_percent,

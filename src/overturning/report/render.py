@@ -16,7 +16,7 @@ from mdit_py_plugins.container import container_plugin
 from pydantic import BaseModel
 
 from overturning.errors import ResultError
-from overturning.report.filters import FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS, TEMPLATE_FILTERS
+from overturning.report.filters import FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS, LANGUAGE_INDEPENDENT_TEMPLATE_FILTERS
 from overturning.translation.texts import LANGUAGES, read_label_translations, translate, translate_whole_text_by_table
 
 MARKDOWN_CONTAINER_NAMES: Final = (
@@ -107,7 +107,7 @@ def create_template_environment(language: str) -> jinja2.Environment:
         comment_start_string="<#",
         comment_end_string="#>",
     )
-    loaded.filters |= TEMPLATE_FILTERS
+    loaded.filters |= LANGUAGE_INDEPENDENT_TEMPLATE_FILTERS
     loaded.filters |= {
         name: partial(each, word_between_ends=labels["to"])
         for name, each in FILTERS_WITH_WORD_BETWEEN_INTERVAL_ENDS.items()

@@ -71,7 +71,7 @@ def fault_normal_alignments_by_record_group(
         Bootstrap samples.
     """
     sums = apply_to_record_batches_and_join(
-        partial(_sum_fall_vectors_by_block_selection, block_selection_rules),
+        partial(_count_falls_and_sum_fall_axes_by_selection_rule, block_selection_rules),
         cube,
         default_model_for_results_cube(cube).variable_names_read_for_fall_probability,
     ).transpose("record", "rule")
@@ -93,7 +93,7 @@ def fault_normal_alignments_by_record_group(
     return found
 
 
-def _sum_fall_vectors_by_block_selection(
+def _count_falls_and_sum_fall_axes_by_selection_rule(
     block_selection_rules: Sequence[BlockSelectionRule], cube: xr.Dataset
 ) -> xr.Dataset:
     """Count falls and sum cosines and sines of doubled fall azimuths, for each record and block selection rule.

@@ -265,7 +265,7 @@ def first_minus_second_mean_fall_alignment(
     return MeanOverEarthquakes(n, difference, *ends)
 
 
-MIN_EPICENTRAL_DISTANCE_KM: Final = 1.0
+MIN_EPICENTRAL_DISTANCE_FOR_RADIAL_DIRECTION_KM: Final = 1.0
 """Smallest epicentral distance with a radial direction, km; epicentres are not located more accurately."""
 
 
@@ -285,7 +285,7 @@ def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     -------
     DataArray
         Degrees clockwise from north, 0 to 360; NaN where a location is unknown, and within
-        `MIN_EPICENTRAL_DISTANCE_KM`.
+        `MIN_EPICENTRAL_DISTANCE_FOR_RADIAL_DIRECTION_KM`.
     """
     names = [f"{where}_{name}" for where in ("epicentre", "station") for name in ("latitude", "longitude")]
     if any(name not in cube.variables for name in names):
@@ -296,12 +296,14 @@ def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     # East and north components of the unit vector to the epicentre, in the axes of the station.
     towards_east = -np.cos(latitude0) * np.sin(east)
     towards_north = np.cos(latitude) * np.sin(latitude0) - np.sin(latitude) * np.cos(latitude0) * np.cos(east)
-    far = np.hypot(towards_east, towards_north) >= math.sin(MIN_EPICENTRAL_DISTANCE_KM / EARTH_RADIUS_KM)
+    far = np.hypot(towards_east, towards_north) >= math.sin(
+        MIN_EPICENTRAL_DISTANCE_FOR_RADIAL_DIRECTION_KM / EARTH_RADIUS_KM
+    )
     radial = np.degrees(np.arctan2(-towards_east, -towards_north)) % 360.0
     return radial.where(far)
 
 
-_INTENSITY_VARIABLE_BY_REFERENCE = {
+_AZIMUTH_VARIABLE_BY_REFERENCE_DIRECTION = {
     "peak velocity": "pgv_azimuth",
     "peak acceleration": "pga_azimuth",
     "pulse": "pulse_axis",
@@ -353,7 +355,7 @@ def alignments_with_references_by_record_group(
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {
         name: reference_azimuths[of].drop_vars("record", errors="ignore")
-        for name, of in _INTENSITY_VARIABLE_BY_REFERENCE.items()
+        for name, of in _AZIMUTH_VARIABLE_BY_REFERENCE_DIRECTION.items()
     }
     events, cosines = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
     references["fault normal"], radial = cube["fault_normal"], azimuth_away_from_epicentre(cube)

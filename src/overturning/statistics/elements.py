@@ -169,15 +169,17 @@ def summarise_element_displacements(cube: xr.Dataset) -> list[ElementDisplacemen
             name,
             sum(map(len, slips[place])),
             int(fallen[place]),
-            _median_and_90th_percentile(slips[place]),
-            _median_and_90th_percentile(twists[place]),
+            _pooled_median_and_90th_percentile(slips[place]),
+            _pooled_median_and_90th_percentile(twists[place]),
             int(slid[place]) if has_slides else None,
         )
         for place, name in enumerate(names)
     ]
 
 
-def _median_and_90th_percentile(values_of_standing_cases_by_record: list[NDArray[np.float32]]) -> tuple[float, float]:
+def _pooled_median_and_90th_percentile(
+    values_of_standing_cases_by_record: list[NDArray[np.float32]],
+) -> tuple[float, float]:
     """Compute the median and the 90th percentile of values of all records together; NaN if there are none."""
     values = np.concatenate(values_of_standing_cases_by_record).astype(np.float64)
     median, most = np.quantile(values, _DISPLACEMENT_QUANTILES).tolist() if values.size else (math.nan, math.nan)

@@ -44,7 +44,7 @@ class FittedFragilityCurve:
         Range of the fitted intensities; the curve is not valid outside.
     record_variance_share : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
-    median_interval_and_log_std_in_data_range : float, ConfidenceInterval, float
+    median_interval_and_log_std_censored_to_data : float, ConfidenceInterval, float
         Median, its interval and the spread within the range of the data: values above `max_fitted_intensity` are
         infinite, values below `min_fitted_intensity` are 0; the spread is NaN if the median lies outside.
     """
@@ -62,7 +62,7 @@ class FittedFragilityCurve:
     @property
     def log_std_between_records_and_between_stones(self) -> tuple[float, float]:
         """Standard deviations of ln(intensity) between records, and between stones under one record; NaN if unknown."""
-        spread = self.median_interval_and_log_std_in_data_range[2]
+        spread = self.median_interval_and_log_std_censored_to_data[2]
         return spread * math.sqrt(self.record_variance_share), spread * math.sqrt(1 - self.record_variance_share)
 
     @property
@@ -71,7 +71,7 @@ class FittedFragilityCurve:
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.stone_class.replace("/", "").replace(".", "p"))
 
     @property
-    def median_interval_and_log_std_in_data_range(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
+    def median_interval_and_log_std_censored_to_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.max_fitted_intensity else 0.0 if one < self.min_fitted_intensity else one
             for one in (self.median, *self.median_interval)

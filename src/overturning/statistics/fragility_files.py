@@ -27,7 +27,7 @@ def write_fragility_csv(fragility_curves: Sequence[FittedFragilityCurve], csv_pa
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in fragility_curves:
-        median, ends, spread = one.median_interval_and_log_std_in_data_range
+        median, ends, spread = one.median_interval_and_log_std_censored_to_data
         values = (
             median,
             *ends,

@@ -12,7 +12,7 @@ from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 MAX_REPORT_MAPS = 4
 """Largest number of maps."""
 
-EVERY_RECORD_REASON, MOST_ALIGNED_REASON, MEDIAN_ALIGNED_REASON, LEAST_ALIGNED_REASON = (
+ALL_RECORDS_SHOWN_REASON, MOST_ALIGNED_REASON, MEDIAN_ALIGNMENT_REASON, LEAST_ALIGNED_REASON = (
     "every record",
     "most aligned",
     "median",
@@ -63,7 +63,7 @@ def choose_records_for_report_maps(
     """
     if fault_normal_alignment_by_record.size <= MAX_REPORT_MAPS:
         return [
-            RecordChosenForReportMap(place, EVERY_RECORD_REASON)
+            RecordChosenForReportMap(place, ALL_RECORDS_SHOWN_REASON)
             for place in range(fault_normal_alignment_by_record.size)
         ]
     members = next(iter(record_masks_by_group(cube).values()))
@@ -79,7 +79,7 @@ def choose_records_for_report_maps(
         wanted += [
             (MOST_ALIGNED_REASON, by_alignment),
             (LEAST_ALIGNED_REASON, by_alignment[::-1]),
-            (MEDIAN_ALIGNED_REASON, [by_alignment[rank] for rank in nearest]),
+            (MEDIAN_ALIGNMENT_REASON, [by_alignment[rank] for rank in nearest]),
         ]
     last = (
         (CLEAREST_AXIS_REASON, clear)
@@ -95,7 +95,7 @@ def choose_records_for_report_maps(
             chosen.append(RecordChosenForReportMap(place, reason))
     reasons = (
         MOST_ALIGNED_REASON,
-        MEDIAN_ALIGNED_REASON,
+        MEDIAN_ALIGNMENT_REASON,
         LEAST_ALIGNED_REASON,
         CLEAREST_AXIS_REASON,
         FIRST_WITH_FALLS_REASON,

@@ -17,7 +17,7 @@ _NUMERATOR_AND_DENOMINATOR_BY_SHARE: Final = {
 """Counts that are numerator and denominator of each variable of `shares_of_agreeing_2d_and_3d_outcomes`."""
 
 
-def count_agreements_of_2d_and_3d_outcomes(cube: xr.Dataset) -> xr.Dataset:
+def count_agreeing_and_differing_2d_3d_outcomes(cube: xr.Dataset) -> xr.Dataset:
     """Count, by record and B/H, cases in which 2-D simulation in the planes of the faces agrees with 3-D simulation.
 
     Cases in which the models differ are counted, too.
@@ -53,7 +53,8 @@ def _count_2d_and_3d_agreements_of_batch(cube: xr.Dataset) -> xr.Dataset:
 def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Compute shares of cases in which 2-D simulation in the planes of the faces agrees with 3-D simulation.
 
-    The counts of `count_agreements_of_2d_and_3d_outcomes` are summed over all dimensions but those of ``kept_dims``.
+    The counts of `count_agreeing_and_differing_2d_3d_outcomes` are summed over all dimensions but those of
+    ``kept_dims``.
 
     Returns
     -------

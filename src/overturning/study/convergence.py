@@ -11,7 +11,7 @@ from overturning.study.answers import OutcomeDifferenceCounts
 RELATIVE_AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
 
-MAX_RELATIVE_AMPLITUDE_CHANGE: Final = 0.01
+LARGEST_AMPLITUDE_CHANGE_IN_COMPARED_RERUNS: Final = 0.01
 """Largest relative change of the motion's amplitude with which falls are simulated again, to compare them."""
 
 MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG: Final = 30.0

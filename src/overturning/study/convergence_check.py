@@ -31,7 +31,7 @@ from overturning.study.answers import (
     mask_of_cases_with_different_falls,
 )
 from overturning.study.convergence import (
-    MAX_RELATIVE_AMPLITUDE_CHANGE,
+    LARGEST_AMPLITUDE_CHANGE_IN_COMPARED_RERUNS,
     MIN_COUNTED_FALL_AZIMUTH_SHIFT_DEG,
     RELATIVE_AMPLITUDE_PERTURBATION,
     ChangesWithFinerSteps,
@@ -43,7 +43,12 @@ from overturning.study.convergence import (
     RigidComparison,
 )
 from overturning.study.sample import RandomCaseSample
-from overturning.study.scenes import ground_motion_for_variant, numerical_options_of_study, variant_grid, variant_model
+from overturning.study.scenes import (
+    numerical_options_of_study,
+    record_motion_with_up_only_if_variant_uses_it,
+    variant_grid,
+    variant_model,
+)
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -56,7 +61,7 @@ CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN: Final = 4.0
 PILOT_CASE_COUNT: Final = 16
 """Number of cases that are run first, to estimate the cost of a case."""
 
-MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER: Final = 9.0
+MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS: Final = 9.0
 """Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
@@ -83,11 +88,11 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
     runs = _CaseReruns(study, records, case_sample, thread_count, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.rerun_cases_within_budget_unless_refused(
-        "stiffer", 1.0 + MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER, allowed
+        "stiffer", 1.0 + MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS, allowed
     ):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
-        affordable = np.cumsum(MAX_STEP_COUNT_RATIO_OF_FINER_TO_STIFFER * spent)
-        runs.try_rerunning_first_cases(
+        affordable = np.cumsum(MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS * spent)
+        runs.rerun_first_cases_unless_refused(
             "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
         )
     else:
@@ -134,7 +139,10 @@ class _CaseReruns:
         progress: ProgressCallback | None,
     ) -> None:
         self.sample, self.threads, self.progress = case_sample, thread_count, progress
-        self.motions, self.grid = [ground_motion_for_variant(study, record) for record in records], variant_grid(study)
+        self.motions, self.grid = (
+            [record_motion_with_up_only_if_variant_uses_it(study, record) for record in records],
+            variant_grid(study),
+        )
         self.rerun_function_by_kind: dict[str, Callable[[Motion, Cases], Any]] = {
             **rerun_functions_by_rerun_kind(study),
             "rigid": simulate_cases_as_exact_rigid_blocks,
@@ -151,14 +159,14 @@ class _CaseReruns:
         size = min(PILOT_CASE_COUNT, most, max(self.sample.simulated_case_count_of_study // 12, 1))
         while size > 0:
             done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
-            if not self.try_rerunning_first_cases(rerun_kind, done):
+            if not self.rerun_first_cases_unless_refused(rerun_kind, done):
                 return False
             mean = total_to_own_block_step_ratio * float(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean())
             affordable = most if mean == 0 else min(most, int(0.95 * max_block_time_steps_of_reruns / mean))
             size = min(affordable - done, 3 * done)
         return True
 
-    def try_rerunning_first_cases(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
+    def rerun_first_cases_unless_refused(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
         """Rerun those of the first cases of the sample that this kind of rerun lacks; return False if it is refused."""
         try:
             more = self._rerun_cases(
@@ -292,7 +300,7 @@ class _CaseReruns:
         if self.is_planar:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).any(axis=1))
-        factors = 1.0 + MAX_RELATIVE_AMPLITUDE_CHANGE * np.array([-1.0, -0.5, 0.5, 1.0])
+        factors = 1.0 + LARGEST_AMPLITUDE_CHANGE_IN_COMPARED_RERUNS * np.array([-1.0, -0.5, 0.5, 1.0])
         # Estimate the cost from the finer steps.
         rows = falls[
             np.cumsum(finer["block_steps"][falls]) * (factors.size / TIME_STEP_DIVISOR_OF_FINER_RERUN)

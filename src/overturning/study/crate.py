@@ -80,7 +80,7 @@ _MEDIA_TYPE_BY_SUFFIX: Final = {
 }
 
 
-def write_ro_crate_metadata_and_complete_study(
+def write_complete_study_file_and_ro_crate_metadata(
     study: Study, results_folder: Path, produced_files_and_folders: Sequence[Path]
 ) -> None:
     """Write the study and the metadata file of a research data package (RO-Crate) into the results folder.

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
-from overturning.model.geometry import default_height_and_b_over_h
+from overturning.model.geometry import rounded_reference_height_and_b_over_h
 from overturning.model.planes import plane_azimuths_alone_impose_fall_axis
 from overturning.model.scene import Scene
 from overturning.model.stack_checks import unsimulated_overhang_contact_warnings
@@ -60,7 +60,7 @@ def implausible_setting_warnings(study: Study) -> Iterator[str]:
             if study.orientation is None:
                 yield from _warnings_if_scene_moves_without_shaking(key, scene, study)
             elif study.is_stack:
-                yield from _overhang_contact_warnings(key, scene, study)
+                yield from _unmodelled_stack_contact_warnings(key, scene, study)
     if study.population is not None:
         yield from _population_outside_grid_warnings(study, study.population)
 
@@ -119,7 +119,7 @@ def warnings_on_ranges_not_reaching_their_stop(study_content: Mapping[str, Any])
 def _block_friction_amplitude_and_contact_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each implausible B/H, friction, amplitude, density or contact stiffness in a study."""
     vertices = study.body is not None and study.body.vertices is not None
-    own = default_height_and_b_over_h(study.scene)[1]
+    own = rounded_reference_height_and_b_over_h(study.scene)[1]
     shapes = [one for one in study.b_over_h if one > MAX_PLAUSIBLE_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (
@@ -206,7 +206,7 @@ def _warnings_if_scene_moves_without_shaking(study_file_key: str, scene: Scene, 
             return
 
 
-def _overhang_contact_warnings(study_file_key: str, scene: Scene, study: Study) -> Iterator[str]:
+def _unmodelled_stack_contact_warnings(study_file_key: str, scene: Scene, study: Study) -> Iterator[str]:
     """Yield a warning for the first B/H at which overhanging stones of a 3-D stack could touch a face not modelled."""
     for b_over_h in study.b_over_h:
         if touches := unsimulated_overhang_contact_warnings(stack_stones(scene, None, b_over_h)):

@@ -38,7 +38,7 @@ SCRAMBLED_SOBOL_SEQUENCE_COUNT: Final = 2
 ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE: Final = 2
 """Number of cells on either side of a change of outcome along B/H with ensemble runs under `where: boundary`."""
 
-MIN_COUNTED_FALL_AZIMUTH_CHANGE_DEG: Final = 30.0
+MIN_FALL_AZIMUTH_CHANGE_BETWEEN_CELLS_DEG: Final = 30.0
 """Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
 
 MEMBERS_PER_BATCH: Final = 8
@@ -50,7 +50,7 @@ MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY = 20_000_000
 MAX_MEMBER_CASES_PER_RUN: Final = 1_000_000
 """Largest number of member cases that are run together (300 MB)."""
 
-CaseRunner = Callable[..., Any]
+EnsembleMemberCaseRunner = Callable[..., Any]
 """Function of cases, progress and, for a scanned stone, a relief (m) that runs cases under the nominal motion."""
 
 ArraysByVariableName = dict[str, NDArray[Any]]
@@ -197,7 +197,7 @@ def mask_of_cases_for_ensemble_runs(
     These are all cells with `choose_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along
     B/H of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
     differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`nominal_fall_azimuth_deg`, NaN without a fall) by `MIN_COUNTED_FALL_AZIMUTH_CHANGE_DEG` or more counts, too.
+    (`nominal_fall_azimuth_deg`, NaN without a fall) by `MIN_FALL_AZIMUTH_CHANGE_BETWEEN_CELLS_DEG` or more counts, too.
     """
     shape = nominal_fall_flags.shape[:grid_dimension_count]
     if choose_all_cells or shape[2] == 1:
@@ -206,7 +206,9 @@ def mask_of_cases_for_ensemble_runs(
     change = change.any(axis=grid_dimension_count) if change.ndim > grid_dimension_count else change
     if nominal_fall_azimuth_deg is not None:
         azimuth = nominal_fall_azimuth_deg.astype(np.float64)
-        turned = angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_COUNTED_FALL_AZIMUTH_CHANGE_DEG
+        turned = (
+            angle_between_azimuths(azimuth[:, :, 1:], azimuth[:, :, :-1]) >= MIN_FALL_AZIMUTH_CHANGE_BETWEEN_CELLS_DEG
+        )
         change = change | (turned.any(axis=grid_dimension_count) if turned.ndim > grid_dimension_count else turned)
     # A change between i and i + 1 selects i − 1 to i + 2.
     reach = ENSEMBLE_CELLS_EACH_SIDE_OF_OUTCOME_CHANGE
@@ -295,7 +297,7 @@ class EnsembleRunner:
         motion: Motion,
         grid: CaseGrid,
         nominal_outcomes_by_variable_name: Mapping[str, NDArray[Any]],
-        run_cases: CaseRunner,
+        run_cases: EnsembleMemberCaseRunner,
         progress: ProgressCallback | None = None,
     ) -> tuple[ArraysByVariableName, int]:
         """Run ensembles of all cases, or of those near an outcome change; return results and cost (steps × stones).
@@ -326,7 +328,9 @@ class EnsembleRunner:
             in_3d = self.model.direction_dimension_name == "orientation"
             azimuth = np.full(flags.shape if in_3d else flags.shape[:2], np.nan)
             of_group = subtask_progress_callback(progress, done / work, (done + len(cells)) / work)
-            block_steps += self._simulate_members_until_converged(grid, cells, run_cases, flags, azimuth, of_group)
+            block_steps += self._run_members_until_converged_and_count_block_steps(
+                grid, cells, run_cases, flags, azimuth, of_group
+            )
             sensor = members.azimuth_change_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.sobol_sequence_number)
             if members.varies_relief:
@@ -337,8 +341,8 @@ class EnsembleRunner:
         self._copy_to_symmetric_cells(grid, arrays, ~computed)
         return arrays, block_steps
 
-    def _simulate_members_until_converged(
-        self, grid: CaseGrid, cell_indices: NDArray[np.int64], run_cases: CaseRunner,
+    def _run_members_until_converged_and_count_block_steps(
+        self, grid: CaseGrid, cell_indices: NDArray[np.int64], run_cases: EnsembleMemberCaseRunner,
         member_fall_flags: NDArray[np.int8], member_fall_azimuths_deg: FloatArray, progress: ProgressCallback | None,
     ) -> int:  # fmt: skip
         """Run members in batches until each case converges; write outcomes to arrays, return cost (steps × stones)."""

@@ -65,7 +65,7 @@ def soil_setting_keys_and_values_of_study(study: Study) -> Iterator[tuple[str, S
             yield f"surveys.{number}.sites.{name}", soil
 
 
-def check_survey_site_names(
+def check_soil_sites_occur_in_survey_table(
     study: Study, survey_index: int, site_names_in_survey_table: Collection[str], study_file_in_error_messages: str
 ) -> None:
     """Raise a `ConfigError` if soil layers are set for a site that does not occur in the survey's table.

@@ -28,7 +28,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     contacts = {f"variants.{name}.": one.contact for name, one in study.variants.items() if one.contact is not None}
     contacts[""] = study.contact
     if study.body is not None:
-        yield from _body_conflict_messages(study, study.body, contacts)
+        yield from _messages_of_settings_incompatible_with_3d_body(study, study.body, contacts)
     elif study.is_stack:
         yield from _stack_conflict_messages(study)
     yield from _messages_on_settings_that_need_a_body(study)
@@ -85,7 +85,7 @@ def _survey_and_published_value_conflict_messages(study: Any) -> Iterator[str]:
             )
 
 
-def _body_conflict_messages(
+def _messages_of_settings_incompatible_with_3d_body(
     study: Any, body_settings: BodySettings, contact_settings_by_key_prefix: dict[str, ContactSettings]
 ) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 3-D body."""

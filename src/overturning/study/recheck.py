@@ -18,8 +18,8 @@ from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cu
 from overturning.study.netcdf import open_netcdf_without_masking_and_scaling, outcome_content_hash
 from overturning.study.scenes import (
     cube_covers_study_grid,
-    ground_motion_for_variant,
     numerical_options_of_study,
+    record_motion_with_up_only_if_variant_uses_it,
     variant_grid,
     variant_model,
 )
@@ -44,7 +44,7 @@ class ResimulationComparison:
     difference_messages: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
-    def is_identical(self) -> bool:
+    def values_are_identical_and_hash_is_correct(self) -> bool:
         """True if all recomputed values are identical, and if the hash stored in the results cube is correct."""
         return not self.difference_messages and self.content_hash_matches
 
@@ -89,7 +89,7 @@ def recompute_and_compare_random_cases(
         """Read the stored motion of a record, without its vertical component if the results cube is without it."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
-        return ground_motion_for_variant(study, read_record_from_motion_file(of_record), variant)
+        return record_motion_with_up_only_if_variant_uses_it(study, read_record_from_motion_file(of_record), variant)
 
     with open_netcdf_without_masking_and_scaling(cube_path, "opened", "run the study again") as file:
         result = ResimulationComparison(prod(shape), outcome_content_hash(file, variables) == file.content_sha256)

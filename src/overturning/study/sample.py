@@ -15,7 +15,7 @@ from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.study.sections import ConvergenceCheckSettings
 
-MIN_FRICTION_WITHOUT_SLIDING: Final = 1.0
+MIN_FRICTION_TO_COMPARE_WITH_NON_SLIDING_BLOCK: Final = 1.0
 """Smallest friction of a rectangular block (with B/H below it) that is compared with a block that cannot slide."""
 
 MAX_CELLS_COMPARED_WITH_RIGID_BLOCK: Final = 25_000
@@ -76,7 +76,7 @@ def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.contact_law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)
-    holds = (friction >= MIN_FRICTION_WITHOUT_SLIDING) & (friction > grid["b_over_h"][:, None])
+    holds = (friction >= MIN_FRICTION_TO_COMPARE_WITH_NON_SLIDING_BLOCK) & (friction > grid["b_over_h"][:, None])
     return np.broadcast_to(holds, grid.shape)
 
 

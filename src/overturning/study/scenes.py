@@ -218,6 +218,8 @@ def names_of_settings_in_which_variants_differ(study: Study, variant: str, other
     return [name for name, differs in differing.items() if differs]
 
 
-def ground_motion_for_variant(study: Study, record: Record, variant: str = NOMINAL_VARIANT) -> Motion:
+def record_motion_with_up_only_if_variant_uses_it(
+    study: Study, record: Record, variant: str = NOMINAL_VARIANT
+) -> Motion:
     """Return the motion of a record for a study or variant, which may omit the vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

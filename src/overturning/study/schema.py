@@ -19,7 +19,7 @@ from pydantic import (
 from overturning.errors import REASON_SEPARATOR
 from overturning.model.cases import MAX_STONE_HEIGHT_M, MIN_STONE_HEIGHT_M, checked_stone_height
 from overturning.model.contact import ContactSettings
-from overturning.model.geometry import default_height_and_b_over_h
+from overturning.model.geometry import rounded_reference_height_and_b_over_h
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import DensityInKgPerM3, Metre
 from overturning.records.site import SoilSite
@@ -58,7 +58,9 @@ FrictionCoefficient = Annotated[float, Field(ge=0, le=100)]
 AmplitudeFactor = Annotated[float, Field(gt=0, le=100)]
 
 
-_KEYS_PRESENT_ONLY_IN_STORED_STUDY: Final = frozenset({"azimuth", "body", "contact", "crate", "figures", "simulation"})
+_KEYS_TOGETHER_ONLY_IN_COMPLETE_STUDY: Final = frozenset(
+    {"azimuth", "body", "contact", "crate", "figures", "simulation"}
+)
 """Some of the keys of a study that was stored complete; nobody writes all of them by hand."""
 
 
@@ -184,7 +186,7 @@ class Study(StrictModel):
                 filled["orientation"] = OrientationRange()
             return cls._fill_missing_sizes_from_body_vertices(filled)
         default = OrientationRange().model_dump(mode="json")
-        if filled.keys() >= _KEYS_PRESENT_ONLY_IN_STORED_STUDY and filled.get("orientation") == default:
+        if filled.keys() >= _KEYS_TOGETHER_ONLY_IN_COMPLETE_STUDY and filled.get("orientation") == default:
             # A 2-D study stored by an earlier version, in which every study had orientations.
             del filled["orientation"]
         if "scene" not in filled:
@@ -193,7 +195,7 @@ class Study(StrictModel):
             filled["scene"] = Scene.model_validate(load_scene_if_name_or_path(unvalidated_study_settings["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
-        height, b_over_h = default_height_and_b_over_h(filled["scene"])
+        height, b_over_h = rounded_reference_height_and_b_over_h(filled["scene"])
         filled.setdefault("height", [height])
         filled.setdefault("b_over_h", [b_over_h])
         filled.setdefault("ensemble", {"members": 0})
@@ -234,7 +236,7 @@ class Study(StrictModel):
 
     @field_validator("surveys")
     @classmethod
-    def _fill_survey_records(
+    def _set_only_record_in_surveys_without_one(
         cls, surveys: tuple[SurveySettings, ...], info: ValidationInfo
     ) -> tuple[SurveySettings, ...]:
         """Set the record of each survey that names none, if the study has only one record."""

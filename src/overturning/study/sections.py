@@ -272,7 +272,7 @@ class BodySettings(StrictModel):
             raise ValueError(f"plan {self.plan}: the body has vertices of its own; keep one of them")
         if (self.relief is None) != (self.scan is None):
             raise ValueError("relief: only a mesh that is not a convex polyhedron on its face has one; leave it out")
-        if not shape.aspect_is_parameter and self.aspect != (1.0,):
+        if not shape.depth_over_width_is_parameter and self.aspect != (1.0,):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self
 

@@ -14,7 +14,7 @@ from overturning.records.duplicates import refuse_duplicate_records
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
-from overturning.records.store import round_to_stored_precision
+from overturning.records.store import round_samples_to_stored_decimals
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_parameter_changes_of_members
 from overturning.study.gather import merge_outcome_files_into_cube
@@ -180,11 +180,11 @@ def _read_and_process_records(records_or_ids: Sequence[Record | str], study: Stu
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = read_record_table_rows_of_study(only, "run_study") if asked else {}
     return [
-        round_to_stored_precision(
+        round_samples_to_stored_decimals(
             process_record(read_record(entries[record], Path(study.records.folder)), study.processing, study.site)
         )
         if isinstance(record, str)
-        else round_to_stored_precision(process_record(record, (), study.site))
+        else round_samples_to_stored_decimals(process_record(record, (), study.site))
         if study.site
         else record
         for record in records_or_ids

@@ -18,7 +18,7 @@ from overturning.model.variables import RELIEF_ENSEMBLE_VARIABLES, OutcomeVariab
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.ensemble import (
-    CaseRunner,
+    EnsembleMemberCaseRunner,
     EnsembleParameterChanges,
     EnsembleRunner,
     draw_parameter_changes_of_members,
@@ -28,8 +28,8 @@ from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, grid_of_
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
-    ground_motion_for_variant,
     numerical_options_of_study,
+    record_motion_with_up_only_if_variant_uses_it,
     variant_grid,
     variant_model,
 )
@@ -94,7 +94,7 @@ def simulate_variant(
 
 def create_ensemble_member_case_runner(
     study: Study, variant: str, motion: Motion, numerics: NumericalOptions
-) -> CaseRunner:
+) -> EnsembleMemberCaseRunner:
     """Return a function that simulates ensemble runs of a study or variant, given the sizes of the study's stone."""
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
@@ -139,7 +139,7 @@ def simulate_and_write_cases_of_record(
     """
     grid, motion = (
         grid_of_chunk(study, variant_grid(study, variant), chunk, variant),
-        ground_motion_for_variant(study, record, variant),
+        record_motion_with_up_only_if_variant_uses_it(study, record, variant),
     )
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.case_count:
@@ -178,7 +178,9 @@ def load_compiled_simulation_code(study: Study, record: Record, variant: str = N
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.copy_with_dimension_values(**{name: grid[name][:1] for name in grid.dimension_names})
-    motion = ground_motion_for_variant(study, record, variant).scaled_by(_AMPLITUDE_FACTOR_OF_WARM_UP_CASE)
+    motion = record_motion_with_up_only_if_variant_uses_it(study, record, variant).scaled_by(
+        _AMPLITUDE_FACTOR_OF_WARM_UP_CASE
+    )
     simulate_variant(study, variant, motion, one_case, numerical_options_of_study(study))
 
 

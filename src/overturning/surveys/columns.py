@@ -65,7 +65,7 @@ _COLUMN_NAMES_SUGGESTING_STONE_COUNTS: Final = (
 _STANDING_COUNT_COLUMN_NAMES: Final = ("stood", "stands", "standing", "number_standing")
 """Names of a column with the number of standing stones, beside one with the number that fell."""
 
-_MAX_SHORT_NAME_LENGTH: Final = 5
+_MAX_SHORT_COLUMN_NAME_LENGTH: Final = 5
 """Largest number of letters of a short column name; short names resemble many other words."""
 
 _MIN_NAME_SIMILARITY: Final = 0.75
@@ -278,11 +278,11 @@ def _is_misspelling(column_name: str, standard_column_name: str) -> bool:
 def _closest_standard_column_name(simplified_column_name: str, accepted_standard_column_names: Sequence[str]) -> str:
     """Return the standard column name that an unknown name probably means; "" if it resembles none."""
     synonyms = _COLUMN_BY_ACCEPTED_NAME | _PROBABLE_COLUMN_BY_REFUSED_NAME
-    long = [one for one in (*accepted_standard_column_names, *synonyms) if len(one) > _MAX_SHORT_NAME_LENGTH]
+    long = [one for one in (*accepted_standard_column_names, *synonyms) if len(one) > _MAX_SHORT_COLUMN_NAME_LENGTH]
     near = [
         one
         for one in accepted_standard_column_names
-        if len(one) <= _MAX_SHORT_NAME_LENGTH and _is_misspelling(simplified_column_name, one)
+        if len(one) <= _MAX_SHORT_COLUMN_NAME_LENGTH and _is_misspelling(simplified_column_name, one)
     ]
     near = near or difflib.get_close_matches(simplified_column_name, long, 1, _MIN_NAME_SIMILARITY)
     found = synonyms.get(simplified_column_name) or (near[0] if near else "")

@@ -28,7 +28,7 @@ from overturning.stored import (
     read_json_result,
 )
 from overturning.surveys.fall_directions import (
-    RANDOM_SURVEY_COUNT,
+    RANDOM_SURVEYS_PER_P_VALUE,
     FallenStoneWithDirectionProbabilities,
     azimuth_goodness_of_fit,
     compare_observed_and_predicted_directions,
@@ -180,7 +180,7 @@ def compare_survey_with_prediction(
     *,
     results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
     random_outcome_share: float = RANDOM_OUTCOME_SHARE,
-    random_survey_count: int = RANDOM_SURVEY_COUNT,
+    random_survey_count: int = RANDOM_SURVEYS_PER_P_VALUE,
     random_survey_seed: int = 1,
 ) -> SurveyPredictionComparison:
     """Compare the observed falls of stones with those that the results of a study predict for their site.
@@ -221,7 +221,7 @@ def compare_survey_with_prediction(
         predictions, of_share or stones
     )
     return SurveyPredictionComparison(
-        **_stone_counts_by_comparison_field(predictions, stones),
+        **_stone_counts_as_comparison_attributes(predictions, stones),
         fallen_count_at_sites_with_standing_stones=share_fell,
         stone_count_at_sites_with_standing_stones=share_stones,
         computed_fall_share=share_mean,
@@ -275,14 +275,16 @@ def _predicted_fall_share_over_heights_and_frictions(
     return float(share.mean()), float(low), float(high)
 
 
-def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+def _stone_counts_as_comparison_attributes(
+    predictions: SurveyFallPrediction, stones: Sequence[Stone]
+) -> dict[str, Any]:
     """Return numbers of stones (fallen, standing, without face, …) by attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
         """Return the number of stones, with the count of each row, for which the function `condition` returns True."""
         return sum(stone.stone_count for stone in stones if condition(stone))
 
-    def lacks_computed_outcome(stone: Stone) -> bool:
+    def lacks_computed_outcome_although_near_grid(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
         prediction = predictions.site_prediction_for_stone(stone)
         return not prediction.has_known_fall_probability(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
@@ -311,9 +313,9 @@ def _stone_counts_by_comparison_field(predictions: SurveyFallPrediction, stones:
                 and predictions.site_prediction_for_stone(stone).no_simulated_block_like_stone_falls(stone)
             )
         ),
-        "stones_without_computed_outcome": count_stones_with(lacks_computed_outcome),
+        "stones_without_computed_outcome": count_stones_with(lacks_computed_outcome_although_near_grid),
         "falls_without_computed_outcome": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and lacks_computed_outcome(stone)
+            lambda stone: stone.fell_in_known_direction and lacks_computed_outcome_although_near_grid(stone)
         ),
         "falls_without_prediction": count_stones_with(
             lambda stone: (

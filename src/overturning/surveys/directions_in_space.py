@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.stored import StoredFloatArray, StoredFloatOrInfinity, StoredFloatOrNan
 from overturning.surveys.fall_directions import (
-    RANDOM_SURVEY_COUNT,
+    RANDOM_SURVEYS_PER_P_VALUE,
     FallenStoneWithDirectionProbabilities,
     compare_observed_and_predicted_directions,
 )
@@ -132,6 +132,6 @@ def compare_fall_directions(
         falls_without_computed_outcome=without_outcome,
         assumed_random_fall_direction_share=random_fall_direction_share,
         **compare_observed_and_predicted_directions(
-            FALL_DIRECTION_SECTORS, fallen, RANDOM_SURVEY_COUNT, random_survey_seed
+            FALL_DIRECTION_SECTORS, fallen, RANDOM_SURVEYS_PER_P_VALUE, random_survey_seed
         ),
     )

@@ -21,7 +21,7 @@ from overturning.surveys.stones import Stone
 FallenStoneWithDirectionProbabilities = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its probabilities of the sectors of a study, and of the 8 octants."""
 
-RANDOM_SURVEY_COUNT: Final = 2000
+RANDOM_SURVEYS_PER_P_VALUE: Final = 2000
 """Number of surveys with random fall directions for a p-value."""
 
 COMPASS_POINT_WIDTH_DEG: Final = 22.5
@@ -132,7 +132,7 @@ def azimuth_goodness_of_fit(
     return watson_u2_test(observed, drawn if in_steps else None)
 
 
-def _direction_probabilities_and_observed_class_index(
+def _predicted_and_uniform_probabilities_and_class(
     sectors: AzimuthSectors, fallen_stone: FallenStoneWithDirectionProbabilities
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
@@ -172,7 +172,7 @@ def direction_log_likelihood_ratio_and_p_value(
     generator = np.random.Generator(np.random.PCG64(random_survey_seed))
     ratios, simulated = [], np.zeros(random_survey_count)
     for fallen_stone in fallen_stones:
-        predicted, chance, place = _direction_probabilities_and_observed_class_index(sectors, fallen_stone)
+        predicted, chance, place = _predicted_and_uniform_probabilities_and_class(sectors, fallen_stone)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(predicted / chance)
         ratios.append(logs[place])

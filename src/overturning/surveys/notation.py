@@ -107,7 +107,7 @@ def largest_common_azimuth_step_deg(azimuths_deg: Iterable[float]) -> float:
 OutcomeKind = Literal["fell", "stands", "shifted", "twisted", "broken", "repaired", "fixed", "unknown"]
 """Outcome of a stone in a survey."""
 
-UNCOUNTED_OUTCOME_KINDS: Final[tuple[OutcomeKind, ...]] = ("fixed", "repaired", "broken", "unknown")
+OUTCOME_KINDS_NOT_COUNTED_AS_STANDING: Final[tuple[OutcomeKind, ...]] = ("fixed", "repaired", "broken", "unknown")
 """Outcomes of stones that count neither as fallen nor as standing, unless they fell; the first one found is the reason.
 
 The model is of a rigid stone that stands freely: a stone fixed to its base never counts, not even if it fell.

@@ -7,7 +7,7 @@ from typing import Final
 
 from overturning.surveys.columns import column_name_states_magnetic_north
 from overturning.surveys.field_table import TextTable
-from overturning.surveys.notation import UNCOUNTED_OUTCOME_KINDS, StatedDirection, azimuth_unit_warning
+from overturning.surveys.notation import OUTCOME_KINDS_NOT_COUNTED_AS_STANDING, StatedDirection, azimuth_unit_warning
 from overturning.surveys.row import SurveyRow
 
 AZIMUTH_COLUMNS: Final = ("azimuth_deg", "face_azimuth_deg")
@@ -34,7 +34,9 @@ def notes_on_unused_stones_and_directions(
     reasons = Counter[str]()
     for _, row in line_numbers_and_survey_rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in UNCOUNTED_OUTCOME_KINDS if kind in row.outcome_kinds)] += row.count
+            reasons[next(kind for kind in OUTCOME_KINDS_NOT_COUNTED_AS_STANDING if kind in row.outcome_kinds)] += (
+                row.count
+            )
     if reasons:
         listed = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
         yield f"not counted as fallen or standing: {reasons.total()} (outcomes: {listed})"

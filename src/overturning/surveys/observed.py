@@ -10,7 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
 from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
-from overturning.surveys.notation import UNCOUNTED_OUTCOME_KINDS
+from overturning.surveys.notation import OUTCOME_KINDS_NOT_COUNTED_AS_STANDING
 from overturning.surveys.row import SurveyRow
 from overturning.surveys.stones import (
     Stone,
@@ -132,7 +132,9 @@ def _summarise_observed_falls(
     reasons = Counter[str]()
     for _, row in survey_table.rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in UNCOUNTED_OUTCOME_KINDS if kind in row.outcome_kinds)] += row.count
+            reasons[next(kind for kind in OUTCOME_KINDS_NOT_COUNTED_AS_STANDING if kind in row.outcome_kinds)] += (
+                row.count
+            )
     share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing_stones(stones))
     directed = [stone for stone in stones if stone.fell_in_known_direction]
     angles, steps = (

@@ -19,7 +19,7 @@ from overturning.study.ensemble import wilson_95_percent_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 
-_SAMPLED_GRID_DIMENSIONS: Final = ("height", "b_over_h", "friction")
+_GRID_DIMENSIONS_OF_SAMPLED_STONES: Final = ("height", "b_over_h", "friction")
 
 _STONE_GROUP_DESCRIPTIONS: Final = {
     "fall": "stones that fell",
@@ -116,7 +116,7 @@ def choose_neighbouring_grid_indices_at_random(
 def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> float:
     """Return the share of stones with height, B/H or friction outside the simulated range by more than rounding."""
     beyond = np.zeros(stones.height.size, np.bool_)
-    for name in _SAMPLED_GRID_DIMENSIONS:
+    for name in _GRID_DIMENSIONS_OF_SAMPLED_STONES:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
         beyond |= (values < (1 - RELATIVE_TOLERANCE_OUTSIDE_GRID) * grid.min()) | (
             values > (1 + RELATIVE_TOLERANCE_OUTSIDE_GRID) * grid.max()
@@ -124,7 +124,9 @@ def share_of_stones_outside_grid(cube: xr.Dataset, stones: SampledStones) -> flo
     return float(beyond.mean())
 
 
-def outcomes_of_sampled_stones(cube_of_one_record: xr.Dataset, stones: SampledStones) -> StoneOutcomesByAmplitudeFactor:
+def take_stone_outcomes_from_neighbouring_cases(
+    cube_of_one_record: xr.Dataset, stones: SampledStones
+) -> StoneOutcomesByAmplitudeFactor:
     """Return the outcomes of random stones under one record, each taken from a neighbouring simulated case.
 
     `cube_of_one_record` is the cube of this record, with or without amplitudes.
@@ -136,7 +138,9 @@ def outcomes_of_sampled_stones(cube_of_one_record: xr.Dataset, stones: SampledSt
         name: choose_neighbouring_grid_indices_at_random(
             cube_of_one_record[name].to_numpy(), getattr(stones, name), numbers
         )
-        for name, numbers in zip(_SAMPLED_GRID_DIMENSIONS, stones.random_numbers_for_grid_neighbour_choice, strict=True)
+        for name, numbers in zip(
+            _GRID_DIMENSIONS_OF_SAMPLED_STONES, stones.random_numbers_for_grid_neighbour_choice, strict=True
+        )
     }
     grid, ratio = (
         cube_of_one_record["friction"].to_numpy(),
@@ -170,8 +174,8 @@ def outcome_rates_at_each_amplitude_factor(
         and its mean resultant length, shape (a,). Without any known outcome rates and shares are NaN.
     """
     stands, answered = (
-        stone_outcomes_by_amplitude.has_outcome & ~stone_outcomes_by_amplitude.fell,
-        stone_outcomes_by_amplitude.has_outcome.sum(axis=1),
+        stone_outcomes_by_amplitude.trajectory_has_known_outcome & ~stone_outcomes_by_amplitude.fell,
+        stone_outcomes_by_amplitude.trajectory_has_known_outcome.sum(axis=1),
     )
     share_of = np.where(answered > 0, answered, np.nan)
     which = {
@@ -204,7 +208,7 @@ def outcome_rates_at_each_amplitude_factor(
     ]
     return made | {
         "free_fall_rate": stone_outcomes_by_amplitude.fell.sum(axis=1) / share_of,
-        "unknown": 1.0 - stone_outcomes_by_amplitude.has_outcome.mean(axis=1),
+        "unknown": 1.0 - stone_outcomes_by_amplitude.trajectory_has_known_outcome.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
         "octant_interval": np.stack(wilson_95_percent_interval(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
@@ -236,7 +240,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     )
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS}
     for record in range(cube.sizes["record"]):
-        outcomes = outcomes_of_sampled_stones(load_results_of_records(cube, record, reads), stones)
+        outcomes = take_stone_outcomes_from_neighbouring_cases(load_results_of_records(cube, record, reads), stones)
         of_class = [
             outcome_rates_at_each_amplitude_factor(outcomes.select_stones(own), population) for own in classes.values()
         ]
@@ -285,10 +289,10 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     )
     for record in range(cube.sizes["record"]):
         outcomes = [
-            outcomes_of_sampled_stones(load_results_of_records(one, record, reads), stones)
+            take_stone_outcomes_from_neighbouring_cases(load_results_of_records(one, record, reads), stones)
             for one in (cube, other_cube)
         ]
-        known = outcomes[0].has_outcome & outcomes[1].has_outcome
+        known = outcomes[0].trajectory_has_known_outcome & outcomes[1].trajectory_has_known_outcome
         fallen = np.array([(1.0 - population.fixed) * (one.fell & known).sum() for one in outcomes])
         rates.append(fallen / (known.sum() or np.nan))
     here, there = np.array(rates).reshape(-1, 2).T

@@ -14,7 +14,7 @@ from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directio
 from overturning.statistics.circular import sector_index
 from overturning.statistics.falls import cube_with_opposite_azimuths, fall_counts_towards_azimuths
 from overturning.surveys.sectors import AzimuthSectors
-from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, RANDOM_OUTCOME_SHARE, Stone
+from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, RANDOM_OUTCOME_SHARE, Stone
 
 STANDING_OR_FALL_SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
@@ -94,9 +94,9 @@ class SiteFallPrediction(AzimuthSectors):
         lines = by_azimuth.reshape(self.plane_azimuths_deg.size, -1).T[:, self._plane_order]
         p = np.array([np.interp(fall_azimuths_deg % 360.0, self._plane_ends, line) for line in lines])
         p = p.reshape(*by_azimuth.shape[1:], -1)
-        if stone_b_over_h > LARGEST_FACTOR_BEYOND_GRID * self.b_over_h[-1]:
+        if stone_b_over_h > MAX_FACTOR_OUTSIDE_SIMULATED_RANGE * self.b_over_h[-1]:
             p = np.where(p.sum(axis=0) == 0, p, math.nan)
-        elif LARGEST_FACTOR_BEYOND_GRID * stone_b_over_h < self.b_over_h[0]:
+        elif MAX_FACTOR_OUTSIDE_SIMULATED_RANGE * stone_b_over_h < self.b_over_h[0]:
             p = np.full(p.shape, math.nan)
         cell = nearest_simulated_directions(
             self.plane_azimuths_deg, fall_azimuths_deg, FULL_TURN_DEG
@@ -361,7 +361,7 @@ def note_on_b_over_h_far_outside_study(
 ) -> tuple[str, ...]:
     """Return a note if stones of a survey have a B/H far outside those of a 2-D study; () if none has."""
     least, most = min(b_over_h_values_of_study), max(b_over_h_values_of_study)
-    low, high = least / LARGEST_FACTOR_BEYOND_GRID, LARGEST_FACTOR_BEYOND_GRID * most
+    low, high = least / MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, MAX_FACTOR_OUTSIDE_SIMULATED_RANGE * most
     far = [
         (stone.stone_count, values)
         for stone in stones

@@ -29,7 +29,7 @@ from overturning.surveys.stone_outcomes import (
     size_keys_with_stored_outcomes,
     stone_outcome_cache_folder,
 )
-from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
+from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, Stone
 
 LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE: Final = 0.15
 """Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
@@ -37,7 +37,7 @@ LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE: Final = 0.15
 LN_PGV_STANDARD_DEVIATION_WITHIN_SITE: Final = 0.15
 """Standard deviation of ln PGV over the site of one survey."""
 
-CONCENTRATION, UNIFORM_SHARE = 8.0, 0.2
+CONCENTRATION, UNIFORM_DIRECTION_SHARE = 8.0, 0.2
 """Scatter of falls about the simulated direction: concentration (von Mises), and share with uniform directions."""
 
 CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND: Final = 3e-5
@@ -68,7 +68,7 @@ class StoneHeightAndSideRatios:
         """Return height, smaller B/H and nearest simulated D/B of a survey's stone.
 
         An `ArgumentError` is raised if height or B/H lie beyond the simulated range by more than the factor
-        `LARGEST_FACTOR_BEYOND_GRID`.
+        `MAX_FACTOR_OUTSIDE_SIMULATED_RANGE`.
         """
         front, side = stone.b_over_h_in_both_planes
         for name, value, grid in (
@@ -77,7 +77,9 @@ class StoneHeightAndSideRatios:
         ):
             if not (
                 math.isnan(value)
-                or grid[0] / LARGEST_FACTOR_BEYOND_GRID <= value <= LARGEST_FACTOR_BEYOND_GRID * grid[-1]
+                or grid[0] / MAX_FACTOR_OUTSIDE_SIMULATED_RANGE
+                <= value
+                <= MAX_FACTOR_OUTSIDE_SIMULATED_RANGE * grid[-1]
             ):
                 where = f"line {stone.line_number}: {name} {value:g}"
                 raise ArgumentError(
@@ -143,7 +145,7 @@ def dimensions_of_survey_stones(stones: Sequence[Stone], survey_file_name: str) 
 def note_on_stones_simulated_with_smaller_d_over_b(stones: Sequence[Stone]) -> tuple[str, ...]:
     """Return a note if stones of a survey are broader than the largest D/B that is simulated; () if none is."""
     shapes = [(stone.stone_count, stone.b_over_h_in_both_planes) for stone in stones if not stone.has_round_plan]
-    most = LARGEST_FACTOR_BEYOND_GRID * SIMULATED_D_OVER_B[-1]
+    most = MAX_FACTOR_OUTSIDE_SIMULATED_RANGE * SIMULATED_D_OVER_B[-1]
     broad = [(count, max(both) / min(both)) for count, both in shapes if max(both) > most * min(both)]
     if not broad:
         return ()
@@ -340,7 +342,7 @@ def simulated_to_observed_direction_probabilities() -> FloatArray:
     """
     angle = np.radians(DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
-    row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BIN_COUNT
+    row = (1 - UNIFORM_DIRECTION_SHARE) * density / density.sum() + UNIFORM_DIRECTION_SHARE / DIRECTION_BIN_COUNT
     return np.asarray(
         row[(np.arange(DIRECTION_BIN_COUNT) - np.arange(DIRECTION_BIN_COUNT)[:, None]) % DIRECTION_BIN_COUNT]
     )

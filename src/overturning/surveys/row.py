@@ -25,7 +25,7 @@ from overturning.surveys.notation import (
     COMPASS_POINTS_16,
     NO_DIRECTION,
     OCTANTS,
-    UNCOUNTED_OUTCOME_KINDS,
+    OUTCOME_KINDS_NOT_COUNTED_AS_STANDING,
     UNKNOWN_VALUE_TEXTS,
     OutcomeKind,
     StatedDirection,
@@ -37,17 +37,17 @@ from overturning.surveys.notation import (
     parse_outcome,
 )
 
-_YES, _NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n")
+_TEXTS_MEANING_YES, _TEXTS_MEANING_NO = ("yes", "fell", "true", "1", "y"), ("no", "stood", "false", "0", "n")
 
 
 def _parse_yes_or_no(text: object) -> bool:
     """Convert the text of a table cell to True ("yes" or a synonym) or False ("no" or a synonym)."""
-    if str(text).lower() not in _YES + _NO:
+    if str(text).lower() not in _TEXTS_MEANING_YES + _TEXTS_MEANING_NO:
         unknown = (
             "; an unknown outcome belongs in the column outcome" if str(text).lower() in UNKNOWN_VALUE_TEXTS else ""
         )
         raise ValueError(f"write yes or no{unknown}")
-    return str(text).lower() in _YES
+    return str(text).lower() in _TEXTS_MEANING_YES
 
 
 def _parse_octant_index(text: object) -> int:
@@ -96,8 +96,8 @@ def _json_schema_of_number_cell(
     )
 
 
-_YES_OR_NO_SCHEMA = WithJsonSchema({"enum": [*_YES, *_NO, True, False]})
-_AZIMUTH = Annotated[StatedDirection, PlainValidator(parse_direction), WithJsonSchema(_DIRECTION_SCHEMA)]
+_YES_OR_NO_SCHEMA = WithJsonSchema({"enum": [*_TEXTS_MEANING_YES, *_TEXTS_MEANING_NO, True, False]})
+_AzimuthFromText = Annotated[StatedDirection, PlainValidator(parse_direction), WithJsonSchema(_DIRECTION_SCHEMA)]
 _Number = Annotated[float, BeforeValidator(normalise_number_text)]
 _Degrees = Annotated[float, BeforeValidator(normalise_degrees_text)]
 _Shift = Annotated[float, BeforeValidator(normalise_shift_text)]
@@ -128,7 +128,7 @@ class SurveyRow(BaseModel):
         description="`yes` or `no`, instead of `outcome`; may be empty if a direction is given. `yes` without a "
         "direction: the direction is unknown",
     )
-    azimuth_deg: _AZIMUTH = Field(
+    azimuth_deg: _AzimuthFromText = Field(
         NO_DIRECTION,
         description="direction towards which the stone fell: degrees clockwise from north (not radians, not gon), one "
         "of the 16 compass points (`SSE`), or a quadrant bearing (`S40E`)",
@@ -150,7 +150,7 @@ class SurveyRow(BaseModel):
     b_over_h_side: _Slenderness = Field(
         math.nan, description="the same in the plane at right angles; default: a square footprint"
     )
-    face_azimuth_deg: _AZIMUTH = Field(
+    face_azimuth_deg: _AzimuthFromText = Field(
         NO_DIRECTION, description="azimuth that the front face faces, written like `azimuth_deg`"
     )
     magnetic_declination_deg: Annotated[_Degrees, Field(ge=-180, le=180), _json_schema_of_number_cell(-180, 180)] = (
@@ -232,9 +232,9 @@ class SurveyRow(BaseModel):
                 {"fell", "outcome", "azimuth_deg", "octant"},
                 "fell: a stone that stood has no fall direction; empty azimuth_deg and octant",
             )
-        yield from self._position_and_displacement_contradictions()
+        yield from self._half_given_position_or_repeated_shift_messages()
 
-    def _position_and_displacement_contradictions(self) -> Iterator[tuple[set[str], str]]:
+    def _half_given_position_or_repeated_shift_messages(self) -> Iterator[tuple[set[str], str]]:
         """Yield the columns and a message for each incomplete position, and each shift or twist that is given twice."""
         for first, second in (("lat", "lon"), ("x", "y")):
             given = [name for name in (first, second) if math.isfinite(getattr(self, name))]
@@ -280,7 +280,7 @@ class SurveyRow(BaseModel):
         """
         if "fixed" not in self.outcome_kinds and "fell" in self.outcome_kinds:
             return "fell"
-        return "not counted" if set(self.outcome_kinds) & set(UNCOUNTED_OUTCOME_KINDS) else "stands"
+        return "not counted" if set(self.outcome_kinds) & set(OUTCOME_KINDS_NOT_COUNTED_AS_STANDING) else "stands"
 
     @property
     def fall_direction(self) -> StatedDirection:

@@ -11,7 +11,7 @@ from overturning.model.planes import plane_weights_by_azimuth_spacing
 from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 
-_PARTS_PER_SECTOR: Final = 64
+_OCTANT_ASSIGNMENT_PARTS_PER_SECTOR: Final = 64
 """Number of equal parts into which an azimuth sector is divided; each part counts in one octant."""
 
 
@@ -52,12 +52,18 @@ class AzimuthSectors:
 
         The shape is (8,).
         """
-        mass = np.repeat(fall_direction_probability_by_sector / _PARTS_PER_SECTOR, _PARTS_PER_SECTOR)
+        mass = np.repeat(
+            fall_direction_probability_by_sector / _OCTANT_ASSIGNMENT_PARTS_PER_SECTOR,
+            _OCTANT_ASSIGNMENT_PARTS_PER_SECTOR,
+        )
         fine = np.bincount(self._octant_index_of_each_sector_part, mass, 8)
         return np.asarray(fine / fine.sum())
 
     @cached_property
     def _octant_index_of_each_sector_part(self) -> NDArray[np.intp]:
-        """Octant of each of the `_PARTS_PER_SECTOR` equal parts of each azimuth sector, shape (sectors × parts,)."""
-        within = (np.arange(_PARTS_PER_SECTOR) + 0.5) / _PARTS_PER_SECTOR
+        """Octant of each part of each azimuth sector, shape (sectors × parts,).
+
+        Each sector has `_OCTANT_ASSIGNMENT_PARTS_PER_SECTOR` equal parts.
+        """
+        within = (np.arange(_OCTANT_ASSIGNMENT_PARTS_PER_SECTOR) + 0.5) / _OCTANT_ASSIGNMENT_PARTS_PER_SECTOR
         return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()

@@ -26,14 +26,14 @@ MIN_LOG_SPREAD: Final = 1e-3
 FALL_RATE_BOUND_PROBABILITY: Final = 0.95
 """Probability that the rate of falls lies below its upper bound."""
 
-MAX_HAZARD_FACTOR: Final = 1e6
+MAX_SEARCHED_HAZARD_FACTOR: Final = 1e6
 """Largest factor on the hazard; if stones survive even this, there is no bound."""
 
 
-MAX_FALL_RATE_SHARE_OUTSIDE_FRAGILITY_DATA: Final = 0.9
+MAX_SHARE_OF_FALLS_FROM_SHAKING_OUTSIDE_RECORDS: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
-PLAUSIBLE_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT: Final = {
+PLAUSIBLE_MAX_LEVELS_AND_OTHER_UNIT_BY_UNIT: Final = {
     "g": (0.05, 20.0, 981.0, "Gal"),
     "cm/s": (10.0, 2000.0, 0.01, "m/s"),
 }
@@ -287,7 +287,7 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
-    low, high, factor, other = PLAUSIBLE_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT.get(
+    low, high, factor, other = PLAUSIBLE_MAX_LEVELS_AND_OTHER_UNIT_BY_UNIT.get(
         hazard_curve.unit, (0.0, math.inf, 1.0, "")
     )
     top = float(hazard_curve.intensity_levels[-1])
@@ -312,7 +312,7 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
     return -math.log1p(-FALL_RATE_BOUND_PROBABILITY) / years_without_fall
 
 
-def upper_bound_of_factor_on_hazard_curve(
+def max_hazard_factor_allowed_by_standing_stones(
     fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, exposure_years: float, max_fall_rate_per_year: float
 ) -> float:
     """Return the largest factor on the hazard that standing stones allow: with it, only 5 % of stones would stand.
@@ -336,7 +336,7 @@ def upper_bound_of_factor_on_hazard_curve(
     # Twice the time has the same effect as twice the hazard.
     first, last = (
         math.log(max_fall_rate_per_year / rate),
-        math.log(MAX_HAZARD_FACTOR * max(1.0, max_fall_rate_per_year / rate)),
+        math.log(MAX_SEARCHED_HAZARD_FACTOR * max(1.0, max_fall_rate_per_year / rate)),
     )
     if math.isnan(standing_share_minus_five_percent(first)) or standing_share_minus_five_percent(first) <= 0:
         return max_fall_rate_per_year / rate

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.symmetry import FULL_TURN_DEG
-from overturning.surveys.stones import LARGEST_FACTOR_BEYOND_GRID, Stone
+from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, Stone
 
 
 def stone_face_and_dimensions_nearest_to_grid(
@@ -54,8 +54,8 @@ def has_shape_far_outside_grid(
 ) -> bool:
     """True if B/H or D/B of a stone is known and lies far outside the values in the grid of a results cube."""
     return any(
-        stone_value_by_dimension[name] * LARGEST_FACTOR_BEYOND_GRID < grid_values_by_dimension[name].min()
-        or stone_value_by_dimension[name] > LARGEST_FACTOR_BEYOND_GRID * grid_values_by_dimension[name].max()
+        stone_value_by_dimension[name] * MAX_FACTOR_OUTSIDE_SIMULATED_RANGE < grid_values_by_dimension[name].min()
+        or stone_value_by_dimension[name] > MAX_FACTOR_OUTSIDE_SIMULATED_RANGE * grid_values_by_dimension[name].max()
         for name in ("b_over_h", "aspect")
         if name in grid_values_by_dimension
     )

@@ -26,7 +26,7 @@ from overturning.tables import cell_error_messages
 
 __all__ = ["OCTANTS", "RANDOM_OUTCOME_SHARE", "SURVEY_COLUMNS", "Stone", "SurveyRow"]
 
-LARGEST_FACTOR_BEYOND_GRID: Final = 1.25
+MAX_FACTOR_OUTSIDE_SIMULATED_RANGE: Final = 1.25
 """Largest factor by which a size or ratio of a stone may lie outside the simulated range to take the nearest value."""
 
 RANDOM_OUTCOME_SHARE = 0.05
@@ -292,7 +292,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     step = largest_common_azimuth_step_deg(
         [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.compass_point_index is None]
     )
-    faults += list(_octant_declination_errors(rows, compass_points_are_octants=octants))
+    faults += list(_errors_of_octants_with_large_declination(rows, compass_points_are_octants=octants))
     if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
@@ -371,7 +371,7 @@ def _is_label_of_totals_row(standard_column_name: str, cell_text: str) -> bool:
     return standard_column_name in ("site", "stone") and cell_text.strip(" :").lower() in _TOTALS_ROW_LABELS
 
 
-def _octant_declination_errors(
+def _errors_of_octants_with_large_declination(
     line_numbers_and_survey_rows: list[tuple[int, SurveyRow]], *, compass_points_are_octants: bool
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""

@@ -19,7 +19,7 @@ _EXAMPLE_ROWS: Final = (
 )
 
 
-def empty_survey_table_text() -> str:
+def survey_table_template_text() -> str:
     """Return the text of an empty survey table: explanations of the columns, example rows, and the header.
 
     The text is ASCII, so that spreadsheets of any system show it unchanged.
@@ -43,5 +43,5 @@ def empty_survey_table_text() -> str:
 
 def remarks_without_template_text(survey_comment_lines: Sequence[str]) -> tuple[str, ...]:
     """Return the comment lines that the user wrote into a survey, without those of the template."""
-    own = {line.strip("# ,") for line in empty_survey_table_text().splitlines()}
+    own = {line.strip("# ,") for line in survey_table_template_text().splitlines()}
     return tuple(line for line in survey_comment_lines if line and line.strip(" ,") not in own)

@@ -19,7 +19,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
     pattern, matrix = (
         equations.create_empty_nonzero_pattern(size),
-        np.zeros(size * size * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES),
+        np.zeros(size * size * submatrices.VALUE_COUNT_PER_SUBMATRIX_IN_ALL_LANES),
     )
     for k in range(size):
         pattern.is_submatrix_nonzero[k, k] = True
@@ -33,7 +33,7 @@ def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: 
                 for number in range(9):
                     for j in range(rows.PARALLEL_CASE_COUNT):
                         place = (
-                            (i * size + k) * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES
+                            (i * size + k) * submatrices.VALUE_COUNT_PER_SUBMATRIX_IN_ALL_LANES
                             + number * rows.PARALLEL_CASE_COUNT
                             + j
                         )
@@ -88,7 +88,10 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         update_element_records_and_sample_clock(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
-    found = state[: rows.CASE_ARRAY_LENGTH + scene.fall_and_support_table.shape[1] * rows.ELEMENT_ARRAY_LENGTH].copy()
+    found = state[
+        : rows.VALUE_COUNT_PER_CASE_IN_ALL_LANES
+        + scene.fall_and_support_table.shape[1] * rows.VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES
+    ].copy()
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = (
         workspace.array_that_owns_state_memory[0]

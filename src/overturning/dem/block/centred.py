@@ -37,7 +37,7 @@ LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = (
     BLOCK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
 )
 
-MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY: Final = 0.25
+MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -176,7 +176,7 @@ def predict_corner_tangential_force_and_sliding(
         - slid * (assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre)
     )
     return PredictedCornerForceAndAssumedSliding(
-        f, slides, slid, freedom > MIN_SLIDING_CORNER_TO_FREE_PARTICLE_MOBILITY
+        f, slides, slid, freedom > MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE
     )
 
 

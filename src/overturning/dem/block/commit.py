@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.block.landing import remaining_two_corner_landing_time_after_step
 from overturning.dem.block.state import (
-    MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
+    MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
     BlockAfterAttemptedStep,
     BlockConstants,
@@ -134,7 +134,7 @@ def contact_changes_in_block_step(
     changed = (change_l if change_l > change_r else change_r) > 0.0
     far = travel_l if travel_l > travel_r else travel_r
     gentle = (far <= block.max_contact_change_travel_without_halving_step) & (
-        step_ticks <= MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
+        step_ticks <= MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
     )
     stands = (left.new_corner.normal_force_per_mass > 0.0) & (right.new_corner.normal_force_per_mass > 0.0)
     if not with_friction:

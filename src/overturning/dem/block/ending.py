@@ -36,7 +36,7 @@ load_energy_account, load_case_progress = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
 )
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
+load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
 LARGEST_TILT_RATIO_AT_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
 )
@@ -85,7 +85,7 @@ def energy_per_mass_to_tilt_block(block: BlockConstants, tilt_angle_rad: float) 
 
 
 @njit(**INLINE_OPTIONS)
-def standing_outcome_is_final(
+def all_results_of_standing_block_are_final(
     block: BlockConstants,
     state: BlockState,
     max_abs_angle_so_far_rad: float,
@@ -120,7 +120,7 @@ def signed_remaining_slide_or_zero_if_frictionless(block: BlockConstants, state:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_largest_tilt_and_return_case_status(
+def update_late_largest_tilt_and_return_case_status(
     state: Any,
     lane: int,
     velocity_lag_behind_position_in_steps: float,
@@ -153,7 +153,7 @@ def update_largest_tilt_and_return_case_status(
             return CaseStatus.SIMULATED
     if sample < record_end_sample:
         return CASE_NOT_ENDED
-    if standing_outcome_is_final(
+    if all_results_of_standing_block_are_final(
         block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_behind_position_in_steps
     ):
         return CaseStatus.SIMULATED
@@ -224,7 +224,7 @@ def write_block_trajectory_row(
     block, s, push = (
         load_block_constants(state, lane),
         load_state(state, lane),
-        load_inertial_accelerations(state, lane).inertial_acceleration_x,
+        load_accelerations_from_base_motion(state, lane).inertial_acceleration_x,
     )
     trajectory_row_out.time = (
         load_case_progress(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample

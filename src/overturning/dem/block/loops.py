@@ -76,14 +76,14 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     solution = (
         centred.solve_velocity_corrections if with_friction else centred.solve_velocity_corrections_without_friction
     )
-    load_block_constants, load_inertial_accelerations, load_step_control = (
+    load_block_constants, load_accelerations_from_base_motion, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
     )
     load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
     load_next_step_to_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
-    load_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    load_signed_friction_or_zero = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).load
     load_predicted_block, store_predicted_block, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -112,7 +112,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
                 state,
                 j,
                 centred.predict_block_at_step_end(
-                    block, s, length, load_inertial_accelerations(state, j), ticks_per_sample
+                    block, s, length, load_accelerations_from_base_motion(state, j), ticks_per_sample
                 ),
             )
 
@@ -128,7 +128,11 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
                 load_next_step_to_attempt(state, j).length_in_ticks
                 <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
             )
-            block, s, assumed = load_block_constants(state, j), load_state(state, j), load_assumed_slip(state, j)
+            block, s, assumed = (
+                load_block_constants(state, j),
+                load_state(state, j),
+                load_signed_friction_or_zero(state, j),
+            )
             store_velocity_correction(state, j, solution(block, s, assumed, fine, load_predicted_block(state, j)))
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -163,7 +167,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
     load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         NextStepToAttempt, unused_fields=unused
     )
-    store_assumed_slip = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    store_signed_friction_or_zero = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).store
     load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
@@ -176,7 +180,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
     ).load
 
     @njit(**INTERNAL_COMPILE_OPTIONS)
-    def accept_or_reject_block_steps(
+    def compute_forces_and_accept_or_reject_block_steps(
         marker_whose_type_selects_variant: Any,  # noqa: ARG001
         state: Any,
         computed_lane_count: int,
@@ -219,12 +223,12 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
                 block, accepted, w, d, both, length, with_vertical_base_motion, with_friction
             )
             store_next_step_to_attempt(state, j, attempt)
-            store_assumed_slip(state, j, assumed)
+            store_signed_friction_or_zero(state, j, assumed)
             store_state_unless_rejected(state, j, again, accepted.state)
             store_peaks_unless_rejected(state, j, again, accepted.peaks)
             store_energy_account_unless_rejected(state, j, again, accepted.energy_account)
 
-    return accept_or_reject_block_steps
+    return compute_forces_and_accept_or_reject_block_steps
 
 
 @cache
@@ -233,7 +237,7 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
     It is compiled with or without vertical base motion, and with or without friction.
     """
-    load_block_constants, load_inertial_accelerations = (
+    load_block_constants, load_accelerations_from_base_motion = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
     )
@@ -258,7 +262,8 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
             for j in range(assume_vector_multiple(computed_lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
                     load_block_constants(state, j), load_state(state, j), load_peaks(state, j),
-                    load_energy_account(state, j), load_inertial_accelerations(state, j), with_vertical_base_motion,
+                    load_energy_account(state, j), load_accelerations_from_base_motion(state, j),
+                    with_vertical_base_motion,
                 )  # fmt: skip
                 store_state(state, j, s)
                 store_peaks(state, j, peaks)

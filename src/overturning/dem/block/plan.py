@@ -11,8 +11,8 @@ from overturning.dem.block.loops import CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME
 from overturning.dem.block.path import planar_trajectory_of_block
 from overturning.dem.block.rules import BlockKernelInput
 from overturning.dem.block.state import (
+    MAX_CONTACT_CHANGE_TRAVEL_OVER_B_P_ALPHA_MIN_DT,
     MAX_SIMULATED_FRICTION_COEFFICIENT,
-    MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT,
     MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE,
     PARALLEL_CASE_COUNT,
     TICKS_PER_WHOLE_STEP,
@@ -258,7 +258,7 @@ def plan_block_simulation(
         "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
         "max_contact_change_travel_without_halving_step": (
-            MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT
+            MAX_CONTACT_CHANGE_TRAVEL_OVER_B_P_ALPHA_MIN_DT
             * lengths.longest_contact_change_step_s
             * width * alpha / period
         ),

@@ -97,7 +97,7 @@ def _rocking_side_and_waiting_time(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _fill_taylor_series(
+def _fill_higher_taylor_coefficients(
     taylor_coefficients_by_quantity: Any,
     rocking_side: float,
     base_motion: BaseAccelerationRampInG,
@@ -296,7 +296,7 @@ def _simulate_fall_side_and_peak_angle(
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, sin_alpha, cos_alpha
             end = min((np.floor(t * step_count + 1e-9) + 1.0) / step_count, 1.0)
-            _fill_taylor_series(series, side, _base_motion_with_later_origin(sample, t), square)
+            _fill_higher_taylor_coefficients(series, side, _base_motion_with_later_origin(sample, t), square)
             length = _limit_step_to_two_turning_points(series, end - t)
             end = end if length == end - t else t + length
             first, second = _first_two_turning_point_times(series, length, starts)

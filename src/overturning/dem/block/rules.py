@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.ending import (
     block_mechanical_energy_per_mass,
-    update_largest_tilt_and_return_case_status,
+    update_late_largest_tilt_and_return_case_status,
     write_block_trajectory_row,
     write_case_results_except_status_and_counters,
 )
@@ -37,7 +37,7 @@ from overturning.dem.kernel.ending import (
     RestAccelerationLimitAndAtRestFlag,
     body_is_still,
     case_cannot_have_ended,
-    next_sample_tick_and_last_upright_time,
+    continuation_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -92,17 +92,19 @@ load_block_constants, store_block_constants, _ = STATE_ROW_LAYOUT.tuple_reader_a
 load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
 load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-store_next_step_to_attempt, store_assumed_slip, store_step_control = (
+store_next_step_to_attempt, store_signed_friction_or_zero, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (NextStepToAttempt, SignedFrictionCoefficientOrZeroIfSticking, CaseStepControl)
 )
 load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(SignedFrictionCoefficientOrZeroIfSticking).load
-store_push = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion, "inertial_acceleration_x").store
-store_lift = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+store_inertial_acceleration_x = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BlockAccelerationsFromBaseMotion, "inertial_acceleration_x"
+).store
+store_upward_base_acceleration = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BlockAccelerationsFromBaseMotion, "upward_base_acceleration"
 ).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
-ROTATION_COSINE_ROW, ROTATION_SINE_ROW, TICKS_SINCE_SAMPLE_START_ROW, LAST_UPRIGHT_TICK_ROW = (
+ROTATION_COSINE_ROW, ROTATION_SINE_ROW, TICKS_SINCE_SAMPLE_START_ROW, LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
     STATE_ROW_LAYOUT.row_offset_of_field(BlockPeaksAndLastUprightTick,
@@ -180,7 +182,7 @@ def write_block_constants_and_initial_state(
     store_state(state, lane, at_rest)
     length, steps = case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change
     store_next_step_to_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
-    store_assumed_slip(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
+    store_signed_friction_or_zero(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
     store_peaks(state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
     state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.rest_acceleration_limit_g
@@ -222,17 +224,21 @@ def advance_sample_load_motion_and_normalise_rotation(
     for j in range(assume_vector_multiple(computed_lane_count)):
         s = load_state(state, j)
         state[ROTATION_COSINE_ROW + j], state[ROTATION_SINE_ROW + j] = normalise_cosine_and_sine(s.cos, s.sin)
-        begun = next_sample_tick_and_last_upright_time(
-            load_case_progress(state, j), s.ticks_since_sample_start, state[LAST_UPRIGHT_TICK_ROW + j], ticks, interval
+        begun = continuation_sample_tick_and_last_upright_time(
+            load_case_progress(state, j),
+            s.ticks_since_sample_start,
+            state[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j],
+            ticks,
+            interval,
         )
         state[CURRENT_SAMPLE_ROW + j], state[TICKS_SINCE_SAMPLE_START_ROW + j], state[LAST_UPRIGHT_TIME_ROW + j] = begun
-        state[LAST_UPRIGHT_TICK_ROW + j] = -1.0
+        state[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] = -1.0
     last = across.shape[1] - 3
     for j in range(assume_vector_multiple(computed_lane_count)):
         course = load_case_progress(state, j)
         i = min(int(course.current_sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
-        store_push(
+        store_inertial_acceleration_x(
             state,
             j,
             linear_base_acceleration_of_sample(
@@ -240,7 +246,9 @@ def advance_sample_load_motion_and_normalise_rotation(
             ),
         )
         if upward_acceleration_or_none is not None:
-            store_lift(state, j, linear_base_acceleration_of_sample(up, i, course.amplitude_factor, scale))
+            store_upward_base_acceleration(
+                state, j, linear_base_acceleration_of_sample(up, i, course.amplitude_factor, scale)
+            )
 
 
 def attempt_steps_until_next_check(
@@ -348,8 +356,8 @@ def mark_resting_blocks_and_skip_samples(
         mu_left, mu_right = load_assumed_signed_friction(state, j)
         now = course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample)
         still = body_is_still(
-            largest_magnitude_of_motion_including_rotation(s.centre_vx, s.centre_vz, s.angular_velocity, block),
-            largest_magnitude_of_motion_including_rotation(s.centre_ax, s.centre_az, s.angular_acceleration, block),
+            max_of_translation_and_half_height_rotation(s.centre_vx, s.centre_vz, s.angular_velocity, block),
+            max_of_translation_and_half_height_rotation(s.centre_ax, s.centre_az, s.angular_acceleration, block),
             length * block.seconds_per_tick,
             state[REST_ACCELERATION_LIMIT_ROW + j],
         )
@@ -374,7 +382,7 @@ def mark_resting_blocks_and_skip_samples(
 
 
 @njit(**INLINE_OPTIONS)
-def largest_magnitude_of_motion_including_rotation(
+def max_of_translation_and_half_height_rotation(
     velocity_or_acceleration_x: float,
     velocity_or_acceleration_z: float,
     angular_velocity_or_acceleration: float,
@@ -388,7 +396,7 @@ def largest_magnitude_of_motion_including_rotation(
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
-    return update_largest_tilt_and_return_case_status(
+    return update_late_largest_tilt_and_return_case_status(
         workspace.state,
         lane,
         kernel_input.scheme_constants.velocity_lag_behind_position_in_steps,

@@ -23,13 +23,13 @@ PARALLEL_CASE_COUNT: Final = 48
 TICKS_PER_WHOLE_STEP: Final = BLOCK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
-MAX_UNHALVED_TRAVEL_OVER_B_P_ALPHA_SHORTEST_DT: Final = 0.3
+MAX_CONTACT_CHANGE_TRAVEL_OVER_B_P_ALPHA_MIN_DT: Final = 0.3
 """Largest travel of a corner in a step in which it opens or closes, for which the step is not halved.
 
 In units of the travel in a finest step at the speed B p α, about that of a corner of a block that just falls.
 """
 
-MAX_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS: Final = 8.0
+MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS: Final = 8.0
 """Longest step in which a corner may open or close without the step being halved, in finest steps."""
 
 MAX_SIMULATED_FRICTION_COEFFICIENT: Final = 100.0

@@ -127,7 +127,7 @@ def vertex_waits_until_extreme_vertices_rest(
 
 
 @njit(**INLINE_OPTIONS)
-def body_base_lands_flat(base_contact_state: BaseContactState) -> bool:
+def is_body_in_flat_landing(base_contact_state: BaseContactState) -> bool:
     """True while a flat landing of a body lasts: its base touches in one impact, in which dashpots may pull.
 
     See `overturning.dem.block.landing`.
@@ -174,9 +174,9 @@ load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_start"
 ).load
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
-POINT_LANDING_TIME_ROW, POINT_PENETRATION_ROW = (
+POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.remaining_flat_landing_time"),
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),
 )
@@ -195,12 +195,12 @@ def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
     """True if a flat landing (all points of the base in one impact) is under way in any case computed in parallel."""
     number = 0
     for j in range(assume_vector_multiple(lane_count)):
-        number += 1 if body_base_lands_flat(load_base_contact(body_states, j)) else 0
+        number += 1 if is_body_in_flat_landing(load_base_contact(body_states, j)) else 0
     return number > 0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def raise_tilting_friction_share_where_body_tips(
+def use_full_friction_moment_where_friction_tips_body(
     body_states: Any, vertex_rows: Any, vertex_array_length: int, lane_count: int
 ) -> None:
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
@@ -210,8 +210,8 @@ def raise_tilting_friction_share_where_body_tips(
     ahead of it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the
     normal forces balance the moment of friction.
     """
-    for point in range(0, vertex_array_length, ARRAY_LENGTH_PER_VERTEX):
-        one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
+    for point in range(0, vertex_array_length, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+        one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             body = load_body_constants(body_states, j)
             v = load_state(body_states, j).velocity_relative_to_base
@@ -246,10 +246,11 @@ def compute_base_contact_states(
         # The ends are the lowest and the highest point of the rim.
         for j in range(assume_vector_multiple(lane_count)):
             body = load_body_constants(body_states, j)
-            ahead = load_point_state_at_step_start(vertex_rows[:ARRAY_LENGTH_PER_VERTEX], j)
+            ahead = load_point_state_at_step_start(vertex_rows[:VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], j)
             behind = load_point_state_at_step_start(
                 vertex_rows[
-                    start_index_of_opposite_vertices : start_index_of_opposite_vertices + ARRAY_LENGTH_PER_VERTEX
+                    start_index_of_opposite_vertices : start_index_of_opposite_vertices
+                    + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
                 ],
                 j,
             )
@@ -285,26 +286,29 @@ def compute_base_contact_states(
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         store_base_contact(body_states, j, first if few else other)
-    for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
-        one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
+    for point in range(0, 2 * start_index_of_opposite_vertices, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+        one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
-            left, least = one[POINT_LANDING_TIME_ROW + j], body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j]
+            left, least = (
+                one[POINT_REMAINING_LANDING_TIME_ROW_OFFSET + j],
+                body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j],
+            )
             body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j] = left if of_base & (left < least) else least
             longest = body_states[LONGEST_REMAINING_LANDING_TIME_ROW + j]
             body_states[LONGEST_REMAINING_LANDING_TIME_ROW + j] = (
-                longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_ROW + j])
+                longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_AT_STEP_START_ROW + j])
                 if of_base
                 else longest
             )
     if any_body_base_lands_flat(body_states, lane_count):
-        raise_tilting_friction_share_where_body_tips(
+        use_full_friction_moment_where_friction_tips_body(
             body_states, vertex_rows, 2 * start_index_of_opposite_vertices, lane_count
         )
     if few:
         return
-    for point in range(0, 2 * start_index_of_opposite_vertices, ARRAY_LENGTH_PER_VERTEX):
-        one = vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX]
+    for point in range(0, 2 * start_index_of_opposite_vertices, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+        one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             base_contact = load_base_contact(body_states, j)
             store_base_contact(body_states, j, update_lowest_and_highest_base_vertex(

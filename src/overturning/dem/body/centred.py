@@ -1,8 +1,9 @@
 """The centred scheme for a 3-D body: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one body has three parts, as for a block: `predict_body_at_step_end` and `solve_velocity_correction` are
-here, `compute_point_forces` and `complete_body_step` in `overturning.dem.body.commit`. The unknowns are the corrections
-e of velocity and angular velocity at the end of the step. `centred_loops` has the loops over the bodies.
+The step of one body has three parts, as for a block: `predict_body_with_step_start_forces` and
+`solve_velocity_correction` are here, `compute_point_forces` and `complete_body_step` in `overturning.dem.body.commit`.
+The unknowns are the corrections e of velocity and angular velocity at the end of the step. `centred_loops` has the
+loops over the bodies.
 """
 
 import math
@@ -67,7 +68,7 @@ def acceleration_of_body_centre_relative_to_base(
 
 
 @njit(**INLINE_OPTIONS)
-def predict_body_at_step_end(
+def predict_body_with_step_start_forces(
     body: BodyConstants,
     state_at_step_start: BodyState,
     step_length_ticks: float,

@@ -6,8 +6,8 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.base_contact import (
-    body_base_lands_flat,
     compute_base_contact_states,
+    is_body_in_flat_landing,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
     vertex_waits_until_extreme_vertices_rest,
@@ -15,7 +15,7 @@ from overturning.dem.body.base_contact import (
 from overturning.dem.body.centred import (
     FlatLandingConditionsOfPoint,
     contact_force_and_derivatives_of_point,
-    predict_body_at_step_end,
+    predict_body_with_step_start_forces,
     predict_contact_point,
     rim_point_position_from_centre,
     solve_velocity_correction,
@@ -65,7 +65,7 @@ from overturning.dem.kernel.lanes import (
 )
 
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
-load_shaking = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
+load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
 load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
@@ -87,17 +87,17 @@ load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_
 load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
 load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
 add_equations = create_tuple_sum_difference_and_maximum_functions(ContactForcesAndNegatedVelocityDerivatives).plus
-add_sum = create_tuple_sum_difference_and_maximum_functions(ContactForceAndMomentSum).plus
+add_contact_force_and_moment_sums = create_tuple_sum_difference_and_maximum_functions(ContactForceAndMomentSum).plus
 larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(BodyContactChangesInStep).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start")
 )
 load_predicted_point, store_predicted_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
-load_state_at_step_end, store_state_at_step_end, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
+load_body_point_state_at_step_end, store_body_point_state_at_step_end, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_end"
 )
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
     ContactPointAtStepStartAndEnd, "at_step_start.slid_in_last_step"
@@ -109,11 +109,11 @@ SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
 def predict_poses_and_velocities_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at their step ends, with constant acceleration and contact moment."""
     for j in range(assume_vector_multiple(lane_count)):
-        w = predict_body_at_step_end(
+        w = predict_body_with_step_start_forces(
             load_body_constants(body_states, j),
             load_state(body_states, j),
             load_next_step_to_attempt(body_states, j).length_in_ticks,
-            load_shaking(body_states, j),
+            load_inertial_accelerations(body_states, j),
             ticks_per_sample,
         )
         store_predicted_body(body_states, j, w)
@@ -133,7 +133,7 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         p = load_vertex(vertex_rows, j)
         q = load_vertex(opposite_rows, j)
         base_contact = load_base_contact(body_states, j)
-        flat = body_base_lands_flat(base_contact)
+        flat = is_body_in_flat_landing(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
         tilting_share = base_contact.flat_landing_tilting_share_of_friction_moment
         a = matrix_times_vector(f, p.position_from_centre_in_body_axes)
@@ -175,7 +175,7 @@ def predict_contact_of_rim_point_pair(
             & (not lowest_and_highest_base_points_rest(load_base_contact(body_states, j))),
         )
         base_contact = load_base_contact(body_states, j)
-        flat = body_base_lands_flat(base_contact)
+        flat = is_body_in_flat_landing(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
         tilting_share = base_contact.flat_landing_tilting_share_of_friction_moment
         a = rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean)
@@ -258,12 +258,12 @@ def compute_point_pair_forces_and_new_states(
             fine,
             base_is_round,
         )
-        store_state_at_step_end(point_rows, j, next_a)
-        store_state_at_step_end(opposite_rows, j, next_b)
-        forces, findings = add_sum(a, b), larger_contact_changes(findings_a, findings_b)
+        store_body_point_state_at_step_end(point_rows, j, next_a)
+        store_body_point_state_at_step_end(opposite_rows, j, next_b)
+        forces, findings = add_contact_force_and_moment_sums(a, b), larger_contact_changes(findings_a, findings_b)
         if none_if_first_pair is not None:
             forces, findings = (
-                add_sum(load_contact_force_sum(body_states, j), forces),
+                add_contact_force_and_moment_sums(load_contact_force_sum(body_states, j), forces),
                 larger_contact_changes(load_contact_changes(body_states, j), findings),
             )
         store_contact_force_sum(body_states, j, forces)
@@ -282,7 +282,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         w, d = load_predicted_body(body_states, j), load_velocity_correction(body_states, j)
         fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if base_is_round else False
         steady = base_acceleration_stays_below_limit(
-            load_shaking(body_states, j),
+            load_inertial_accelerations(body_states, j),
             w.inertial_xy_and_upward_base_acceleration,
             ticks_per_sample,
             load_termination_limits(body_states, j).max_base_acceleration_for_sample_long_steps_g,
@@ -311,7 +311,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
 def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
     for j in range(assume_vector_multiple(lane_count)):
-        new, rejected = load_state_at_step_end(point_rows, j), load_rejection(body_states, j)
+        new, rejected = load_body_point_state_at_step_end(point_rows, j), load_rejection(body_states, j)
         store_point_state_at_step_start_unless_rejected(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
@@ -340,13 +340,13 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
         ticks_per_sample: float,
     ) -> None:
         """Attempt `attempted_step_count` time steps of all bodies in parallel; a rejected step is attempted again."""
-        half = vertex_count // 2 * ARRAY_LENGTH_PER_VERTEX
+        half = vertex_count // 2 * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
         for _ in range(attempted_step_count):
             predict_poses_and_velocities_at_step_end(body_states, lane_count, ticks_per_sample)
             compute_base_contact_states(body_states, vertex_rows, half, base_vertex_count, lane_count, base_is_round)
-            for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
-                one = vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX]
-                other = vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX]
+            for pair in range(0, half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+                one = vertex_rows[pair : pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
+                other = vertex_rows[half + pair : half + pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
                 if base_is_round:
                     ahead = 1.0 if pair == 0 else 0.0
                     predict_contact_of_rim_point_pair(body_states, one, other, lane_count, ahead, 1.0 - ahead)
@@ -357,17 +357,17 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
                 else:
                     add_contact_terms_of_point_pair(body_states, one, other, lane_count, 1)
             solve_velocity_corrections(body_states, lane_count)
-            for pair in range(0, half, ARRAY_LENGTH_PER_VERTEX):
-                one = vertex_rows[pair : pair + ARRAY_LENGTH_PER_VERTEX]
-                other = vertex_rows[half + pair : half + pair + ARRAY_LENGTH_PER_VERTEX]
+            for pair in range(0, half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+                one = vertex_rows[pair : pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
+                other = vertex_rows[half + pair : half + pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
                 if pair == 0:
                     compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, None)
                 else:
                     compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, 1)
             accept_or_reject_steps(body_states, lane_count, ticks_per_sample, base_is_round)
-            for point in range(0, 2 * half, ARRAY_LENGTH_PER_VERTEX):
+            for point in range(0, 2 * half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
                 store_contact_point_states_after_accepted_steps(
-                    body_states, vertex_rows[point : point + ARRAY_LENGTH_PER_VERTEX], lane_count
+                    body_states, vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], lane_count
                 )
 
     return attempt_time_steps

@@ -35,7 +35,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import StepContactChanges
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
-from overturning.dem.kernel.mechanics import clamped_friction_stretch_and_whether_slips, updated_maximum
+from overturning.dem.kernel.mechanics import limit_friction_force_and_stretch_and_test_slip, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 MAX_LOWEST_RIM_POINT_ROTATION_TANGENT_IN_STEP: Final = 0.1
@@ -166,7 +166,7 @@ def compute_point_forces(
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     lands_flat = (predicted_point.body_lands_flat > 0.0) & inside
-    fx, fy, kx, ky, slips = clamped_friction_stretch_and_whether_slips(
+    fx, fy, kx, ky, slips = limit_friction_force_and_stretch_and_test_slip(
         hx, hy, tx, ty, most, body.point_tangential_compliance_times_mass, (lands_flat, drifts)
     )
     lever = Vector3(r.x, r.y, tilting * r.z)

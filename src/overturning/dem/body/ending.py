@@ -55,18 +55,20 @@ load_energy_account, load_case_progress, load_termination_limits = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
     for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
 )
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
+load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    InertialAndUpwardBaseAccelerations3D
+).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_start"
 ).load
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
-LARGEST_LATE_TILT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+LARGEST_TILT_RATIO_AFTER_RECORD_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
     LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
 )
-SLIDE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+SLIDING_CASE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
     LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
 )
 
@@ -94,7 +96,7 @@ def body_energy_per_mass(
     springs = 0.0
     for i in range(vertex_count):
         one = load_point_state_at_step_start(
-            vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
+            vertex_rows[i * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], lane
         )
         depth = max(one.penetration, 0.0)
         springs += body.point_normal_stiffness_per_mass * depth * depth + body.point_tangential_stiffness_per_mass * (
@@ -126,7 +128,8 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
         number += (
             1
             if load_point_state_at_step_start(
-                vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
+                vertex_rows[i * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES],
+                lane,
             ).penetration
             > 0.0
             else 0
@@ -135,7 +138,7 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 
 
 @njit(**INLINE_OPTIONS)
-def energy_per_mass_to_tilt_body_over_edge(
+def energy_per_mass_to_tilt_body_about_edge(
     body: BodyConstants, base_edge_distance_from_centre: float, tilt_squared_sine: float
 ) -> float:
     """Return the energy per mass, m²/s², to tilt a body over a base edge from 0 to a tilt up to the critical one."""
@@ -227,7 +230,7 @@ def update_late_tilt_and_return_case_status(
 
     The late tilt is the largest one near the end of the case.
     """
-    count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
+    count = vertex_rows.size // VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     body = load_body_constants(body_states, lane)
     s = load_state(body_states, lane)
     peaks = load_peaks(body_states, lane)
@@ -256,7 +259,7 @@ def update_late_tilt_and_return_case_status(
     # weight compresses the spring: g²/2k less energy than in the rigid body.
     past = (
         now + 0.5 * GRAVITY * GRAVITY / body.point_normal_stiffness_per_mass
-        <= energy_per_mass_to_tilt_body_over_edge(
+        <= energy_per_mass_to_tilt_body_about_edge(
             body, limits.min_base_edge_distance_from_centre, peaks.peak_lean_squared_sine
         )
     )
@@ -267,9 +270,9 @@ def update_late_tilt_and_return_case_status(
     )
     rise = s.centre_position.z - body.centre_height
     late_tilt = updated_largest_tilt_ratio_near_case_end(
-        body_states[LARGEST_LATE_TILT_ROW + lane], course, sample, record_sample_count, tilt, rise
+        body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW + lane], course, sample, record_sample_count, tilt, rise
     )
-    body_states[LARGEST_LATE_TILT_ROW + lane] = late_tilt
+    body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
@@ -282,7 +285,7 @@ def update_late_tilt_and_return_case_status(
         gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.inverse_of_inertia_per_mass.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if set_slide_end_once_and_check_case_continues(
-            body_states, SLIDE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
+            body_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
         ):
             return CASE_NOT_ENDED
     return CaseStatus.SIMULATED
@@ -312,7 +315,7 @@ def body_rests_upright_on_all_base_vertices(
         return False
     for i in range(vertex_count):
         one = load_point_state_at_step_start(
-            vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX], lane
+            vertex_rows[i * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], lane
         )
         held += 1 if one.normal_force_per_mass > 0.0 and one.slid_in_last_step == 0.0 else 0
     return bool(
@@ -327,7 +330,7 @@ def write_case_results(
     body_states: Any, vertex_rows: Any, lane: int, status: int, result_row: Any, fall_limits_by_lean_sector: Any
 ) -> None:
     """Write the results of the case in column `lane` of the state array into `result_row`."""
-    count = vertex_rows.size // ARRAY_LENGTH_PER_VERTEX
+    count = vertex_rows.size // VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     body = load_body_constants(body_states, lane)
     s = load_state(body_states, lane)
     peaks = load_peaks(body_states, lane)
@@ -381,7 +384,7 @@ def write_body_trajectory_row(
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
     body = load_body_constants(body_states, lane)
     s = load_state(body_states, lane)
-    shaking = load_inertial_accelerations(body_states, lane)
+    shaking = load_accelerations_from_base_motion(body_states, lane)
     trajectory_row.time = (
         load_case_progress(body_states, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval_s

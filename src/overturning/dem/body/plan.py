@@ -279,7 +279,7 @@ def _check_body_arguments(model: Body, cases: Cases, numerics: NumericalOptions)
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
-    if not model.shape.aspect_is_parameter and (np.asarray(cases.aspect) != 1.0).any():
+    if not model.shape.depth_over_width_is_parameter and (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
     start = model.start
     if start is not None and not abs(np.sum(np.square(start.rest_to_initial_quaternion_wxyz)) - 1.0) < 1e-6:

@@ -42,7 +42,7 @@ from overturning.dem.kernel.ending import (
     CaseProgress,
     RestAccelerationLimitAndAtRestFlag,
     case_cannot_have_ended,
-    next_sample_tick_and_last_upright_time,
+    continuation_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
     GroundMotion,
@@ -127,10 +127,10 @@ store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
 ).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 TICKS_SINCE_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start")
-LAST_UPRIGHT_TICK_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample")
+LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample")
 NEXT_STEP_LENGTH_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
@@ -153,7 +153,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
     """Return empty state arrays of bodies and their vertices, one column (lane) per case computed in parallel."""
     state = cache_line_aligned_zeros(
         STATE_ROW_COUNT * PARALLEL_CASE_COUNT
-        + kernel_input.vertices_and_base_edges_by_size.shape[1] * ARRAY_LENGTH_PER_VERTEX
+        + kernel_input.vertices_and_base_edges_by_size.shape[1] * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     )
     return BodyWorkspace(state, state[STATE_ROW_COUNT * PARALLEL_CASE_COUNT :])
 
@@ -206,10 +206,10 @@ def advance_sample_and_load_base_motion(
     for j in range(assume_vector_multiple(lane_count)):
         s = load_state(body_states, j)
         store_rotation_quaternion(body_states, j, normalise_quaternion(s.rotation))
-        begun = next_sample_tick_and_last_upright_time(
+        begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(body_states, j),
             s.ticks_since_sample_start,
-            body_states[LAST_UPRIGHT_TICK_ROW + j],
+            body_states[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j],
             ticks,
             interval,
         )
@@ -218,7 +218,7 @@ def advance_sample_and_load_base_motion(
             body_states[TICKS_SINCE_SAMPLE_START_ROW + j],
             body_states[LAST_UPRIGHT_TIME_ROW + j],
         ) = begun
-        body_states[LAST_UPRIGHT_TICK_ROW + j] = -1.0
+        body_states[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] = -1.0
     last = up.shape[0] - 3
     for j in range(assume_vector_multiple(lane_count)):
         course = load_case_progress(body_states, j)

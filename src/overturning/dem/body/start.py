@@ -54,7 +54,7 @@ store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
 ).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
-ARRAY_LENGTH_PER_VERTEX: Final = VERTEX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
@@ -169,7 +169,7 @@ def write_vertex_states_and_return_body_state(
     f = rotation_matrix(turn)
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(vertices_and_base_edges.shape[0]):
-        one = vertex_rows[i * ARRAY_LENGTH_PER_VERTEX : (i + 1) * ARRAY_LENGTH_PER_VERTEX]
+        one = vertex_rows[i * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         own = Vector3(vertices_and_base_edges[i, 0], vertices_and_base_edges[i, 1], vertices_and_base_edges[i, 2])
         arm = matrix_times_vector(f, own)
         store_vertex(

@@ -72,7 +72,7 @@ class RestAccelerationLimitAndAtRestFlag(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def next_sample_tick_and_last_upright_time(
+def continuation_sample_tick_and_last_upright_time(
     case_progress: CaseProgress,
     ticks_since_start_of_ended_sample: float,
     last_upright_tick_in_ended_sample: float,

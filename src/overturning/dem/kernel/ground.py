@@ -89,7 +89,7 @@ def base_acceleration_in_this_or_next_sample(
     ) + base_acceleration.slope_change_at_sample_end_per_tick * ticks_past_sample_end
 
 
-def largest_upcoming_acceleration_by_rest_check(
+def max_acceleration_in_window_by_rest_check(
     acceleration_magnitude_by_sample_m_s2: FloatArray, sampling_interval: float
 ) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample at which rest is tested.
@@ -159,7 +159,7 @@ def next_window_motion_is_below_rest_limit(
 ) -> bool:
     """True if the base motion in a time window after `current_sample` cannot move a body at rest.
 
-    The window is that of `largest_upcoming_acceleration_by_rest_check`. `amplitude_factor` multiplies the motion; the
+    The window is that of `max_acceleration_in_window_by_rest_check`. `amplitude_factor` multiplies the motion; the
     body resists a horizontal acceleration of `rest_acceleration_limit_g` · g. An acceleration is linear between
     samples, so it is largest at one of them.
     """

@@ -173,7 +173,7 @@ def _signature_and_generator_for_selection(
 select: Final[Any] = intrinsic(_signature_and_generator_for_selection)
 
 
-def _signature_and_generator_for_lane_rounding(_typing_context: Any, lane_count_type: Any) -> Any:
+def _signature_and_generator_for_rounding_lanes_down(_typing_context: Any, lane_count_type: Any) -> Any:
     """Return Numba signature and code generator for rounding a number of lanes down to a multiple of 8, at least 8."""
 
     def generate_code_rounding_down_to_cache_lines(_: Any, builder: Any, __: Any, llvm_arguments: Any) -> Any:
@@ -185,7 +185,7 @@ def _signature_and_generator_for_lane_rounding(_typing_context: Any, lane_count_
     return types.intp(lane_count_type), generate_code_rounding_down_to_cache_lines
 
 
-assume_vector_multiple: Final[Any] = intrinsic(_signature_and_generator_for_lane_rounding)
+assume_vector_multiple: Final[Any] = intrinsic(_signature_and_generator_for_rounding_lanes_down)
 """``assume_vector_multiple(n)`` returns n, a positive multiple of 8: LLVM omits the loop for what vectors leave.
 
 Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""

@@ -84,7 +84,7 @@ def updated_maximum(peak_so_far: float, new_value: float) -> float:
 
 
 @njit(**INLINE_OPTIONS)
-def clamped_friction_stretch_and_whether_slips(
+def limit_friction_force_and_stretch_and_test_slip(
     force_per_mass_x: float,
     force_per_mass_y: float,
     stretch_x: float,

@@ -180,7 +180,7 @@ def create_lookup_by_type(value_by_argument_type: Mapping[Any, Any]) -> Callable
         return value_by_argument_type[type(argument_whose_type_selects_value)]
 
     @overload(look_up_value_by_argument_type, strict=False)
-    def overload_value_lookup(argument_whose_type_selects_value: Any) -> Any:
+    def declare_type_lookup_to_numba(argument_whose_type_selects_value: Any) -> Any:
         """Tell Numba which value `look_up_value_by_argument_type` returns for an argument of this type."""
         entry = value_by_argument_type[argument_whose_type_selects_value.instance_class]
         return lambda argument_whose_type_selects_value: entry  # noqa: ARG005, Numba requires the same arguments

@@ -218,7 +218,7 @@ def create_tuple_storer(
         """Check the types; return the Numba signature of the storing and the function that generates its LLVM code."""
         _check_argument_types(tuple_type, stored_tuple_type)
 
-        def generate_store_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
+        def generate_call_of_store_function(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the storing function."""
             data = _first_number_address(context, builder, signature.args[0], llvm_arguments[0])
             numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[2], llvm_arguments[2])
@@ -231,7 +231,7 @@ def create_tuple_storer(
                 *llvm_numbers_of_tuple(builder, tuple_type, numbers),
             )
 
-        return types.void(array_type, types.uintp, stored_tuple_type), generate_store_code
+        return types.void(array_type, types.uintp, stored_tuple_type), generate_call_of_store_function
 
     return intrinsic(signature_and_generator_for_store)
 
@@ -265,7 +265,7 @@ def create_store_tuple_unless_function(
         """Check the types; return Numba signature and code generator of storing the tuple unless a flag is true."""
         _check_argument_types(tuple_type, stored_tuple_type)
 
-        def generate_store_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
+        def generate_call_of_store_function(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the storing function."""
             data = _first_number_address(context, builder, signature.args[0], llvm_arguments[0])
             numbers = _convert_tuple_to_float64(context, builder, tuple_type, signature.args[3], llvm_arguments[3])
@@ -279,7 +279,7 @@ def create_store_tuple_unless_function(
                 *llvm_numbers_of_tuple(builder, tuple_type, numbers),
             )
 
-        return types.void(array_type, types.uintp, types.boolean, stored_tuple_type), generate_store_code
+        return types.void(array_type, types.uintp, types.boolean, stored_tuple_type), generate_call_of_store_function
 
     return intrinsic(signature_and_generator_for_store_unless)
 

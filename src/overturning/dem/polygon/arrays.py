@@ -107,7 +107,7 @@ class ElementResultRow(NamedTuple):
 
 
 CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
-ELEMENT_FALL_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(ElementFallAndSupportColumns)
+ELEMENT_FALL_AND_SUPPORT_DTYPE: Final = table_dtype_of_named_tuples(ElementFallAndSupportColumns)
 TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
 ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow)
@@ -249,7 +249,7 @@ def _pair_state_at_rest(
     """Return the contact state at rest of two convex pieces, one each of elements a and b of the prepared scene."""
     placed, laws, pair = prepared_scene.elements, prepared_scene.pair_contact_laws, prepared_scene.pairs[pair_index]
     tangential = laws.tangential_stiffness[pair_index]
-    ends = [k.PlanarContactPointHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+    ends = [k.PlanarContactPointHistory(0.0, k.CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.contact_points_loaded_at_rest:
         if end.pair_index == pair_index:
             of_a = _contact_vertex_belongs_to_first_element(piece_of_a, piece_of_b, end.point_number)
@@ -355,19 +355,22 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
 
 
 def fall_limits_supports_and_overturning_energies(prepared_scene: PreparedScene) -> NDArray[np.void]:
-    """Return fall limits, support and energy to overturn by element: `ELEMENT_FALL_LIMITS_DTYPE`, shape (elements,)."""
+    """Return fall limits, support and energy to overturn by element, shape (elements,).
+
+    The rows have the type `ELEMENT_FALL_AND_SUPPORT_DTYPE`.
+    """
     return np.array(
         [
             (
                 not item.is_driven_or_held,
                 *fall_rotations_to_both_sides(item),
                 *prepared_scene.tipping_angles_by_element_and_side[k],
-                *prepared_scene.support_index_and_held_stack_bottom_index(k),
+                *prepared_scene.support_and_held_bottom_element_indices(k),
                 prepared_scene.overturning_energies[k],
             )
             for k, item in enumerate(prepared_scene.elements)
         ],
-        ELEMENT_FALL_LIMITS_DTYPE,
+        ELEMENT_FALL_AND_SUPPORT_DTYPE,
     )
 
 

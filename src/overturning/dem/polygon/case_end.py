@@ -11,7 +11,7 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
     element_kinetic_energy,
-    energy_absorbed_by_contacts_in_last_half_step,
+    energy_transferred_to_contacts_in_last_half_step,
     kinetic_and_gravitational_energy,
     scene_energy,
 )
@@ -123,7 +123,7 @@ def case_status(
     ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, fall_and_support_table, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
     if set_slide_end_once_and_check_case_continues(
-        case_states, rows.SLIDE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
+        case_states, rows.SLIDING_CASE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
@@ -358,7 +358,7 @@ def mark_fallen_and_write_case_results(
     case_states: Any, lane: int, scene_arrays: Any, case_result_row: Any, element_result_rows_of_case: Any
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
-    v = int(case_states[rows.SCENE_VARIANT_ROW + lane])
+    v = int(case_states[rows.SCENE_VARIANT_INDEX_ROW + lane])
     fall_and_support_table, limits = scene_arrays.fall_and_support_table[v], scene_arrays.termination_limits[v]
     find_fallen_elements_and_store_side_and_time(
         case_states,
@@ -367,9 +367,9 @@ def mark_fallen_and_write_case_results(
         fall_and_support_table,
         MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration,
     )
-    work, absorbed = 0.0, energy_absorbed_by_contacts_in_last_half_step(case_states, lane, scene_arrays)
+    work, absorbed = 0.0, energy_transferred_to_contacts_in_last_half_step(case_states, lane, scene_arrays)
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         absorbed += q[rows.ABSORBED_ENERGY_ROW + lane]
     for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)

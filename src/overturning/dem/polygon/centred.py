@@ -47,7 +47,9 @@ from overturning.dem.polygon.state import (
     SceneStateAndConstants,
 )
 
-MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST: Final = SCENE_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
+MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS: Final = (
+    SCENE_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
+)
 """Longest step, over the case's shortest step, that resolves the vibration of the contacts."""
 
 MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
@@ -224,7 +226,7 @@ def step_resolves_contact_vibration(scene_state: SceneStateAndConstants) -> bool
     """
     return (
         scene_state.current_step_length_and_repetitions.length_in_ticks
-        <= MAX_VIBRATION_RESOLVING_STEP_OVER_SHORTEST * scene_state.step_control.shortest_step_ticks
+        <= MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS * scene_state.step_control.shortest_step_ticks
     )
 
 
@@ -270,10 +272,10 @@ def add_pair_contact_terms_to_equations(
         g2 = predict_planar_contact_point(law, old.point_2, slid_2, two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
-        rows.store_assumed_slip_at_point_1(
+        rows.store_stretch_and_assumed_friction_at_point_1(
             pair_state_rows, j, PredictedStretchAndAssumedFriction(g1.tangential_spring_stretch, slid_1)
         )
-        rows.store_assumed_slip_at_point_2(
+        rows.store_stretch_and_assumed_friction_at_point_2(
             pair_state_rows, j, PredictedStretchAndAssumedFriction(g2.tangential_spring_stretch, slid_2)
         )
         add_pair_contact_matrix_to_equation_submatrices(

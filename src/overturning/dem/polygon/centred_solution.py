@@ -38,7 +38,7 @@ from overturning.dem.polygon.mechanics import (
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.state import (
-    OPEN,
+    CONTACT_POINT_IS_OPEN,
     ContactPointConstants,
     PlanarContactPointHistory,
     StepContactChangesAsFloats,
@@ -92,7 +92,10 @@ def solved_planar_contact_point(
         contact_point.penetration - half_step_time * more_open,
         predicted_stretch_and_assumed_slip.tangential_spring_stretch + half_step_time * more_slip,
     )
-    touches, was = contact_point.vertex_projects_onto_other_face > 0.0, point_history.contact_vertex_status_code != OPEN
+    touches, was = (
+        contact_point.vertex_projects_onto_other_face > 0.0,
+        point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN,
+    )
     inside = (depth > 0.0) & touches
     n = contact_law.normal_stiffness * depth - contact_law.dashpot_coefficient * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
@@ -162,7 +165,7 @@ def add_solved_pair_forces_and_store_trial_history(
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
             rows.load_pair_state(pair_state_rows, j),
-            rows.load_step_results(pair_state_rows, j),
+            rows.load_intermediate_step_results(pair_state_rows, j),
             rows.load_element_state(element_a_state_rows, j),
             rows.load_element_state(element_b_state_rows, j),
         )
@@ -225,7 +228,10 @@ def add_solved_pair_forces_and_store_trial_history(
             history, segment, VertexPositionsAtOtherFace(a1, a2, b1, b2),
             results_with_slip_corrected_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
         ))  # fmt: skip
-        pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j], pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j] = (
+        (
+            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j],
+            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j],
+        ) = (
             s1.signed_friction_coefficient,
             s2.signed_friction_coefficient,
         )
@@ -253,19 +259,19 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         step, decision = (
-            rows.load_step_results(pair_state_rows, j),
+            rows.load_intermediate_step_results(pair_state_rows, j),
             rows.load_scene_state(scene_state_rows, j).step_acceptance,
         )
         rows.store_contact_history_unless_rejected(
             pair_state_rows, j, decision.is_rejected > 0.0, step.history_after_step
         )
-        pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j] = select(
+        pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
             step.predicted_stretch_and_friction_at_point_1.signed_friction_coefficient,
-            pair_state_rows[rows.SIGNED_FRICTION_1_ROW + j],
+            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j],
         )
-        pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j] = select(
+        pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
             step.predicted_stretch_and_friction_at_point_2.signed_friction_coefficient,
-            pair_state_rows[rows.SIGNED_FRICTION_2_ROW + j],
+            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j],
         )

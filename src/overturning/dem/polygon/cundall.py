@@ -189,7 +189,7 @@ def advance_element_motion_one_step(
         rows.store_velocity(element_state_rows, j, v)
         rows.store_acceleration(element_state_rows, j, a)
         rows.store_contact_force_sum(element_state_rows, j, PlanarMotionOrForce(0.0, 0.0, 0.0))
-        rows.store_motion_and_peaks(
+        rows.store_step_motion_work_and_peaks(
             element_state_rows, j, ElementStepMotionWorkAndPeaks(far, turn, work, back, on, last, 0.0)
         )
 
@@ -212,7 +212,7 @@ def advance_scene_one_step(
     kept = 0
     for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
         p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         near = update_nearest_faces_and_check_possible_contact(
             case_states,
             q,

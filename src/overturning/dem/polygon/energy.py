@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
-from overturning.dem.polygon.state import CONTACT_VERTEX_IS_OF_B, OPEN, ElementState, PairState
+from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_B, ElementState, PairState
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -18,7 +18,7 @@ def scene_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """
     total = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         total += pair_spring_energy(rows.load_pair_state(q, lane))
     return total + kinetic_and_gravitational_energy(case_states, lane, scene_arrays)
 
@@ -44,7 +44,7 @@ def pair_spring_energy(pair: PairState) -> float:
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.point_1 if end == 0 else history.point_2
-        if memory.contact_vertex_status_code != OPEN:
+        if memory.contact_vertex_status_code != CONTACT_POINT_IS_OPEN:
             depth = contact_vertex_position(memory, end, history.previous_vertex_positions).depth
             total += 0.5 * (
                 pair.contact_law.normal_stiffness * depth * depth
@@ -62,7 +62,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def energy_absorbed_by_contacts_in_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
+def energy_transferred_to_contacts_in_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the work (J) of a scene's contact forces in the time by which velocities lag behind poses (half a step).
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
@@ -71,10 +71,13 @@ def energy_absorbed_by_contacts_in_last_half_step(case_states: Any, lane: int, s
     """
     work = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         history = pair.history
-        if history.point_1.contact_vertex_status_code == OPEN and history.point_2.contact_vertex_status_code == OPEN:
+        if (
+            history.point_1.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
+            and history.point_2.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
+        ):
             continue
         later = earlier_vertex_positions(pair, rows.load_element_state(a, lane), rows.load_element_state(b, lane), 0.0)
         for end in range(2):

@@ -41,7 +41,7 @@ class PairSubmatrices(NamedTuple):
     force_on_b_by_velocity_of_b: Any
 
 
-SPARE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
+IGNORED_BASE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
 """Number of spare submatrices behind the matrix; they receive the terms of elements that move with the base."""
 
 

@@ -12,10 +12,10 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine_by_small_angle, updated_maximum
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint
 from overturning.dem.polygon.state import (
+    CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES,
+    CONTACT_POINT_IS_OPEN,
     CONTACT_VERTEX_IS_OF_A,
     CONTACT_VERTEX_IS_OF_B,
-    OPEN,
-    TRANSFERRED,
     ContactPointConstants,
     ElementState,
     PairHistory,
@@ -185,14 +185,18 @@ def trial_tangential_spring_stretch(
         -((carrier * contact_segment.sine_of_angle_between_faces) * point_history.normal_force)
         - point_history.tangential_force * contact_segment.cosine_of_angle_between_faces
     )
-    share = point_history.tangential_force if point_history.contact_vertex_status_code == TRANSFERRED else share
+    share = (
+        point_history.tangential_force
+        if point_history.contact_vertex_status_code == CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES
+        else share
+    )
     equivalent = -(share + dashpot_force_opposing_slip) * tangential_compliance
     stretch = (
         point_history.tangential_spring_stretch + contact_point.slip_of_a_in_step
         if point_history.contact_vertex_status_code == carrier
         else equivalent
     )
-    return stretch if point_history.contact_vertex_status_code != OPEN else 0.0
+    return stretch if point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN else 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -323,15 +327,15 @@ def contact_point_history_after_step(
     """
     begun = (
         contact_law.flat_landing_duration
-        if other_point_history.contact_vertex_status_code == OPEN
+        if other_point_history.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
         else other_point_history.remaining_flat_landing_time - step_duration
     )
     left = (
         point_history.remaining_flat_landing_time - step_duration
-        if point_history.contact_vertex_status_code != OPEN
+        if point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN
         else begun
     )
-    carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else OPEN
+    carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else CONTACT_POINT_IS_OPEN
     return PlanarContactPointHistory(
         point_result.force.tangential_spring_stretch,
         carrier,
@@ -349,7 +353,11 @@ def twice_energy_absorbed_at_contact_point(
     value = (point_history.normal_force + point_result.force.normal_force) * (
         point_result.penetration - contact_point.previous_step_penetration
     ) - (point_history.tangential_force + point_result.force.tangential_force) * point_result.slip_of_a_in_step
-    return value if (point_history.contact_vertex_status_code != OPEN) | point_result.is_in_contact else 0.0
+    return (
+        value
+        if (point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN) | point_result.is_in_contact
+        else 0.0
+    )
 
 
 @njit(**INLINE_OPTIONS)

@@ -18,12 +18,12 @@ from overturning.dem.polygon.contact_history import (
     normal_force_direction_on_element_a,
 )
 from overturning.dem.polygon.prepare import PreparedScene
-from overturning.dem.polygon.state import CONTACT_VERTEX_IS_OF_A, OPEN
+from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_A
 
-TIME, GROUND = range(2)
+TIME_COLUMN, BASE_ACCELERATION_COLUMN = range(2)
 TRAJECTORY_COLUMNS_PER_ELEMENT: Final = 6
 """Columns of an element: x, z, rotation and their rates."""
-FORCE_X, FORCE_Z, NORMAL_FORCE, NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z = range(5)
+FORCE_X_COLUMN, FORCE_Z_COLUMN, NORMAL_FORCE_COLUMN, NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z_COLUMN = range(5)
 TRAJECTORY_COLUMNS_PER_CONTACT_POINT: Final = 5
 """Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
 mean of normal force × place (x, z)."""
@@ -35,10 +35,10 @@ def record_base_and_element_motion_of_first_case(
 ) -> None:
     """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
     case = rows.load_scene_state(case_states, 0)
-    trajectory_row_out[TIME] = (
+    trajectory_row_out[TIME_COLUMN] = (
         case.current_sample + case.base_acceleration.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval
-    trajectory_row_out[GROUND] = base_acceleration_at_tick(
+    trajectory_row_out[BASE_ACCELERATION_COLUMN] = base_acceleration_at_tick(
         case.base_acceleration.horizontal, case.base_acceleration.ticks_since_sample_start
     )
     half = case.velocity_lag_behind_pose
@@ -67,11 +67,11 @@ def add_first_case_contact_forces_to_trajectory(
     With the shares `time_weight_in_sample_mean` of all steps of a sample, the sum is the mean force.
     """
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, first, second = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, first, second = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair, a, b = rows.load_pair_state(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.point_1 if end == 0 else pair.history.point_2
-            if memory.contact_vertex_status_code == OPEN:
+            if memory.contact_vertex_status_code == CONTACT_POINT_IS_OPEN:
                 continue
             n, tangent, mine = (
                 time_weight_in_sample_mean * memory.normal_force,
@@ -87,11 +87,11 @@ def add_first_case_contact_forces_to_trajectory(
                 + TRAJECTORY_COLUMNS_PER_ELEMENT * scene_arrays.fall_and_support_table.shape[1]
                 + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             )
-            trajectory_rows[trajectory_row_index, at + FORCE_X] += n * nx + tangent * nz
-            trajectory_rows[trajectory_row_index, at + FORCE_Z] += n * nz - tangent * nx
-            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE] += n
+            trajectory_rows[trajectory_row_index, at + FORCE_X_COLUMN] += n * nx + tangent * nz
+            trajectory_rows[trajectory_row_index, at + FORCE_Z_COLUMN] += n * nz - tangent * nx
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_COLUMN] += n
             trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_X_COLUMN] += n * (a.x + rx)
-            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z] += n * (a.z + rz)
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z_COLUMN] += n * (a.z + rz)
 
 
 def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
@@ -108,7 +108,7 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
     placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
     poses_end = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, TRAJECTORY_COLUMNS_PER_CONTACT_POINT)
-    force, load = forces[:, :, [FORCE_X, FORCE_Z]], forces[:, :, [NORMAL_FORCE]]
+    force, load = forces[:, :, [FORCE_X_COLUMN, FORCE_Z_COLUMN]], forces[:, :, [NORMAL_FORCE_COLUMN]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
@@ -122,13 +122,13 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
         scene=prepared_scene.scene,
         placed_elements=placed,
         critical_angles=prepared_scene.tipping_angles,
-        time=trajectory_rows[:, TIME],
-        base_acceleration_towards_azimuth=trajectory_rows[:, GROUND],
+        time=trajectory_rows[:, TIME_COLUMN],
+        base_acceleration_towards_azimuth=trajectory_rows[:, BASE_ACCELERATION_COLUMN],
         poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(
             len(trajectory_rows), len(placed), TRAJECTORY_COLUMNS_PER_ELEMENT
         ),
         mean_contact_forces_until_next_row=force,
-        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z]]
+        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z_COLUMN]]
         / np.where(load > 0.0, load, np.nan),
         contact_element_names=contacts,
     )

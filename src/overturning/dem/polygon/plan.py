@@ -16,8 +16,8 @@ from overturning.dem.path import PlanarTrajectory
 from overturning.dem.plan import SimulationPlan, azimuth_row_by_case_and_base_accelerations, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import (
-    GROUND,
-    TIME,
+    BASE_ACCELERATION_COLUMN,
+    TIME_COLUMN,
     TRAJECTORY_COLUMNS_PER_ELEMENT,
     count_trajectory_columns,
     planar_trajectory_of_scene,
@@ -33,7 +33,7 @@ from overturning.dem.quiet import (
     simulated_sample_ranges_and_stays_at_rest,
 )
 from overturning.dem.time_step import (
-    DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED,
+    DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS,
     IntegrationScheme,
     parse_scheme,
     steps_per_sample,
@@ -59,8 +59,8 @@ class PolygonSimulationPlan(SimulationPlan):
 
     split_long_queues: ClassVar[bool] = True
     block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
-    index_or_field_name_of_trajectory_time: ClassVar[Any] = (..., TIME)
-    base_acceleration_columns: ClassVar[Any] = ((..., GROUND),)
+    index_or_field_name_of_trajectory_time: ClassVar[Any] = (..., TIME_COLUMN)
+    base_acceleration_columns: ClassVar[Any] = ((..., BASE_ACCELERATION_COLUMN),)
 
     model: PlanarModel
     scheme: IntegrationScheme
@@ -132,7 +132,7 @@ class PolygonSimulationPlan(SimulationPlan):
         The trajectory is returned unchanged if the longer computation takes other steps.
         """
         interval, table = self.motion.sampling_interval, self.case_table.copy()
-        table["earliest_end_sample"] = np.ceil((trajectory_rows[-1, TIME] + added_time_s) / interval)
+        table["earliest_end_sample"] = np.ceil((trajectory_rows[-1, TIME_COLUMN] + added_time_s) / interval)
         plan = replace(self, case_table=table)
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
@@ -151,8 +151,10 @@ class PolygonSimulationPlan(SimulationPlan):
             2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(prepared.elements),
         )
         rest[:, poses_end:] = np.nan
-        rest[:, TIME] = np.arange(sample_count) * self.motion.sampling_interval
-        rest[:, GROUND] = self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
+        rest[:, TIME_COLUMN] = np.arange(sample_count) * self.motion.sampling_interval
+        rest[:, BASE_ACCELERATION_COLUMN] = (
+            self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
+        )
         for index, item in enumerate(prepared.elements):
             pose = np.array([item.centre_of_mass_x, item.centre_of_mass_z, 0.0]) + prepared.static_displacements[index]
             rest[:, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * index : 5 + TRAJECTORY_COLUMNS_PER_ELEMENT * index] = pose
@@ -174,7 +176,7 @@ def plan_scene_simulation(
     distinct, variant = np.unique(keys, axis=0, return_inverse=True)
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
-    _check_variant_stiffness_and_pairs(scene, variants)
+    _check_stiffness_limit_and_equal_pairs(scene, variants)
     row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)
     square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
@@ -184,7 +186,7 @@ def plan_scene_simulation(
     )
     # 1/p with p = √(3g/4R).
     slowest = np.sqrt(
-        np.array([item.half_diagonal_of_scene_height_and_element_width for item in variants]) / (0.75 * scene.gravity)
+        np.array([item.half_diagonal_of_scene_height_and_widest_element for item in variants]) / (0.75 * scene.gravity)
     )[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude_factor"], table["dashpot_factor"] = cases.amplitude, cases.damping_factor
@@ -325,7 +327,7 @@ def steps_per_sample_shortest_step_auto_to_requested_ratio(
         sampling_interval,
     )
     heavy = np.maximum(
-        0.5 * max_dashpot_eigenvalue_by_variant / frequency / DAMPING_RATIO_ABOVE_WHICH_STEP_IS_SHORTENED, 1.0
+        0.5 * max_dashpot_eigenvalue_by_variant / frequency / DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS, 1.0
     )
     fewest, steps = (
         steps_per_sample_from_stable_step(whole, whole, wanted, sampling_interval)
@@ -342,7 +344,7 @@ def steps_per_sample_shortest_step_auto_to_requested_ratio(
     return steps, np.ldexp(SCENE_STEP_CONTROL.ticks_per_whole_step, -halvings), steps / fewest
 
 
-def _check_variant_stiffness_and_pairs(scene: Scene, scene_variants: list[PreparedScene]) -> None:
+def _check_stiffness_limit_and_equal_pairs(scene: Scene, scene_variants: list[PreparedScene]) -> None:
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in scene_variants:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.

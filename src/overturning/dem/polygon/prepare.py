@@ -129,7 +129,7 @@ class PreparedScene:
         return max(float(self.elements[k].vertices_in_scene[:, 1].max()) for k in self.free_element_indices)
 
     @property
-    def half_diagonal_of_scene_height_and_element_width(self) -> float:
+    def half_diagonal_of_scene_height_and_widest_element(self) -> float:
         """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.elements[k].vertices_in_scene[:, 1].min()) for k in self.free_element_indices)
         wide = max(self.elements[k].shape.width for k in self.free_element_indices)
@@ -144,7 +144,7 @@ class PreparedScene:
         places = [item.centre_of_mass_x for item in self.elements]
         return np.array([far[on] - abs(x - places[on]) for on, (x, _) in zip(supports, centres, strict=True)])
 
-    def support_index_and_held_stack_bottom_index(self, element_index: int) -> tuple[int, int]:
+    def support_and_held_bottom_element_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         supports, last = self.support_element_indices, element_index
         while not self.elements[last].is_driven_or_held and supports[last] != last:
@@ -252,7 +252,7 @@ def smallest_free_element_side(elements: Elements) -> float:
 MAX_SINE_BETWEEN_PARALLEL_NORMALS: Final = 0.05
 """Sine of the angle between two normals up to which they count as parallel."""
 
-LARGEST_NEGLECTED_TIPPING_ANGLE_RAD: Final = 1e-6
+MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
@@ -321,12 +321,12 @@ def _tipping_angles_energies_and_supports(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if freely_standing_element_mask[k] and min(reach) > LARGEST_NEGLECTED_TIPPING_ANGLE_RAD:
+        if freely_standing_element_mask[k] and min(reach) > MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
             least = 0.0
             fall = item.fall_rotations_to_minus_and_plus_x_rad
-            critical[k] = min(fall) if rests else max(min(reach), LARGEST_NEGLECTED_TIPPING_ANGLE_RAD)
+            critical[k] = min(fall) if rests else max(min(reach), MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD)
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.smaller_of_width_and_height)
     return tips, critical, barrier, support, base

@@ -10,7 +10,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_contact_segment_open_unless_may_touch
-from overturning.dem.polygon.state import OPEN, ElementState, PairState, PlanarContactPointHistory
+from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, ElementState, PairState, PlanarContactPointHistory
 
 MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its contacts then carry
@@ -44,8 +44,8 @@ def element_has_tipped_or_dropped(element: ElementState, fall_limits_of_element:
 @njit(**INLINE_OPTIONS)
 def count_closed_contact_points(pair: PairState) -> int:
     """Count the contact points of two elements at which these touch, 0 to 2."""
-    return (1 if pair.history.point_1.contact_vertex_status_code != OPEN else 0) + (
-        1 if pair.history.point_2.contact_vertex_status_code != OPEN else 0
+    return (1 if pair.history.point_1.contact_vertex_status_code != CONTACT_POINT_IS_OPEN else 0) + (
+        1 if pair.history.point_2.contact_vertex_status_code != CONTACT_POINT_IS_OPEN else 0
     )
 
 
@@ -65,7 +65,7 @@ def last_time_on_standing_support_or_inf(
             and scene_arrays.pair_element_and_piece_indices[p, 1] != element_index
         ):
             continue
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         if (
             pair.is_a_on_b_minus_is_b_on_a == 0.0
@@ -122,7 +122,7 @@ def any_element_can_still_land(
                 scene_arrays.pair_element_and_piece_indices[p, 0] == i
                 or scene_arrays.pair_element_and_piece_indices[p, 1] == i
             ):
-                q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+                q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
                 touching += count_closed_contact_points(rows.load_pair_state(q, lane))
         if (
             touching == 0
@@ -136,7 +136,7 @@ def any_element_can_still_land(
 def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointHistory) -> bool:
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
-        point_history.contact_vertex_status_code != OPEN
+        point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN
         and abs(point_history.tangential_force)
         >= MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT * pair.contact_law.friction_coefficient * point_history.normal_force
     )
@@ -157,7 +157,7 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
     """
     longest = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         if pair.is_a_on_b_minus_is_b_on_a == 0.0 or not (
             contact_point_is_sliding(pair, pair.history.point_1) or contact_point_is_sliding(pair, pair.history.point_2)
@@ -218,7 +218,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         if not body_is_still(speed, change, step, case.rest_acceleration_limit_g):
             return False
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         slides = (
             pair.signed_mu_1_or_zero_if_sticking != 0.0 or pair.signed_mu_2_or_zero_if_sticking != 0.0
@@ -235,7 +235,7 @@ def largest_penetration_so_far(case_states: Any, lane: int, scene_arrays: Any) -
     """Return the largest penetration (m) between any two elements so far, for the case in column `lane`."""
     deepest = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         deepest = updated_maximum(deepest, rows.load_pair_state(q, lane).history.peak_penetration)
     return deepest
 
@@ -247,7 +247,7 @@ def count_closed_points_of_standing_elements(
     """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         for e, i in (
             (a, scene_arrays.pair_element_and_piece_indices[p, 0]),
             (b, scene_arrays.pair_element_and_piece_indices[p, 1]),

@@ -45,7 +45,7 @@ class PairIntermediateStepResults(NamedTuple):
 CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneStateAndConstants)
 ELEMENT_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ElementState)
 PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairIntermediateStepResults)
-CASE_ARRAY_LENGTH, ELEMENT_ARRAY_LENGTH, PAIR_ARRAY_LENGTH = (
+VALUE_COUNT_PER_CASE_IN_ALL_LANES, VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES, VALUE_COUNT_PER_PAIR_IN_ALL_LANES = (
     CASE_ROW_LAYOUT.array_length,
     ELEMENT_ROW_LAYOUT.array_length,
     PAIR_ROW_LAYOUT.array_length,
@@ -78,10 +78,10 @@ load_contact_force_sum, store_contact_force_sum, _ = ELEMENT_ROW_LAYOUT.tuple_re
     ElementState, "contact_force_sum"
 )
 load_element_constants, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "constants")
-_, store_motion_and_peaks, store_motion_and_peaks_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
-    ElementState, "step_motion_with_work_and_peaks_so_far"
+_, store_step_motion_work_and_peaks, store_step_motion_work_and_peaks_unless_rejected = (
+    ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "step_motion_with_work_and_peaks_so_far")
 )
-_, store_motion_since_contact_tests, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_motion_since_contact_tests_paused, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
     ElementState, "motion_since_first_pair_suspended"
 )
 _, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -95,7 +95,9 @@ _, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest
 _, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
 _, store_contact_vertex_ranges, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_vertex_ranges")
 _, store_contact_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_law")
-load_nearest_faces, store_nearest_faces, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
+load_nearest_faces_and_motion_limits, store_nearest_faces_and_motion_limits, _ = (
+    PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
+)
 _, store_contact_history, store_contact_history_unless_rejected = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairState, "history"
 )
@@ -103,16 +105,16 @@ _, store_previous_vertex_positions, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairState, "history.previous_vertex_positions"
 )
 load_point_1_history, store_point_1_history, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.point_1")
-load_step_results, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
+load_intermediate_step_results, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
 _, store_contact_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults,
     "contact_segment",
     ("cosine_of_angle_between_faces", "sine_of_angle_between_faces", "is_in_contact"),
 )
-_, store_assumed_slip_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_stretch_and_assumed_friction_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_1"
 )
-_, store_assumed_slip_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_stretch_and_assumed_friction_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_2"
 )
 _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
@@ -120,7 +122,7 @@ _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
 )
 
 # Rows that are accessed singly.
-_CASE_FIELD_PATHS = (
+_SINGLY_ACCESSED_CASE_FIELD_PATHS = (
     "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
     "interval_index_of_last_case_end_test slide_end.end_sample_while_sliding_or_zero_if_unknown "
     "current_step_length_and_repetitions.length_in_ticks "
@@ -130,31 +132,31 @@ _CASE_FIELD_PATHS = (
     TICKS_SINCE_SAMPLE_START_ROW,
     CURRENT_SAMPLE_ROW,
     INITIAL_ENERGY_ROW,
-    SCENE_VARIANT_ROW,
-    LAST_END_TEST_ROW,
-    SLIDE_END_SAMPLE_ROW,
-    STEP_LENGTH_ROW,
+    SCENE_VARIANT_INDEX_ROW,
+    LAST_END_TEST_INTERVAL_INDEX_ROW_OFFSET,
+    SLIDING_CASE_END_SAMPLE_ROW,
+    ATTEMPTED_STEP_TICKS_ROW,
     CONTACT_CHANGED_ROW,
-    IS_REJECTED_ROW,
-) = (CASE_ROW_LAYOUT.row_offset_of_field(SceneStateAndConstants, p) for p in _CASE_FIELD_PATHS.split())
-_ELEMENT_FIELD_PATHS = (
+    STEP_IS_REJECTED_ROW,
+) = (CASE_ROW_LAYOUT.row_offset_of_field(SceneStateAndConstants, p) for p in _SINGLY_ACCESSED_CASE_FIELD_PATHS.split())
+_ELEMENT_FIELD_PATHS_OF_ROW_OFFSETS = (
     "constants.has_inertial_forces step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step "
     "step_motion_with_work_and_peaks_so_far.abs_rotation_in_step "
     "slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_height "
     "slip_fall_side_and_last_upright_time.last_time_on_support slip_fall_side_and_last_upright_time.fall_side"
 )
 (
-    HAS_INERTIAL_FORCES_ROW,
-    STEP_TRAVEL_ROW,
-    STEP_ROTATION_ROW,
+    MOVES_RELATIVE_TO_BASE_ROW_OFFSET,
+    STEP_ABS_DX_PLUS_ABS_DZ_ROW,
+    STEP_ABS_ROTATION_ROW,
     LAST_TIME_ABLE_TO_RETURN_ROW,
     LAST_TIME_ON_SUPPORT_ROW,
     FALL_SIDE_ROW,
-) = (ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS.split())
+) = (ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS_OF_ROW_OFFSETS.split())
 LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
     ElementState, "step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample"
 )
-_PAIR_FIELD_PATHS = (
+_PAIR_FIELD_PATHS_OF_ROW_OFFSETS = (
     "nearest_faces.max_motion_keeping_nearest_faces nearest_faces.max_motion_without_contact "
     "nearest_faces.motion_since_face_search nearest_faces.max_motion_since_search_at_step_end "
     "signed_mu_1_or_zero_if_sticking signed_mu_2_or_zero_if_sticking history.absorbed_energy"
@@ -163,11 +165,11 @@ _PAIR_FIELD_PATHS = (
     MAX_MOTION_KEEPING_NEAREST_FACES_ROW,
     MAX_MOTION_WITHOUT_CONTACT_ROW,
     MOTION_SINCE_FACE_SEARCH_ROW,
-    MAX_MOTION_AT_STEP_END_ROW,
-    SIGNED_FRICTION_1_ROW,
-    SIGNED_FRICTION_2_ROW,
+    MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW,
+    SIGNED_FRICTION_COEFFICIENT_1_ROW,
+    SIGNED_FRICTION_COEFFICIENT_2_ROW,
     ABSORBED_ENERGY_ROW,
-) = (PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS.split())
+) = (PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS_OF_ROW_OFFSETS.split())
 ROTATION_TO_MOTION_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
     PairState, "nearest_faces.lever_arm_for_rotation_in_motion_sum"
 )
@@ -185,18 +187,21 @@ def flatten_nested_tuples(nested_tuples: Iterable[Any]) -> list[float]:
     ]
 
 
-slice_element_rows: Final = create_window_slicer(ELEMENT_ARRAY_LENGTH, CASE_ARRAY_LENGTH)
+slice_element_rows: Final = create_window_slicer(
+    VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES, VALUE_COUNT_PER_CASE_IN_ALL_LANES
+)
 """``slice_element_rows(state, i)``: return the rows of element i."""
 
-_slice_pair_rows = create_window_slicer(PAIR_ARRAY_LENGTH, CASE_ARRAY_LENGTH, 1)
+_slice_pair_rows = create_window_slicer(VALUE_COUNT_PER_PAIR_IN_ALL_LANES, VALUE_COUNT_PER_CASE_IN_ALL_LANES, 1)
 
 
 @njit(inline="always", **INTERNAL_COMPILE_OPTIONS)
-def pair_and_element_rows(case_states: Any, scene_arrays: Any, pair_index: int) -> tuple[Any, Any, Any]:
+def slice_pair_and_element_rows(case_states: Any, scene_arrays: Any, pair_index: int) -> tuple[Any, Any, Any]:
     """Return views of the state array: the rows of a contact and of its elements a and b, for all cases in parallel."""
     q = _slice_pair_rows(
         case_states,
-        scene_arrays.fall_and_support_table.shape[1] * ELEMENT_ARRAY_LENGTH + pair_index * PAIR_ARRAY_LENGTH,
+        scene_arrays.fall_and_support_table.shape[1] * VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES
+        + pair_index * VALUE_COUNT_PER_PAIR_IN_ALL_LANES,
     )
     return (
         q,

@@ -125,13 +125,17 @@ def allocate_workspace(kernel_input: Any) -> Any:
         moves[i] = (
             initial[
                 0,
-                (rows.CASE_ARRAY_LENGTH + i * rows.ELEMENT_ARRAY_LENGTH + rows.HAS_INERTIAL_FORCES_ROW)
+                (
+                    rows.VALUE_COUNT_PER_CASE_IN_ALL_LANES
+                    + i * rows.VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES
+                    + rows.MOVES_RELATIVE_TO_BASE_ROW_OFFSET
+                )
                 // rows.PARALLEL_CASE_COUNT,
             ]
             != 0.0
         )
-    submatrix_count = elements * elements + equations.SPARE_SUBMATRIX_COUNT
-    matrix = cache_line_aligned_zeros(submatrix_count * submatrices.FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
+    submatrix_count = elements * elements + equations.IGNORED_BASE_SUBMATRIX_COUNT
+    matrix = cache_line_aligned_zeros(submatrix_count * submatrices.VALUE_COUNT_PER_SUBMATRIX_IN_ALL_LANES)
     return ParallelScenesWorkspace(
         view_without_reference_counts(owner),
         owner,
@@ -290,9 +294,9 @@ def attempt_steps_until_next_check(
         if first_case_trajectory_rows.shape[0] == 0:
             advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
-        tick, share = state[rows.TICKS_SINCE_SAMPLE_START_ROW], state[rows.STEP_LENGTH_ROW] / ticks
+        tick, share = state[rows.TICKS_SINCE_SAMPLE_START_ROW], state[rows.ATTEMPTED_STEP_TICKS_ROW] / ticks
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.IS_REJECTED_ROW] > 0.0:
+        if (tick == 0.0 or tick == ticks) and not state[rows.STEP_IS_REJECTED_ROW] > 0.0:
             record_base_and_element_motion_of_first_case(
                 state, elements, interval, ticks, first_case_trajectory_rows[recorded_trajectory_row_count]
             )
@@ -304,7 +308,7 @@ def attempt_steps_until_next_check(
                 early[0, column] = 0.0
             add_first_case_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
-        if with_forces and not state[rows.IS_REJECTED_ROW] > 0.0:
+        if with_forces and not state[rows.STEP_IS_REJECTED_ROW] > 0.0:
             for column in range(early.shape[1]):
                 first_case_trajectory_rows[recorded_trajectory_row_count - 1, column] += early[0, column]
             add_first_case_contact_forces_to_trajectory(
@@ -321,8 +325,10 @@ def mark_possibly_ended_cases(
     stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.sampling_interval), 1), 0
     for j in range(computed_lane_count):
         part = workspace.state[rows.CURRENT_SAMPLE_ROW + j] // stride
-        end_test_is_due_by_lane_out[j] = 1.0 if part != workspace.state[rows.LAST_END_TEST_ROW + j] else 0.0
-        workspace.state[rows.LAST_END_TEST_ROW + j] = part
+        end_test_is_due_by_lane_out[j] = (
+            1.0 if part != workspace.state[rows.LAST_END_TEST_INTERVAL_INDEX_ROW_OFFSET + j] else 0.0
+        )
+        workspace.state[rows.LAST_END_TEST_INTERVAL_INDEX_ROW_OFFSET + j] = part
         count += int(end_test_is_due_by_lane_out[j])
     return count
 

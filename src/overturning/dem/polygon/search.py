@@ -176,7 +176,7 @@ def update_nearest_faces_and_contact_history(
     of the other element. A pair whose faces have not been searched yet (a case at rest) keeps its contact history.
     """
     old, first, second = (
-        rows.load_nearest_faces(pair_state_rows, lane),
+        rows.load_nearest_faces_and_motion_limits(pair_state_rows, lane),
         rows.load_element_state(element_a_state_rows, lane),
         rows.load_element_state(element_b_state_rows, lane),
     )
@@ -200,7 +200,7 @@ def update_nearest_faces_and_contact_history(
         (first.predicted.abs_dx_plus_abs_dz_in_step + second.predicted.abs_dx_plus_abs_dz_in_step)
         + lever * (first.predicted.abs_rotation_in_step + second.predicted.abs_rotation_in_step)
     )
-    rows.store_nearest_faces(
+    rows.store_nearest_faces_and_motion_limits(
         pair_state_rows,
         lane,
         NearestFacesAndMotionLimits(
@@ -292,7 +292,7 @@ def add_step_motion_and_count_near_and_due_cases(
     near, due = 0, 0
     for j in range(rows.PARALLEL_CASE_COUNT):
         old, on, by = (
-            rows.load_nearest_faces(pair_state_rows, j),
+            rows.load_nearest_faces_and_motion_limits(pair_state_rows, j),
             rows.load_element_state(element_a_state_rows, j),
             rows.load_element_state(element_b_state_rows, j),
         )
@@ -310,7 +310,7 @@ def add_step_motion_and_count_near_and_due_cases(
             + old.lever_arm_for_rotation_in_motion_sum * (one.abs_rotation_in_step + two.abs_rotation_in_step)
         )
         pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = used
-        pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j] = ahead
+        pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j] = ahead
         near += 1 if ahead >= old.max_motion_without_contact else 0
         due += 1 if ahead >= old.max_motion_keeping_nearest_faces else 0
     return near, due
@@ -338,11 +338,11 @@ def update_nearest_faces_and_check_possible_contact(
         near = 0
         for j in range(rows.PARALLEL_CASE_COUNT):
             if (
-                pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j]
+                pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j]
                 >= pair_state_rows[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW + j]
             ):
                 v, dt = (
-                    int(case_states[rows.SCENE_VARIANT_ROW + j]),
+                    int(case_states[rows.SCENE_VARIANT_INDEX_ROW + j]),
                     2.0 * rows.load_scene_state(case_states, j).velocity_lag_behind_pose,
                 )
                 shape_a, shape_b = (
@@ -362,7 +362,7 @@ def update_nearest_faces_and_check_possible_contact(
                     case_states[rows.CONTACT_CHANGED_ROW + j] = 1.0
             near += (
                 1
-                if pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j]
+                if pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j]
                 >= pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + j]
                 else 0
             )

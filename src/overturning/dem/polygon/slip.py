@@ -26,7 +26,7 @@ def element_point_in_scene_axes(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def shift_rest_pose_with_held_support(element_state_rows: Any, support_state_rows: Any) -> None:
+def shift_rest_position_by_motion_of_held_support(element_state_rows: Any, support_state_rows: Any) -> None:
     """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
@@ -125,12 +125,12 @@ def update_element_records_and_sample_clock(
     for i in range(limits.size):
         held = int(limits[i].index_of_held_element_at_stack_bottom)
         if held >= 0 and limits[i].is_free > 0.0:
-            shift_rest_pose_with_held_support(
+            shift_rest_position_by_motion_of_held_support(
                 rows.slice_element_rows(case_states, i), rows.slice_element_rows(case_states, held)
             )
     for i in range(limits.size):
         if limits[i].index_of_held_element_at_stack_bottom == i:
-            shift_rest_pose_with_held_support(
+            shift_rest_position_by_motion_of_held_support(
                 rows.slice_element_rows(case_states, i), rows.slice_element_rows(case_states, i)
             )
     for i in range(limits.size):
@@ -140,7 +140,7 @@ def update_element_records_and_sample_clock(
                 rows.slice_element_rows(case_states, i), on, case_states, 1.0 / ticks_per_sample, sampling_interval
             )
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         store_last_time_on_support_of_upper_element(q, a, b, case_states, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.PARALLEL_CASE_COUNT):
         sample, tick = case_states[rows.CURRENT_SAMPLE_ROW + j], case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j]

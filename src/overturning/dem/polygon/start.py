@@ -81,7 +81,7 @@ def write_initial_pair_states(
     """Write contact law, nearest faces and loads at rest of all contacts of a scene into column `lane`."""
     lag = rows.load_scene_state(case_states, lane).velocity_lag_behind_pose
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         m, n, pair = (
             scene_arrays.pair_element_and_piece_indices[p, 2],
             scene_arrays.pair_element_and_piece_indices[p, 3],

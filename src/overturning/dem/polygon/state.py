@@ -303,7 +303,8 @@ class PlanarContactPointHistory(NamedTuple):
     tangential_spring_stretch: float
     """Stretch of the tangential spring, m."""
     contact_vertex_status_code: float
-    """Vertex at the contact point: `OPEN`, `CONTACT_VERTEX_IS_OF_A`, `CONTACT_VERTEX_IS_OF_B` or `TRANSFERRED`."""
+    """Vertex at the contact point: `CONTACT_POINT_IS_OPEN`, `CONTACT_VERTEX_IS_OF_A`, `CONTACT_VERTEX_IS_OF_B` or
+    `CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES`."""
     normal_force: float
     """Normal force, N."""
     tangential_force: float
@@ -312,7 +313,12 @@ class PlanarContactPointHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-OPEN, CONTACT_VERTEX_IS_OF_A, CONTACT_VERTEX_IS_OF_B, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
+CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_A, CONTACT_VERTEX_IS_OF_B, CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES = (
+    0.0,
+    1.0,
+    -1.0,
+    2.0,
+)
 """Values of the owner of a contact point's vertex: no contact, a's vertex, b's vertex, transferred from other faces."""
 
 

@@ -115,7 +115,7 @@ def predict_element_motion(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_element_motion_of_accepted_step(
+def store_element_state_of_accepted_step(
     upward_base_acceleration_or_none: Any,
     element_state_rows: Any,
     scene_state_rows: Any,
@@ -158,9 +158,9 @@ def store_element_motion_of_accepted_step(
         rows.store_pose_unless_rejected(element_state_rows, j, again, pose)
         rows.store_velocity_unless_rejected(element_state_rows, j, again, v)
         rows.store_acceleration_unless_rejected(element_state_rows, j, again, a)
-        rows.store_motion_and_peaks_unless_rejected(element_state_rows, j, again, totals)
-        element_state_rows[rows.STEP_TRAVEL_ROW + j] = select(again, 0.0, far)
-        element_state_rows[rows.STEP_ROTATION_ROW + j] = select(again, 0.0, totals.abs_rotation_in_step)
+        rows.store_step_motion_work_and_peaks_unless_rejected(element_state_rows, j, again, totals)
+        element_state_rows[rows.STEP_ABS_DX_PLUS_ABS_DZ_ROW + j] = select(again, 0.0, far)
+        element_state_rows[rows.STEP_ABS_ROTATION_ROW + j] = select(again, 0.0, totals.abs_rotation_in_step)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -253,7 +253,7 @@ def advance_scene_one_step(
     kept = 0
     for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
         p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
-        q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+        q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         near[p] = update_nearest_faces_and_check_possible_contact(
             case_states,
             q,
@@ -281,12 +281,12 @@ def advance_scene_one_step(
     for n in range(kept):
         p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
         if near[p]:
-            q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
+            q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
             add_solved_pair_forces_and_store_trial_history(q, a, b, case_states)
     accept_or_reject_steps(case_states, ticks_per_sample)
     for i in range(size):
         if moves_relative_to_base_by_element[i]:
-            store_element_motion_of_accepted_step(
+            store_element_state_of_accepted_step(
                 upward_base_acceleration_or_none,
                 rows.slice_element_rows(case_states, i),
                 case_states,
@@ -296,6 +296,6 @@ def advance_scene_one_step(
     for n in range(kept):
         p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
         if near[p]:
-            q, _, _ = rows.pair_and_element_rows(case_states, scene_arrays, p)
+            q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
             store_accepted_pair_history(q, case_states)
     advance_accepted_steps_and_set_next_attempts(case_states)

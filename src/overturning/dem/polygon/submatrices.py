@@ -33,7 +33,7 @@ class EquationSubmatrix(NamedTuple):
 SUBMATRIX_ROW_LAYOUT: Final = TupleRowLayout(rows.PARALLEL_CASE_COUNT, EquationSubmatrix)
 
 
-FLOATS_PER_SUBMATRIX_OF_ALL_CASES: Final = SUBMATRIX_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_SUBMATRIX_IN_ALL_LANES: Final = SUBMATRIX_ROW_LAYOUT.array_length
 
 
 load, store, _ = SUBMATRIX_ROW_LAYOUT.tuple_reader_and_writer(EquationSubmatrix)
@@ -42,7 +42,7 @@ load, store, _ = SUBMATRIX_ROW_LAYOUT.tuple_reader_and_writer(EquationSubmatrix)
 subtract_submatrix_elementwise = create_tuple_sum_difference_and_maximum_functions(EquationSubmatrix).minus
 
 
-slice_submatrix_rows: Final = create_window_slicer(FLOATS_PER_SUBMATRIX_OF_ALL_CASES)
+slice_submatrix_rows: Final = create_window_slicer(VALUE_COUNT_PER_SUBMATRIX_IN_ALL_LANES)
 """``slice_submatrix_rows(matrix, k)``: return the rows of submatrix number k."""
 
 

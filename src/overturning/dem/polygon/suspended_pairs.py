@@ -44,14 +44,14 @@ class PairContactTestSchedule(NamedTuple):
     four rows with a column per case, shape (4 columns,)."""
 
 
-LARGEST_MOTION_SUM_INDEX, NEXT_RESUME_SUM_INDEX, LONGEST_LEVER_ARM_INDEX = 0, 1, 2
+LARGEST_MOTION_SUM_INDEX, NEXT_PAIR_TEST_MOTION_SUM_INDEX, LEVER_ARM_INDEX_IN_MOTION_SUMS = 0, 1, 2
 
 
 @njit(**ALLOCATING_INLINE_OPTIONS)
 def create_active_pairs(pair_count: int) -> Any:
     """Return the schedule of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
-    travel[NEXT_RESUME_SUM_INDEX] = np.inf
+    travel[NEXT_PAIR_TEST_MOTION_SUM_INDEX] = np.inf
     number = np.zeros(1, np.int64)
     number[0] = pair_count
     return PairContactTestSchedule(
@@ -92,7 +92,7 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
     """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element_state(element_state_rows, j)
-        rows.store_motion_since_contact_tests(
+        rows.store_motion_since_contact_tests_paused(
             element_state_rows,
             j,
             ElementMotionSinceContactTestsPaused(
@@ -109,7 +109,7 @@ def summed_motion_of_pair(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
-    lever = rows.load_nearest_faces(pair_state_rows, lane).lever_arm_for_rotation_in_motion_sum
+    lever = rows.load_nearest_faces_and_motion_limits(pair_state_rows, lane).lever_arm_for_rotation_in_motion_sum
     a, b = (
         rows.load_element_state(element_a_state_rows, lane).motion_since_first_pair_suspended,
         rows.load_element_state(element_b_state_rows, lane).motion_since_first_pair_suspended,
@@ -130,7 +130,7 @@ def subtract_motion_sums_of_elements_from_pair_motion(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_element_motions_to_pair_motion(
+def add_element_motions_to_motion_since_face_search(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
@@ -151,7 +151,7 @@ def min_motion_to_contact_and_max_lever_arm(pair_state_rows: Any) -> tuple[float
     for j in range(rows.PARALLEL_CASE_COUNT):
         reach, ahead = (
             pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + j],
-            pair_state_rows[rows.MAX_MOTION_AT_STEP_END_ROW + j],
+            pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j],
         )
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
@@ -176,8 +176,8 @@ def resume_contact_tests_after_motion(
     for p in range(active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size):
         at = active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p]
         if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not largest_motion_sum_of_two_elements < at:
-            q, a, b = rows.pair_and_element_rows(case_states, scene_arrays, p)
-            add_element_motions_to_pair_motion(q, a, b)
+            q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
+            add_element_motions_to_motion_since_face_search(q, a, b)
             active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
         if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
             active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[count] = p
@@ -186,14 +186,14 @@ def resume_contact_tests_after_motion(
             following = min(following, at)
     (
         active_pairs_and_resume_motions.active_pair_count[0],
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX],
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX],
     ) = count, following
     if count == active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size:
         active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
             LARGEST_MOTION_SUM_INDEX
-        ] = active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = (
-            0.0
-        )
+        ] = active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
+            LEVER_ARM_INDEX_IN_MOTION_SUMS
+        ] = 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -208,7 +208,7 @@ def sum_motions_and_resume_contact_tests(
         return
     largest, lever = (
         active_pairs_and_resume_motions.largest_last_and_predicted_step_motions,
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX],
+        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS],
     )
     for k in range(largest.size):
         largest[k] = 0.0
@@ -230,7 +230,9 @@ def sum_motions_and_resume_contact_tests(
     )
     if (
         not travel
-        < active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX]
+        < active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
+            NEXT_PAIR_TEST_MOTION_SUM_INDEX
+        ]
     ):
         resume_contact_tests_after_motion(case_states, scene_arrays, active_pairs_and_resume_motions, travel)
     for i in range(element_count):
@@ -254,11 +256,20 @@ def keep_contact_tests_unless_distant(
         active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + (1.0 - 1e-9) * slack
     )
-    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX] = min(
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_RESUME_SUM_INDEX],
-        active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index],
+    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX] = (
+        min(
+            active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
+                NEXT_PAIR_TEST_MOTION_SUM_INDEX
+            ],
+            active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index],
+        )
     )
-    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX] = max(
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LONGEST_LEVER_ARM_INDEX], lever
+    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS] = (
+        max(
+            active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
+                LEVER_ARM_INDEX_IN_MOTION_SUMS
+            ],
+            lever,
+        )
     )
     return False

@@ -31,14 +31,14 @@ from overturning.dem.stack.access import (
     load_energy_account,
     load_energy_losses,
     load_force_sums,
-    load_inertial_acceleration,
+    load_gravity_and_inertial_acceleration,
+    load_inertial_accelerations_until_next_sample,
     load_joint_state_at_step_end,
     load_next_step_to_attempt,
     load_peaks,
     load_point_state_at_step_end,
     load_predicted_stone,
     load_rejection,
-    load_sample_accelerations,
     load_stack_limits,
     load_step_control,
     load_stone_constants,
@@ -48,7 +48,7 @@ from overturning.dem.stack.access import (
     store_joint_state_at_step_start_unless_rejected,
     store_next_step_to_attempt,
     store_peaks_unless_rejected,
-    store_point_state_unless_rejected,
+    store_point_state_at_step_start_unless_rejected,
     store_rejection,
     store_stone_state_unless_rejected,
 )
@@ -61,7 +61,9 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-SLID_AT_STEP_START_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "at_step_start.slid_in_last_step")
+JOINT_SLID_IN_LAST_STEP_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(
+    JointAtStepStartAndEnd, "at_step_start.slid_in_last_step"
+)
 SLID_AT_STEP_END_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "at_step_end.slid_in_last_step")
 
 
@@ -72,10 +74,10 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
         attempt = load_next_step_to_attempt(case_rows, j)
         most = load_contact_changes(case_rows, j)
         time = load_clock_within_sample(case_rows, j)
-        inertial = load_inertial_acceleration(case_rows, j)
+        inertial = load_gravity_and_inertial_acceleration(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
         steady = base_acceleration_stays_below_limit(
-            load_sample_accelerations(case_rows, j),
+            load_inertial_accelerations_until_next_sample(case_rows, j),
             at_end,
             ticks_per_sample,
             load_stack_limits(case_rows, j).max_base_acceleration_for_sample_long_steps_g,
@@ -112,7 +114,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_stone_and_energy_if_step_accepted(
+def store_stone_and_add_work_if_step_accepted(
     case_rows: Any, stone_rows: Any, lane_count: int, none_unless_lowest_stone: Any
 ) -> None:
     """Store a stone's new state, and add the base motion's work on it, in stacks whose step is accepted.
@@ -122,7 +124,7 @@ def store_stone_and_energy_if_step_accepted(
     for j in range(assume_vector_multiple(lane_count)):
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         again = load_rejection(case_rows, j).is_step_rejected > 0.0
-        push = load_inertial_acceleration(case_rows, j)
+        push = load_gravity_and_inertial_acceleration(case_rows, j)
         constants, p = load_stone_constants(stone_rows, j), load_predicted_stone(stone_rows, j)
         change = load_velocity_correction(stone_rows, j)
         total = load_force_sums(stone_rows, j)
@@ -191,8 +193,8 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
         store_joint_state_at_step_start_unless_rejected(
             joint_rows, j, rejected.is_step_rejected > 0.0, load_joint_state_at_step_end(joint_rows, j)
         )
-        joint_rows[SLID_AT_STEP_START_ROW + j] = select(
-            rejected.next_attempt_keeps_slip_assumption > 0.0, joint_rows[SLID_AT_STEP_START_ROW + j], slid
+        joint_rows[JOINT_SLID_IN_LAST_STEP_ROW + j] = select(
+            rejected.next_attempt_keeps_slip_assumption > 0.0, joint_rows[JOINT_SLID_IN_LAST_STEP_ROW + j], slid
         )
 
 
@@ -200,7 +202,7 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 def store_contact_point_states_after_accepted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_point_state_unless_rejected(
+        store_point_state_at_step_start_unless_rejected(
             point_rows,
             j,
             load_rejection(case_rows, j).is_step_rejected > 0.0,

@@ -52,16 +52,16 @@ from overturning.dem.stack.state import (
     StoneVelocityCorrection,
 )
 
-CASE_ARRAY_LENGTH: Final = CASE_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_CASE_IN_ALL_LANES: Final = CASE_ROW_LAYOUT.array_length
 """Number of values in the state array that hold the rows of a case without stones and joints, over all lanes."""
-STONE_ARRAY_LENGTH: Final = STONE_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_STONE_IN_ALL_LANES: Final = STONE_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one stone, over all lanes."""
-JOINT_ARRAY_LENGTH: Final = JOINT_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_JOINT_IN_ALL_LANES: Final = JOINT_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one joint without its contact points, over all lanes."""
-POINT_ARRAY_LENGTH: Final = POINT_ROW_LAYOUT.array_length
+VALUE_COUNT_PER_POINT_IN_ALL_LANES: Final = POINT_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one contact point, over all lanes."""
 
-slice_stone_rows = create_window_slicer(STONE_ARRAY_LENGTH, CASE_ARRAY_LENGTH)
+slice_stone_rows = create_window_slicer(VALUE_COUNT_PER_STONE_IN_ALL_LANES, VALUE_COUNT_PER_CASE_IN_ALL_LANES)
 """Return the rows of a stone."""
 
 load_energy_account, store_energy_account, store_energy_account_unless_rejected = (
@@ -72,7 +72,9 @@ load_stack_limits, store_stack_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writ
 load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl)
 load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
-load_inertial_acceleration, store_inertial_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
+load_gravity_and_inertial_acceleration, store_gravity_and_inertial_acceleration, _ = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
+)
 load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPowerLossAndLostSpringEnergy
 )
@@ -80,8 +82,8 @@ load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(Ste
 load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StackRestFlagAndLimits
 )
-load_sample_accelerations, store_sample_accelerations, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
-    InertialAndUpwardBaseAccelerations3D
+load_inertial_accelerations_until_next_sample, store_inertial_accelerations_until_next_sample, _ = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D)
 )
 load_clock_within_sample, store_clock_within_sample, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackClockWithinSample)
 
@@ -105,8 +107,8 @@ load_stone_state, store_stone_state, store_stone_state_unless_rejected = STONE_R
 load_force_sums, store_force_sums, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
 store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "rotation").store
 
-load_friction_arm_sum, store_friction_arm_sum, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    NormalForceTimesPressureCentreDistance
+load_sum_of_normal_force_times_centre_distance, store_sum_of_normal_force_times_centre_distance, _ = (
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(NormalForceTimesPressureCentreDistance)
 )
 load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
 load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
@@ -115,8 +117,8 @@ load_joint_state_at_step_start, store_joint_state_at_step_start, store_joint_sta
     JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "at_step_start")
 )
 load_joint_constants, store_joint_constants, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
-load_joint_force_or_velocity_change, store_joint_force_or_velocity_change, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    JointEquations, "force_and_moment_or_velocity_change"
+load_joint_wrench_or_velocity_change, store_joint_wrench_or_velocity_change, _ = (
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations, "force_and_moment_or_velocity_change")
 )
 load_joint_frame, store_joint_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
 load_flat_landing_state, store_flat_landing_state, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -126,10 +128,10 @@ load_joint_state_at_step_end, store_joint_state_at_step_end, _ = JOINT_ROW_LAYOU
     JointAtStepStartAndEnd, "at_step_end"
 )
 load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
-load_contact_normal_sums, store_contact_normal_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+load_sums_for_contact_normal, store_sums_for_contact_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     ContactLoadSumsForNormalDirection
 )
-load_point_force_sums, store_point_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+load_joint_force_and_impulse_sums, store_joint_force_and_impulse_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     SolvedContactForceSums, "point_force_and_impulse_sums_at_step_end"
 )
 
@@ -142,14 +144,14 @@ load_point_position, store_point_position, _ = POINT_ROW_LAYOUT.tuple_reader_and
 load_base_overhang, store_base_overhang, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(
     BaseOverhangAndContactNormalSlopesAtSide
 )
-load_point_state, _, store_point_state_unless_rejected = POINT_ROW_LAYOUT.tuple_reader_and_writer(
-    JointPointAtStepStartAndEnd, "at_step_start"
+load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
+    POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "at_step_start")
 )
 
 add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).plus
 zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).zero
 larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).largest
-no_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).zero
+create_zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).zero
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")
 """Array index, in the rows of a stone, at which the flags `StoneFallState.is_still_simulated` start."""

@@ -144,7 +144,7 @@ def double_signed_triangle_area(a: ContactPointPosition, b: ContactPointPosition
 
 
 @njit(**INLINE_OPTIONS)
-def normal_slope_at_crossing_of_sides(
+def contact_normal_slope_at_crossing_sides(
     lower_side_start_corner: FaceCorner, a: ContactPointPosition, b: ContactPointPosition
 ) -> float:
     """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
@@ -161,7 +161,7 @@ def normal_slope_at_crossing_of_sides(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def clear_overhang_and_normal_slopes(lower_side_rows: Any, lane_count: int) -> None:
+def reset_base_overhang_before_clipping(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
         store_base_overhang(lower_side_rows, j, BaseOverhangAndContactNormalSlopesAtSide(-1e300, 0.0, 0.0))
@@ -185,7 +185,7 @@ def clip_lower_side_and_update_overhang(
             double_signed_triangle_area(a, b, c.x_from_face_centre, c.y_from_face_centre),
             double_signed_triangle_area(a, b, d.x_from_face_centre, d.y_from_face_centre),
         )
-        slope = normal_slope_at_crossing_of_sides(c, a, b)
+        slope = contact_normal_slope_at_crossing_sides(c, a, b)
         beyond = (
             c.next_side_outward_normal_x * a.x_in_joint_frame + c.next_side_outward_normal_y * a.y_in_joint_frame
         ) - c.next_side_distance_from_face_centre
@@ -225,7 +225,7 @@ def add_clipped_lower_side_to_patch_perimeter(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def clip_lower_sides_and_add_patch_perimeter(
+def clip_lower_sides_and_add_lengths_to_perimeter(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> None:
     """Clip all sides of the lower face by the upper stone's base, and add their lengths to the patch's perimeter."""
@@ -234,7 +234,7 @@ def clip_lower_sides_and_add_patch_perimeter(
         side = slice_contact_point_rows(joint_point_rows, base_corner_count + k)
         next_corner = slice_contact_point_rows(joint_point_rows, base_corner_count + following)
         reset_clipped_side(side, lane_count)
-        clear_overhang_and_normal_slopes(side, lane_count)
+        reset_base_overhang_before_clipping(side, lane_count)
         for i in range(base_corner_count):
             n = (i + 1) % base_corner_count
             clip_lower_side_and_update_overhang(

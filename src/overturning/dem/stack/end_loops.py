@@ -33,30 +33,30 @@ from overturning.dem.stack.access import (
     load_energy_losses,
     load_flat_landing_state,
     load_force_sums,
-    load_friction_arm_sum,
     load_joint_constants,
-    load_joint_force_or_velocity_change,
+    load_joint_force_and_impulse_sums,
     load_joint_frame,
     load_joint_friction,
     load_joint_state_at_step_start,
+    load_joint_wrench_or_velocity_change,
     load_next_step_to_attempt,
-    load_point_force_sums,
     load_point_position,
-    load_point_state,
     load_point_state_at_step_end,
+    load_point_state_at_step_start,
     load_predicted_stone,
     load_relative_motion,
     load_step_control,
     load_stone_constants,
+    load_sum_of_normal_force_times_centre_distance,
     load_velocity_correction,
     store_contact_changes,
     store_energy_losses,
     store_force_sums,
-    store_friction_arm_sum,
-    store_joint_force_or_velocity_change,
+    store_joint_force_and_impulse_sums,
     store_joint_state_at_step_end,
-    store_point_force_sums,
+    store_joint_wrench_or_velocity_change,
     store_point_state_at_step_end,
+    store_sum_of_normal_force_times_centre_distance,
 )
 from overturning.dem.stack.joint import solve_joint_contact
 from overturning.dem.stack.joint_point import solve_point_contact
@@ -67,7 +67,7 @@ from overturning.dem.stack.joint_state import (
     PointStepLengthAndFlatLandingConditions,
 )
 from overturning.dem.stack.landing import (
-    SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+    LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
     flat_landing_of_stone_is_under_way,
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
@@ -82,7 +82,7 @@ from overturning.dem.stack.state import (
 add_point_force_and_impulse = create_tuple_sum_difference_and_maximum_functions(
     NormalForceAndEarlyContactImpulseSums
 ).plus
-zero_point_force_and_impulse = create_tuple_sum_difference_and_maximum_functions(
+create_zero_normal_force_and_impulse_sums = create_tuple_sum_difference_and_maximum_functions(
     NormalForceAndEarlyContactImpulseSums
 ).zero
 
@@ -129,31 +129,35 @@ def store_joint_velocity_change_and_clear_sums(
                 plus(one.velocity, cross_product(one.angular_velocity, scale_vector(-1.0, stone.centre_position))),
                 one.angular_velocity,
             )
-        store_joint_force_or_velocity_change(joint_rows, j, Wrench(velocity, spin))
-        store_friction_arm_sum(joint_rows, j, NormalForceTimesPressureCentreDistance(0.0))
-        store_point_force_sums(joint_rows, j, zero_point_force_and_impulse())
+        store_joint_wrench_or_velocity_change(joint_rows, j, Wrench(velocity, spin))
+        store_sum_of_normal_force_times_centre_distance(joint_rows, j, NormalForceTimesPressureCentreDistance(0.0))
+        store_joint_force_and_impulse_sums(joint_rows, j, create_zero_normal_force_and_impulse_sums())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+def store_point_state_and_add_normal_force_to_joint(
+    case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int
+) -> None:
     """Compute a contact point's normal force and new state at the step end; add the force to its contact's sums."""
     for j in range(assume_vector_multiple(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         place = load_point_position(point_rows, j)
-        change, landing = load_joint_force_or_velocity_change(joint_rows, j), load_flat_landing_state(joint_rows, j)
-        old = load_point_state(point_rows, j)
+        change, landing = load_joint_wrench_or_velocity_change(joint_rows, j), load_flat_landing_state(joint_rows, j)
+        old = load_point_state_at_step_start(point_rows, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
             PointStepLengthAndFlatLandingConditions(
                 load_clock_within_sample(case_rows, j).half_step_length_s, flat_landing_of_stone_is_under_way(landing),
                 remaining_landing_time_of_new_contact(joint, landing),
                 point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
-                landing.shortest_flat_landing_time_left_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+                landing.shortest_flat_landing_time_left_of_points < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
             ),
         )  # fmt: skip
         store_point_state_at_step_end(point_rows, j, new)
-        store_point_force_sums(joint_rows, j, add_point_force_and_impulse(load_point_force_sums(joint_rows, j), end))
+        store_joint_force_and_impulse_sums(
+            joint_rows, j, add_point_force_and_impulse(load_joint_force_and_impulse_sums(joint_rows, j), end)
+        )
         store_contact_changes(case_rows, j, larger_contact_changes(load_contact_changes(case_rows, j), findings))
         store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
 
@@ -162,17 +166,17 @@ def compute_point_normal_force_and_new_state(case_rows: Any, joint_rows: Any, po
 def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
     for j in range(assume_vector_multiple(lane_count)):
-        total = load_point_force_sums(joint_rows, j)
+        total = load_joint_force_and_impulse_sums(joint_rows, j)
         place = load_point_position(point_rows, j)
         new = load_point_state_at_step_end(point_rows, j)
         one = 1.0 / (total.normal_force if total.normal_force > 0.0 else 1.0)
         x = place.x_in_joint_frame - total.normal_force_times_x * one
         y = place.y_in_joint_frame - total.normal_force_times_y * one
         arm = (
-            load_friction_arm_sum(joint_rows, j).force_times_distance_from_pressure_centre
+            load_sum_of_normal_force_times_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre
             + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         )
-        store_friction_arm_sum(joint_rows, j, NormalForceTimesPressureCentreDistance(arm))
+        store_sum_of_normal_force_times_centre_distance(joint_rows, j, NormalForceTimesPressureCentreDistance(arm))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -186,7 +190,7 @@ def compute_joint_forces_and_add_to_stones(
 ) -> None:
     """Compute force, moment and new state of a stone's contact with its support; add the force to both stones' sums."""
     for j in range(assume_vector_multiple(lane_count)):
-        change = load_joint_force_or_velocity_change(joint_rows, j)
+        change = load_joint_wrench_or_velocity_change(joint_rows, j)
         flat = flat_landing_of_stone_is_under_way(load_flat_landing_state(joint_rows, j))
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
@@ -196,8 +200,8 @@ def compute_joint_forces_and_add_to_stones(
             load_relative_motion(joint_rows, j),
             load_joint_friction(joint_rows, j),
             (
-                load_point_force_sums(joint_rows, j),
-                load_friction_arm_sum(joint_rows, j).force_times_distance_from_pressure_centre,
+                load_joint_force_and_impulse_sums(joint_rows, j),
+                load_sum_of_normal_force_times_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre,
             ),
             (change.force_or_velocity, change.moment_or_angular_velocity),
             load_joint_state_at_step_start(joint_rows, j),

@@ -26,10 +26,10 @@ from overturning.dem.kernel.ending import (
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
-    CASE_ARRAY_LENGTH,
-    JOINT_ARRAY_LENGTH,
-    POINT_ARRAY_LENGTH,
-    STONE_ARRAY_LENGTH,
+    VALUE_COUNT_PER_CASE_IN_ALL_LANES,
+    VALUE_COUNT_PER_JOINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_POINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     load_case_progress,
     load_clock_within_sample,
     load_energy_account,
@@ -38,7 +38,7 @@ from overturning.dem.stack.access import (
     load_joint_constants,
     load_joint_state_at_step_start,
     load_peaks,
-    load_point_state,
+    load_point_state_at_step_start,
     load_stack_limits,
     load_stone_constants,
     load_stone_state,
@@ -65,7 +65,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 INITIAL_ENERGY_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy")
 CURRENT_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-SLIDE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(
+SLIDING_CASE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(
     LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
 )
 
@@ -77,7 +77,7 @@ MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END: Final = (
 
 The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
 
-MIN_CORNER_DEPTH_BELOW_SUPPORT_TO_CENTRE_HEIGHT: Final = 0.001
+CORNER_DEPTH_OF_FALL_OVER_RIM_TO_CENTRE_HEIGHT: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth, and beyond the critical angle of its base, the stone tips over the rim of the face, and has fallen.
@@ -116,7 +116,7 @@ def stack_energy(
     `zero_energy_height_by_stone` holds the height of each centre from which its potential energy is counted, m.
     """
     total = 0.0
-    first = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
+    first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES
     size = state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
@@ -127,12 +127,14 @@ def stack_energy(
             stone.centre_position.z - zero_energy_height_by_stone[s]
         )
         at = first + s * size
-        joint_rows = stack_states[at : at + JOINT_ARRAY_LENGTH]
+        joint_rows = stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES]
         joint, old = load_joint_constants(joint_rows, lane), load_joint_state_at_step_start(joint_rows, lane)
         total += 0.5 * joint.tangential_stiffness * squared_length(old.tangential_spring_stretch)
-        for i in range((size - JOINT_ARRAY_LENGTH) // POINT_ARRAY_LENGTH):
-            begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
-            point = load_point_state(stack_states[begin : begin + POINT_ARRAY_LENGTH], lane)
+        for i in range((size - VALUE_COUNT_PER_JOINT_IN_ALL_LANES) // VALUE_COUNT_PER_POINT_IN_ALL_LANES):
+            begin = at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES + i * VALUE_COUNT_PER_POINT_IN_ALL_LANES
+            point = load_point_state_at_step_start(
+                stack_states[begin : begin + VALUE_COUNT_PER_POINT_IN_ALL_LANES], lane
+            )
             depth = max(point.penetration, 0.0)
             total += 0.5 * joint.normal_stiffness * point.joint_stiffness_share * depth * depth
     return total
@@ -163,19 +165,30 @@ def base_corner_hangs_below_supporting_face(
     axes = rotation_matrix(base.rotation)
     apart, turn = pose_relative_to_stone_below(stone, base.centre_position, axes)
     at = (
-        CASE_ARRAY_LENGTH
-        + stone_count * STONE_ARRAY_LENGTH
+        VALUE_COUNT_PER_CASE_IN_ALL_LANES
+        + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES
         + stone_index * state_array_length_per_joint(max_corner_count)
-        + JOINT_ARRAY_LENGTH
+        + VALUE_COUNT_PER_JOINT_IN_ALL_LANES
     )
     lowest = 0.0
-    for i in range(int(load_joint_constants(stack_states[at - JOINT_ARRAY_LENGTH : at], lane).upper_base_corner_count)):
-        corner = load_face_corner(stack_states[at + i * POINT_ARRAY_LENGTH : at + (i + 1) * POINT_ARRAY_LENGTH], lane)
+    for i in range(
+        int(
+            load_joint_constants(
+                stack_states[at - VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at], lane
+            ).upper_base_corner_count
+        )
+    ):
+        corner = load_face_corner(
+            stack_states[
+                at + i * VALUE_COUNT_PER_POINT_IN_ALL_LANES : at + (i + 1) * VALUE_COUNT_PER_POINT_IN_ALL_LANES
+            ],
+            lane,
+        )
         height = (
             turn.zx * corner.x_from_face_centre + turn.zy * corner.y_from_face_centre
         ) - upper.centre_height * turn.zz
         lowest = min(lowest, apart.z - lower.upper_face_height_above_centre + height)
-    return lowest < -MIN_CORNER_DEPTH_BELOW_SUPPORT_TO_CENTRE_HEIGHT * upper.centre_height
+    return lowest < -CORNER_DEPTH_OF_FALL_OVER_RIM_TO_CENTRE_HEIGHT * upper.centre_height
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -284,7 +297,10 @@ def stop_fallen_stones_and_return_status(
     course = load_case_progress(stack_states, lane)
     time = load_clock_within_sample(stack_states, lane)
     kinetic, loaded = 0.0, True
-    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
+    first, size = (
+        VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
+        state_array_length_per_joint(max_corner_count),
+    )
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
         if not load_fall_state(rows, lane).is_still_simulated > 0.0:
@@ -296,7 +312,10 @@ def stop_fallen_stones_and_return_status(
         at = first + s * size
         loaded = (
             loaded
-            and load_joint_state_at_step_start(stack_states[at : at + JOINT_ARRAY_LENGTH], lane).normal_force > 0.0
+            and load_joint_state_at_step_start(
+                stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane
+            ).normal_force
+            > 0.0
         )
     if load_energy_account(stack_states, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
@@ -323,7 +342,7 @@ def stop_fallen_stones_and_return_status(
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count)
     if set_slide_end_once_and_check_case_continues(
-        stack_states, SLIDE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
+        stack_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
     stands = stack_cannot_fall(stack_states, lane, max_corner_count, stone_table_rows)

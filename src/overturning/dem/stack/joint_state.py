@@ -35,7 +35,7 @@ class JointConstants(NamedTuple):
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     min_base_distance_inside_rim_to_defer_contact: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
-    in a flat landing, m; `overturning.dem.stack.landing.MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M` for bases of four
+    in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M` for bases of four
     corners."""
     upper_base_corner_count: float
     """Number of corners of the upper base."""

@@ -14,13 +14,13 @@ from overturning.dem.stack.joint_state import (
     JointConstants,
 )
 
-SHORTEST_LANDING_TIME_WITHOUT_POINTS_S: Final = 1e300
+LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S: Final = 1e300
 """Shortest landing time of a joint without points, s."""
 MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
-MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M: Final = 1e301
+RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
-MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH: Final = 0.01
+MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH: Final = 0.01
 """Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
 PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
@@ -33,7 +33,7 @@ def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTim
     Dashpots may pull during this impact.
     """
     return (landing_times_and_heights.shortest_flat_landing_time_left_of_points > 0.0) & (
-        landing_times_and_heights.shortest_flat_landing_time_left_of_points < SHORTEST_LANDING_TIME_WITHOUT_POINTS_S
+        landing_times_and_heights.shortest_flat_landing_time_left_of_points < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S
     )
 
 

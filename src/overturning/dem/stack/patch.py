@@ -53,7 +53,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import PredictedStone, StoneConstants
 
-MIN_RIM_DISTANCE_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
+MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
     JointRelativeMotion, "min_base_corner_distance_inside_rim"
 )
 """Array index, in the rows of a joint, at which the least distances of its base from the rim start."""
@@ -108,7 +108,7 @@ def relative_motion_at_lower_face(
 
 
 @njit(**INLINE_OPTIONS)
-def relative_motion_in_contact_frame(
+def predicted_motion_relative_to_contact_frame(
     upper_stone_rows: Any, lower_stone_rows: Any, lane: int, contact_frame_axes: Matrix3, contact_frame_origin: Vector3
 ) -> JointRelativeMotion:
     """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
@@ -146,7 +146,9 @@ def predict_motion_relative_to_stone_below(
         )
         store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_relative_motion(
-            joint_rows, j, relative_motion_in_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
+            joint_rows,
+            j,
+            predicted_motion_relative_to_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin),
         )
 
 
@@ -214,8 +216,8 @@ def include_corner_in_min_rim_distance(
             + limit.next_side_outward_normal_y * place.y_in_joint_frame
         )
         free = free if place.joint_stiffness_share > 0.0 else 1e300
-        least = joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j]
-        joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j] = select(free < least, free, least)
+        least = joint_rows[MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET + j]
+        joint_rows[MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET + j] = select(free < least, free, least)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -236,7 +238,7 @@ def update_rim_distance_and_check_full_support(
     for j in range(assume_vector_multiple(lane_count)):
         number += (
             1
-            if (joint_rows[MIN_RIM_DISTANCE_ROW_OFFSET + j] < 0.0)
+            if (joint_rows[MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET + j] < 0.0)
             | (joint_rows[USES_NON_CORNER_AT_STEP_START_ROW_OFFSET + j] > 0.0)
             else 0
         )

@@ -20,7 +20,7 @@ from overturning.dem.stack.access import (
     load_case_progress,
     load_clock_within_sample,
     load_fall_state,
-    load_sample_accelerations,
+    load_inertial_accelerations_until_next_sample,
     load_stone_constants,
     load_stone_state,
     slice_stone_rows,
@@ -192,7 +192,10 @@ def write_stack_trajectory_row(
     stack_states: Any, stone_count: int, sampling_interval_s: float, ticks_per_sample: float, trajectory_row: Any
 ) -> None:
     """Write time, base acceleration and motion of all stones of the stack in column 0 into a trajectory row."""
-    time, shaking = load_clock_within_sample(stack_states, 0), load_sample_accelerations(stack_states, 0)
+    time, shaking = (
+        load_clock_within_sample(stack_states, 0),
+        load_inertial_accelerations_until_next_sample(stack_states, 0),
+    )
     trajectory_row[0] = (
         load_case_progress(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval_s

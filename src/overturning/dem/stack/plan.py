@@ -60,10 +60,10 @@ from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-MAX_SHORTEST_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
+UPPER_LIMIT_OF_SHORTEST_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
 """Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
 
-STACK_TO_BODY_WHOLE_STEP_RATIO: Final = 2.0
+STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO: Final = 2.0
 """Whole step over that of a single 3-D body.
 
 Flags, fall azimuths and peak tilts of three stones are as near to those of steps divided by 8 as with 1.0."""
@@ -310,12 +310,17 @@ def plan_stack_simulation(
     damping = np.asarray(cases.damping_factor)
     rate = (square * delay)[which] * damping
     steps, pace = longest_steps_per_sample_and_step_control(
-        numerics, square[which], rate, interval, STACK_TO_BODY_WHOLE_STEP_RATIO * period[which], STACK_STEP_CONTROL
+        numerics,
+        square[which],
+        rate,
+        interval,
+        STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO * period[which],
+        STACK_STEP_CONTROL,
     )
-    pace["shortest_step_ticks"] = np.minimum(pace["shortest_step_ticks"], MAX_SHORTEST_STEP_TICKS)
+    pace["shortest_step_ticks"] = np.minimum(pace["shortest_step_ticks"], UPPER_LIMIT_OF_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
     pace["long_steps_before_doubling"] = np.where(
-        pace["shortest_step_ticks"] < MAX_SHORTEST_STEP_TICKS,
+        pace["shortest_step_ticks"] < UPPER_LIMIT_OF_SHORTEST_STEP_TICKS,
         pace["steps_before_doubling_after_contact_change"],
         pace["long_steps_before_doubling"],
     )

@@ -25,11 +25,13 @@ from overturning.dem.kernel.lanes import (
     create_tuple_sum_difference_and_maximum_functions,
 )
 from overturning.dem.stack.access import (
+    create_zero_contact_changes,
     load_clock_within_sample,
     load_correction_relation_to_stone_below,
     load_diagonal_block,
     load_flat_landing_state,
-    load_inertial_acceleration,
+    load_gravity_and_inertial_acceleration,
+    load_inertial_accelerations_until_next_sample,
     load_joint_constants,
     load_joint_equations,
     load_joint_frame,
@@ -37,16 +39,14 @@ from overturning.dem.stack.access import (
     load_next_step_to_attempt,
     load_normal_force_sums,
     load_point_position,
-    load_point_state,
+    load_point_state_at_step_start,
     load_predicted_stone,
     load_relative_motion,
-    load_sample_accelerations,
     load_stack_limits,
     load_step_control,
     load_stone_constants,
     load_stone_state,
     load_velocity_correction,
-    no_contact_changes,
     store_clock_within_sample,
     store_contact_changes,
     store_correction_relation_to_stone_below,
@@ -54,7 +54,7 @@ from overturning.dem.stack.access import (
     store_energy_losses,
     store_flat_landing_state,
     store_force_sums,
-    store_inertial_acceleration,
+    store_gravity_and_inertial_acceleration,
     store_joint_equations,
     store_joint_friction,
     store_normal_force_sums,
@@ -74,7 +74,7 @@ from overturning.dem.stack.joint_state import (
     JointNormalForceSums,
 )
 from overturning.dem.stack.landing import (
-    SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+    LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
     flat_landing_of_stone_is_under_way,
     include_point_in_landing_times_and_heights,
     point_contact_is_deferred,
@@ -101,8 +101,8 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 add_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).plus
 create_zero_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).zero
-no_sum = create_tuple_sum_difference_and_maximum_functions(StoneContactForceSums).zero
-no_wrench = create_tuple_sum_difference_and_maximum_functions(Wrench).zero
+create_zero_stone_force_and_impulse_sums = create_tuple_sum_difference_and_maximum_functions(StoneContactForceSums).zero
+create_zero_wrench = create_tuple_sum_difference_and_maximum_functions(Wrench).zero
 
 
 @njit(**INLINE_OPTIONS)
@@ -145,11 +145,11 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
     for j in range(assume_vector_multiple(lane_count)):
         length = load_next_step_to_attempt(case_rows, j).length_in_ticks
         time = load_clock_within_sample(case_rows, j)
-        shaking = load_sample_accelerations(case_rows, j)
+        shaking = load_inertial_accelerations_until_next_sample(case_rows, j)
         tick = time.ticks_since_sample_start + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
-        store_inertial_acceleration(case_rows, j, Vector3(
+        store_gravity_and_inertial_acceleration(case_rows, j, Vector3(
             push_at(shaking.inertial_acceleration_x, tick, past), push_at(shaking.inertial_acceleration_y, tick, past),
             -(GRAVITY + push_at(shaking.upward_base_acceleration, tick, past)),
         ))  # fmt: skip
@@ -160,7 +160,7 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
                 time.ticks_since_sample_start, 0.5 * (load_stack_limits(case_rows, j).tick_length_s * length)
             ),
         )
-        store_contact_changes(case_rows, j, no_contact_changes())
+        store_contact_changes(case_rows, j, create_zero_contact_changes())
         store_energy_losses(case_rows, j, zero_energy_losses())
 
 
@@ -181,15 +181,15 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
         store_diagonal_block(stone_rows, j, DiagonalBlockAndRightSide(
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             right_side_of_stone_equations(
-                half, constants.mass, no_wrench(), load_inertial_acceleration(case_rows, j),
+                half, constants.mass, create_zero_wrench(), load_gravity_and_inertial_acceleration(case_rows, j),
                 Wrench(state.acceleration_relative_to_base, state.contact_moment_per_mass),
             ),
         ))  # fmt: skip
-        store_force_sums(stone_rows, j, no_sum())
+        store_force_sums(stone_rows, j, create_zero_stone_force_and_impulse_sums())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) -> None:
+def reset_landing_time_and_height_extremes_and_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset landing times, height range and normal force sums of the contact points of two stones, for all stacks."""
     for j in range(assume_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
@@ -202,10 +202,10 @@ def reset_landing_times_and_normal_force_sums(joint_rows: Any, lane_count: int) 
             joint_rows,
             j,
             FlatLandingTimesAndPointHeights(
-                SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+                LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
                 longest,
-                SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
-                -SHORTEST_LANDING_TIME_WITHOUT_POINTS_S,
+                LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
+                -LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
             ),
         )
         store_normal_force_sums(joint_rows, j, create_zero_normal_force_sums())
@@ -220,7 +220,7 @@ def include_point_in_joint_landing_times_and_heights(joint_rows: Any, point_rows
             j,
             include_point_in_landing_times_and_heights(
                 load_flat_landing_state(joint_rows, j),
-                load_point_state(point_rows, j),
+                load_point_state_at_step_start(point_rows, j),
                 load_point_position(point_rows, j),
             ),
         )
@@ -236,7 +236,7 @@ def predict_point_force_and_add_to_joint_sums(
         frame = load_relative_motion(joint_rows, j)
         place = load_point_position(point_rows, j)
         landing = load_flat_landing_state(joint_rows, j)
-        old = load_point_state(point_rows, j)
+        old = load_point_state_at_step_start(point_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
         fine = step_is_short_enough_for_predicted_forces(

@@ -23,17 +23,17 @@ from overturning.dem.kernel.ending import (
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
-    CASE_ARRAY_LENGTH,
-    JOINT_ARRAY_LENGTH,
-    POINT_ARRAY_LENGTH,
-    STONE_ARRAY_LENGTH,
+    VALUE_COUNT_PER_CASE_IN_ALL_LANES,
+    VALUE_COUNT_PER_JOINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_POINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     load_fall_state,
     load_flat_landing_state,
     load_joint_constants,
     load_joint_state_at_step_start,
     load_next_step_to_attempt,
     load_point_position,
-    load_point_state,
+    load_point_state_at_step_start,
     load_rest_flag_and_limits,
     load_stack_limits,
     load_stone_constants,
@@ -42,7 +42,7 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.landing import (
     MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION,
-    MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
+    RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
 )
 from overturning.dem.stack.state import CASE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
 from overturning.dem.stack.step import state_array_length_per_joint
@@ -108,27 +108,32 @@ def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
-    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
+    first, size = (
+        VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
+        state_array_length_per_joint(max_corner_count),
+    )
     for s in range(stone_count):
         if not load_fall_state(slice_stone_rows(stack_states, s), lane).is_still_simulated > 0.0:
             continue
         at = first + s * size
-        landing = load_flat_landing_state(stack_states[at : at + JOINT_ARRAY_LENGTH], lane)
+        landing = load_flat_landing_state(stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane)
         lies_flat = (
             landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
             < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
         )
         if (
             load_joint_constants(
-                stack_states[at : at + JOINT_ARRAY_LENGTH], lane
+                stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane
             ).min_base_distance_inside_rim_to_defer_contact
-            < MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M
+            < RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M
             and lies_flat
         ):
             continue
-        for i in range((size - JOINT_ARRAY_LENGTH) // POINT_ARRAY_LENGTH):
-            begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
-            point = load_point_state(stack_states[begin : begin + POINT_ARRAY_LENGTH], lane)
+        for i in range((size - VALUE_COUNT_PER_JOINT_IN_ALL_LANES) // VALUE_COUNT_PER_POINT_IN_ALL_LANES):
+            begin = at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES + i * VALUE_COUNT_PER_POINT_IN_ALL_LANES
+            point = load_point_state_at_step_start(
+                stack_states[begin : begin + VALUE_COUNT_PER_POINT_IN_ALL_LANES], lane
+            )
             if point.joint_stiffness_share > 1e-3 and not point.force_per_stiffness_share > 0.0:
                 return False
     return True
@@ -138,9 +143,9 @@ def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int
 def sum_and_moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessShareMoments:
     """Return the sum of the shares of stiffness of two stones' contact points, and its moments."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for i in range(joint_point_rows.size // POINT_ARRAY_LENGTH):
-        rows = joint_point_rows[i * POINT_ARRAY_LENGTH : (i + 1) * POINT_ARRAY_LENGTH]
-        w, at = load_point_state(rows, lane).joint_stiffness_share, load_point_position(rows, lane)
+    for i in range(joint_point_rows.size // VALUE_COUNT_PER_POINT_IN_ALL_LANES):
+        rows = joint_point_rows[i * VALUE_COUNT_PER_POINT_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_POINT_IN_ALL_LANES]
+        w, at = load_point_state_at_step_start(rows, lane).joint_stiffness_share, load_point_position(rows, lane)
         total = StiffnessShareMoments(
             total.stiffness_share_sum + w,
             total.stiffness_share_times_x + w * at.x_in_joint_frame,
@@ -177,9 +182,9 @@ def first_point_unloading_acceleration_g(
     least = np.inf
     off_x = mass_centre_above_in_lower_face_frame.x - x
     off_y = mass_centre_above_in_lower_face_frame.y - y
-    for i in range(joint_point_rows.size // POINT_ARRAY_LENGTH):
-        rows = joint_point_rows[i * POINT_ARRAY_LENGTH : (i + 1) * POINT_ARRAY_LENGTH]
-        if not load_point_state(rows, lane).joint_stiffness_share > 0.0:
+    for i in range(joint_point_rows.size // VALUE_COUNT_PER_POINT_IN_ALL_LANES):
+        rows = joint_point_rows[i * VALUE_COUNT_PER_POINT_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_POINT_IN_ALL_LANES]
+        if not load_point_state_at_step_start(rows, lane).joint_stiffness_share > 0.0:
             continue
         at = load_point_position(rows, lane)
         dx, dy = at.x_in_joint_frame - x, at.y_in_joint_frame - y
@@ -200,7 +205,10 @@ def onset_acceleration_g_of_current_stack_state(
     It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
     or slides.
     """
-    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
+    first, size = (
+        VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
+        state_array_length_per_joint(max_corner_count),
+    )
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
         s = stone_count - 1 - k
@@ -215,8 +223,8 @@ def onset_acceleration_g_of_current_stack_state(
             above.mass_times_z + mass * place.z,
         )
         joint = stack_states[first + s * size : first + (s + 1) * size]
-        old = load_joint_state_at_step_start(joint[:JOINT_ARRAY_LENGTH], lane)
-        friction = load_joint_constants(joint[:JOINT_ARRAY_LENGTH], lane).friction
+        old = load_joint_state_at_step_start(joint[:VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane)
+        friction = load_joint_constants(joint[:VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane).friction
         if not old.normal_force > 0.0 or old.slid_in_last_step > 0.0:
             return 0.0
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -233,7 +241,11 @@ def onset_acceleration_g_of_current_stack_state(
             minus(Vector3(one * above.mass_times_x, one * above.mass_times_y, one * above.mass_times_z), origin),
         )
         raised = Vector3(centre.x, centre.y, centre.z - level)
-        onset = min(onset, first_point_unloading_acceleration_g(joint[JOINT_ARRAY_LENGTH:], lane, raised), friction)
+        onset = min(
+            onset,
+            first_point_unloading_acceleration_g(joint[VALUE_COUNT_PER_JOINT_IN_ALL_LANES:], lane, raised),
+            friction,
+        )
     return onset if above.mass > 0.0 else 0.0
 
 
@@ -297,7 +309,7 @@ def time_until_upright_stack_stops_sliding(
     stops.
     """
     longest = 0.0
-    first = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
+    first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES
     size = state_array_length_per_joint(max_corner_count)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
@@ -309,7 +321,7 @@ def time_until_upright_stack_stops_sliding(
             * load_stone_constants(rows, lane).critical_lean_squared_sine_on_contact_at_rest
         ):
             return 0.0
-        joint = stack_states[first + s * size : first + s * size + JOINT_ARRAY_LENGTH]
+        joint = stack_states[first + s * size : first + s * size + VALUE_COUNT_PER_JOINT_IN_ALL_LANES]
         old, deceleration = (
             load_joint_state_at_step_start(joint, lane),
             GRAVITY * load_joint_constants(joint, lane).friction,

@@ -31,17 +31,17 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.stack.access import (
     load_base_overhang,
-    load_contact_normal_sums,
     load_face_corner,
     load_joint_frame,
     load_point_position,
     load_relative_motion,
     load_stone_axes,
     load_stone_constants,
-    store_contact_normal_sums,
+    load_sums_for_contact_normal,
     store_joint_frame,
     store_point_position,
     store_relative_motion,
+    store_sums_for_contact_normal,
 )
 from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
@@ -50,7 +50,7 @@ from overturning.dem.stack.joint_state import (
     JointFrameAxesAndOrigin,
     JointRelativeMotion,
 )
-from overturning.dem.stack.patch import relative_motion_in_contact_frame
+from overturning.dem.stack.patch import predicted_motion_relative_to_contact_frame
 
 OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.
@@ -103,18 +103,18 @@ def add_point_to_contact_normal_sums(
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_contact_normal_sums(joint_rows, j, ContactLoadSumsForNormalDirection(0.0, 0.0, 0.0, 0.0, 0.0))
+        store_sums_for_contact_normal(joint_rows, j, ContactLoadSumsForNormalDirection(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_base_corner_to_normal_sums(joint_rows: Any, base_corner_rows: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_contact_normal_sums(
+        store_sums_for_contact_normal(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
-                load_contact_normal_sums(joint_rows, j), load_point_position(base_corner_rows, j), (0.0, 0.0)
+                load_sums_for_contact_normal(joint_rows, j), load_point_position(base_corner_rows, j), (0.0, 0.0)
             ),
         )
 
@@ -153,7 +153,7 @@ def add_rim_points_to_mean_normal_sums(
             else most
         )
         loads = add_point_to_contact_normal_sums(
-            load_contact_normal_sums(joint_rows, j),
+            load_sums_for_contact_normal(joint_rows, j),
             load_point_position(lower_side_rows, j),
             (corner * slope_x, corner * slope_y),
         )
@@ -162,7 +162,7 @@ def add_rim_points_to_mean_normal_sums(
             load_point_position(part_begin_point_rows, j),
             (begin * own.next_side_outward_normal_x, begin * own.next_side_outward_normal_y),
         )
-        store_contact_normal_sums(
+        store_sums_for_contact_normal(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
@@ -210,7 +210,7 @@ def contact_frame_with_mean_normal(contact_normal_sums: ContactLoadSumsForNormal
 def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
     for j in range(assume_vector_multiple(lane_count)):
-        pose = contact_frame_with_mean_normal(load_contact_normal_sums(joint_rows, j))
+        pose = contact_frame_with_mean_normal(load_sums_for_contact_normal(joint_rows, j))
         place = load_point_position(point_rows, j)
         turned = matrix_times_vector(
             transpose(pose.axes), minus(Vector3(place.x_in_joint_frame, place.y_in_joint_frame, 0.0), pose.origin)
@@ -230,12 +230,12 @@ def rotate_contact_frame_to_mean_normal(
 ) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
     for j in range(assume_vector_multiple(lane_count)):
-        turn = contact_frame_with_mean_normal(load_contact_normal_sums(joint_rows, j))
+        turn = contact_frame_with_mean_normal(load_sums_for_contact_normal(joint_rows, j))
         pose = load_joint_frame(joint_rows, j)
         old = load_relative_motion(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
-        new = relative_motion_in_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
+        new = predicted_motion_relative_to_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
         store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_relative_motion(joint_rows, j, JointRelativeMotion(
             new.upper_base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity_at_origin, new.angular_velocity,
@@ -251,12 +251,12 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
     (`base_corner_hangs_below_supporting_face`).
     """
     for j in range(assume_vector_multiple(lane_count)):
-        rim, axes = load_contact_normal_sums(joint_rows, j), load_stone_axes(upper_stone_rows, j)
+        rim, axes = load_sums_for_contact_normal(joint_rows, j), load_stone_axes(upper_stone_rows, j)
         upright = (
             squared_sine_of_lean_continued_beyond_90_deg(axes)
             < load_stone_constants(upper_stone_rows, j).critical_lean_squared_sine_on_whole_base
         )
-        store_contact_normal_sums(
+        store_sums_for_contact_normal(
             joint_rows,
             j,
             ContactLoadSumsForNormalDirection(

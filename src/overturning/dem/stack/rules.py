@@ -12,7 +12,7 @@ from overturning.dem.body.state import (
     inertial_accelerations_until_next_sample,
 )
 from overturning.dem.body.vectors import normalise_quaternion
-from overturning.dem.kernel.ending import CaseProgress, next_sample_tick_and_last_upright_time
+from overturning.dem.kernel.ending import CaseProgress, continuation_sample_tick_and_last_upright_time
 from overturning.dem.kernel.ground import (
     GroundMotion,
     count_skippable_samples,
@@ -26,15 +26,15 @@ from overturning.dem.kernel.queue import (
     register_model_functions,
 )
 from overturning.dem.stack.access import (
-    CASE_ARRAY_LENGTH,
-    STONE_ARRAY_LENGTH,
+    VALUE_COUNT_PER_CASE_IN_ALL_LANES,
+    VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     load_case_progress,
     load_fall_state,
     load_rest_flag_and_limits,
     load_stone_state,
     slice_stone_rows,
+    store_inertial_accelerations_until_next_sample,
     store_rotation,
-    store_sample_accelerations,
 )
 from overturning.dem.stack.ending import (
     lowest_newly_fallen_stone_index,
@@ -64,7 +64,7 @@ TICKS_SINCE_SAMPLE_START_ROW, CURRENT_SAMPLE_ROW, INITIAL_ENERGY_ROW, LOADED_SAM
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-LAST_UPRIGHT_TICK_ROW = STONE_ROW_LAYOUT.row_offset_of_field(
+LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = STONE_ROW_LAYOUT.row_offset_of_field(
     StonePeakLeanAndLastUprightTick, "last_upright_tick_in_sample"
 )
 LAST_UPRIGHT_TIME_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time_s")
@@ -104,7 +104,9 @@ class StackWorkspace(NamedTuple):
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state arrays of the stacks that are simulated in parallel, one column (lane) each."""
     stones, corners = kernel_input.face_corners_by_stack.shape[1], kernel_input.face_corners_by_stack.shape[3]
-    size = CASE_ARRAY_LENGTH + stones * (STONE_ARRAY_LENGTH + state_array_length_per_joint(corners))
+    size = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones * (
+        VALUE_COUNT_PER_STONE_IN_ALL_LANES + state_array_length_per_joint(corners)
+    )
     return StackWorkspace(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
@@ -151,16 +153,18 @@ def advance_sample_and_load_base_motion(
         for j in range(assume_vector_multiple(lane_count)):
             store_rotation(rows, j, normalise_quaternion(load_stone_state(rows, j).rotation))
             then = (
-                load_case_progress(stack_states, j).current_sample + rows[LAST_UPRIGHT_TICK_ROW + j] * scale
+                load_case_progress(stack_states, j).current_sample + rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] * scale
             ) * interval
             present = load_fall_state(rows, j).is_still_simulated > 0.0
             rows[LAST_UPRIGHT_TIME_ROW + j] = (
-                then if (rows[LAST_UPRIGHT_TICK_ROW + j] >= 0.0) & present else rows[LAST_UPRIGHT_TIME_ROW + j]
+                then
+                if (rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] >= 0.0) & present
+                else rows[LAST_UPRIGHT_TIME_ROW + j]
             )
-            rows[LAST_UPRIGHT_TICK_ROW + j] = -1.0
+            rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] = -1.0
     for j in range(assume_vector_multiple(lane_count)):
         # The times at which the stones were upright are their own, above.
-        begun = next_sample_tick_and_last_upright_time(
+        begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(stack_states, j), stack_states[TICKS_SINCE_SAMPLE_START_ROW + j], -1.0, ticks, interval
         )
         stack_states[CURRENT_SAMPLE_ROW + j], stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] = begun[0], begun[1]
@@ -172,7 +176,7 @@ def advance_sample_and_load_base_motion(
         stack_states[LOADED_SAMPLE_NUMBER_ROW + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
-        store_sample_accelerations(
+        store_inertial_accelerations_until_next_sample(
             stack_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 
@@ -206,7 +210,7 @@ def mark_possibly_ended_cases(
     kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flag_by_lane_out: Any
 ) -> int:
     """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
-    return mark_stacks_due_for_end_test(
+    return mark_possibly_ended_stacks(
         workspace.state,
         kernel_input.corner_counts_by_stone.size,
         kernel_input.face_corners_by_stack.shape[3],
@@ -218,7 +222,7 @@ def mark_possibly_ended_cases(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def mark_stacks_due_for_end_test(
+def mark_possibly_ended_stacks(
     stack_states: Any,
     stone_count: int,
     max_corner_count: int,

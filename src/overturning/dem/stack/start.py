@@ -10,10 +10,10 @@ from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
-    CASE_ARRAY_LENGTH,
-    JOINT_ARRAY_LENGTH,
-    POINT_ARRAY_LENGTH,
-    STONE_ARRAY_LENGTH,
+    VALUE_COUNT_PER_CASE_IN_ALL_LANES,
+    VALUE_COUNT_PER_JOINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_POINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     slice_stone_rows,
     store_case_progress,
     store_face_corner,
@@ -59,7 +59,7 @@ def write_initial_stack_state(
     (stones, joints), (sampling_interval, ticks_per_sample) = stone_and_joint_table_rows, sampling_interval_s_and_ticks
     for row in range(stack_states.size // PARALLEL_CASE_COUNT):
         stack_states[row * PARALLEL_CASE_COUNT + lane] = 0.0
-    first = CASE_ARRAY_LENGTH + stones.size * STONE_ARRAY_LENGTH
+    first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones.size * VALUE_COUNT_PER_STONE_IN_ALL_LANES
     size = state_array_length_per_joint(base_and_top_corners_by_stone.shape[2])
     steps = case_table_row.steps_before_doubling_after_contact_change
     store_step_control(stack_states, lane, CaseStepControl(
@@ -89,17 +89,23 @@ def write_initial_stack_state(
             stone.centre_height, stone.nearest_base_side_distance,
         )  # fmt: skip
         for i in range(corner_count_by_stone[s]):
-            begin = at + JOINT_ARRAY_LENGTH + i * POINT_ARRAY_LENGTH
+            begin = at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES + i * VALUE_COUNT_PER_POINT_IN_ALL_LANES
             o = base_and_top_corners_by_stone[s, 0, i]
             store_face_corner(
-                stack_states[begin : begin + POINT_ARRAY_LENGTH], lane, FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5])
+                stack_states[begin : begin + VALUE_COUNT_PER_POINT_IN_ALL_LANES],
+                lane,
+                FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]),
             )
         if s > 0:
             for i in range(corner_count_by_stone[s - 1]):
-                begin = at + JOINT_ARRAY_LENGTH + (corner_count_by_stone[s] + i) * POINT_ARRAY_LENGTH
+                begin = (
+                    at
+                    + VALUE_COUNT_PER_JOINT_IN_ALL_LANES
+                    + (corner_count_by_stone[s] + i) * VALUE_COUNT_PER_POINT_IN_ALL_LANES
+                )
                 o = base_and_top_corners_by_stone[s - 1, 1, i]
                 store_face_corner(
-                    stack_states[begin : begin + POINT_ARRAY_LENGTH],
+                    stack_states[begin : begin + VALUE_COUNT_PER_POINT_IN_ALL_LANES],
                     lane,
                     FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]),
                 )

@@ -11,8 +11,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.linear import solve_positive_definite_system
 from overturning.dem.stack.landing import (
-    MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH,
-    MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
+    MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH,
+    RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
 )
 from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
 from overturning.model.contact import MIN_WIDTH_FOR_CONSTANT_PENETRATION_M, VertexContact
@@ -24,7 +24,7 @@ from overturning.model.stack_stones import (
 )
 from overturning.units import STANDARD_GRAVITY
 
-MIN_FALL_TILT_OF_STONE_RAD: Final = np.pi / 3.0
+MIN_FALL_TILT_THRESHOLD_OF_STONE_RAD: Final = np.pi / 3.0
 """Tilt at which a stone has fallen, rad, or the mean of 90° and the critical angle of its base, whichever is more."""
 
 
@@ -76,8 +76,8 @@ def joint_constants_of_stack(
     rows["upper_base_corner_count"] = [len(stone.base_corners_xy_from_centre_of_mass) for stone in stones]
     rows["min_base_distance_inside_rim_to_defer_contact"] = np.where(
         [len(stone.base_corners_xy_from_centre_of_mass) > 4 for stone in stones],
-        MIN_DEFERRAL_RIM_DISTANCE_TO_PATCH_WIDTH * width,
-        MIN_RIM_DISTANCE_IF_CONTACT_NEVER_DEFERRED_M,
+        MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH * width,
+        RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
     )
     table = ContactSpringsAndPatchesOfStack(rows, penetration, patches)
     _fill_in_contact_loads_at_rest(stones, table)
@@ -110,7 +110,10 @@ def stone_constants_and_initial_states_table(
         ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
         row["critical_lean_squared_sine_on_contact_at_rest"] = ahead**2 / (ahead**2 + height**2)
         row["critical_lean_squared_sine_on_whole_base"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
-        tilt = max(MIN_FALL_TILT_OF_STONE_RAD, 0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi))
+        tilt = max(
+            MIN_FALL_TILT_THRESHOLD_OF_STONE_RAD,
+            0.5 * (np.arctan2(reach, stone.centre_height_above_base) + 0.5 * np.pi),
+        )
         row["fall_tilt_cosine"] = np.round(np.cos(tilt), 12)
         centre = level + stone.centre_height_above_base
         half = 0.5 * shift[3:]

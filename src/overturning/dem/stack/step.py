@@ -9,26 +9,26 @@ from overturning.dem.stack.acceptance_loops import (
     decide_step_acceptance_and_advance_clock,
     store_contact_point_states_after_accepted_steps,
     store_joint_states_after_accepted_steps,
-    store_stone_and_energy_if_step_accepted,
+    store_stone_and_add_work_if_step_accepted,
 )
 from overturning.dem.stack.access import (
-    CASE_ARRAY_LENGTH,
-    JOINT_ARRAY_LENGTH,
-    POINT_ARRAY_LENGTH,
-    STONE_ARRAY_LENGTH,
+    VALUE_COUNT_PER_CASE_IN_ALL_LANES,
+    VALUE_COUNT_PER_JOINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_POINT_IN_ALL_LANES,
+    VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     slice_stone_rows,
 )
 from overturning.dem.stack.clip import (
     clip_base_sides_and_add_patch_perimeter,
-    clip_lower_sides_and_add_patch_perimeter,
+    clip_lower_sides_and_add_lengths_to_perimeter,
     slice_contact_point_rows,
 )
 from overturning.dem.stack.end_loops import (
     add_force_times_pressure_centre_distance,
     compute_joint_forces_and_add_to_stones,
-    compute_point_normal_force_and_new_state,
     mark_joints_that_use_a_non_corner_point,
     store_joint_velocity_change_and_clear_sums,
+    store_point_state_and_add_normal_force_to_joint,
 )
 from overturning.dem.stack.patch import (
     any_stack_uses_contact_point,
@@ -45,7 +45,7 @@ from overturning.dem.stack.predict_loops import (
     predict_joint_friction_and_equations,
     predict_point_force_and_add_to_joint_sums,
     predict_stone_motion_and_equations,
-    reset_landing_times_and_normal_force_sums,
+    reset_landing_time_and_height_extremes_and_sums,
     rotate_joint_equations_to_ground_axes,
     solve_velocity_corrections_of_lowest_stones,
     start_step_and_predict_inertial_acceleration,
@@ -60,7 +60,7 @@ from overturning.dem.stack.rim import (
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def state_array_length_per_joint(max_corner_count: int) -> int:
     """Return the state array's length for one contact of two stones; faces have at most `max_corner_count` corners."""
-    return JOINT_ARRAY_LENGTH + 6 * max_corner_count * POINT_ARRAY_LENGTH
+    return VALUE_COUNT_PER_JOINT_IN_ALL_LANES + 6 * max_corner_count * VALUE_COUNT_PER_POINT_IN_ALL_LANES
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -89,7 +89,9 @@ def predict_contact_points_and_patch_forces(
         joint_rows, joint_point_rows, upper_count, lower_count, lane_count
     ):
         clip_base_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
-        clip_lower_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        clip_lower_sides_and_add_lengths_to_perimeter(
+            joint_rows, joint_point_rows, upper_count, lower_count, lane_count
+        )
         place_partial_patch_points_with_stiffness(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         sum_contact_normals(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
         rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
@@ -103,7 +105,7 @@ def predict_contact_points_and_patch_forces(
                 lane_count,
             )
     used_point_count_and_indices_by_stone[0] = count
-    reset_landing_times_and_normal_force_sums(joint_rows, lane_count)
+    reset_landing_time_and_height_extremes_and_sums(joint_rows, lane_count)
     for n in range(count):
         include_point_in_joint_landing_times_and_heights(
             joint_rows,
@@ -136,7 +138,7 @@ def compute_contact_patch_forces(
         upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground
     )
     for n in range(used_point_count_and_indices_by_stone[0]):
-        compute_point_normal_force_and_new_state(
+        store_point_state_and_add_normal_force_to_joint(
             case_rows,
             joint_rows,
             slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_by_stone[1 + n]),
@@ -162,16 +164,21 @@ def store_accepted_stack_states(
     lane_count: int,
 ) -> None:
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
-    case, first = stack_states[:CASE_ARRAY_LENGTH], CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH
+    case, first = (
+        stack_states[:VALUE_COUNT_PER_CASE_IN_ALL_LANES],
+        VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
+    )
     for s in range(stone_count):
         stone = slice_stone_rows(stack_states, s)
         if s == 0:
-            store_stone_and_energy_if_step_accepted(case, stone, lane_count, 1)
+            store_stone_and_add_work_if_step_accepted(case, stone, lane_count, 1)
         else:
-            store_stone_and_energy_if_step_accepted(case, stone, lane_count, None)
+            store_stone_and_add_work_if_step_accepted(case, stone, lane_count, None)
         at = first + s * state_array_length_per_joint
-        store_joint_states_after_accepted_steps(case, stack_states[at : at + JOINT_ARRAY_LENGTH], lane_count)
-        points = stack_states[at + JOINT_ARRAY_LENGTH : at + state_array_length_per_joint]
+        store_joint_states_after_accepted_steps(
+            case, stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane_count
+        )
+        points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + state_array_length_per_joint]
         for n in range(used_point_count_and_indices_by_stone[s, 0]):
             store_contact_point_states_after_accepted_steps(
                 case, slice_contact_point_rows(points, used_point_count_and_indices_by_stone[s, 1 + n]), lane_count
@@ -193,8 +200,11 @@ def attempt_time_steps_of_stacks(
 
     `used_point_count_and_indices_by_stone` is a work array.
     """
-    case = stack_states[:CASE_ARRAY_LENGTH]
-    first, size = CASE_ARRAY_LENGTH + stone_count * STONE_ARRAY_LENGTH, state_array_length_per_joint(max_corner_count)
+    case = stack_states[:VALUE_COUNT_PER_CASE_IN_ALL_LANES]
+    first, size = (
+        VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
+        state_array_length_per_joint(max_corner_count),
+    )
     for _ in range(attempted_step_count):
         start_step_and_predict_inertial_acceleration(case, lane_count, ticks_per_sample)
         for s in range(stone_count):
@@ -203,8 +213,8 @@ def attempt_time_steps_of_stacks(
         for s in range(stone_count):
             stone = slice_stone_rows(stack_states, s)
             at = first + s * size
-            joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
-            points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
+            joint = stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES]
+            points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + size]
             if s == 0:
                 predict_lowest_stone_motion_relative_to_ground(stone, joint, lane_count)
                 predict_contact_points_and_patch_forces(
@@ -229,12 +239,16 @@ def attempt_time_steps_of_stacks(
             stone = slice_stone_rows(stack_states, s)
             lower = slice_stone_rows(stack_states, s - 1)
             eliminate_upper_stone_of_each_stack(
-                case, stone, lower, stack_states[first + s * size : first + s * size + JOINT_ARRAY_LENGTH], lane_count
+                case,
+                stone,
+                lower,
+                stack_states[first + s * size : first + s * size + VALUE_COUNT_PER_JOINT_IN_ALL_LANES],
+                lane_count,
             )
         solve_velocity_corrections_of_lowest_stones(
             case,
             slice_stone_rows(stack_states, 0),
-            stack_states[first : first + JOINT_ARRAY_LENGTH],
+            stack_states[first : first + VALUE_COUNT_PER_JOINT_IN_ALL_LANES],
             lane_count,
         )
         for s in range(1, stone_count):
@@ -243,8 +257,8 @@ def attempt_time_steps_of_stacks(
         for s in range(stone_count):
             stone = slice_stone_rows(stack_states, s)
             at = first + s * size
-            joint = stack_states[at : at + JOINT_ARRAY_LENGTH]
-            points = stack_states[at + JOINT_ARRAY_LENGTH : at + size]
+            joint = stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES]
+            points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + size]
             if s == 0:
                 compute_contact_patch_forces(
                     case, stone, stone, joint, points, used_point_count_and_indices_by_stone[s], lane_count, 1

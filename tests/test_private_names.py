@@ -32,7 +32,9 @@ NAMED_TUPLE_MEMBERS = {"_fields", "_replace", "_asdict", "_make"}
 """Documented names of Python's named tuples."""
 
 CACHE_TEST = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
-COMPILER_TEST = "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
+COMPILER_SETTINGS_TEST_NODE_ID = (
+    "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
+)
 LANES_TEST = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
 VECTORISATION_TEST_NODE_ID = (
     "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
@@ -63,7 +65,7 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
     "dem/kernel/compiler.py": {
         ("numba.core.compiler", "numba.core.compiler_machinery", "numba.core.typed_passes"): (
             "a pipeline of our own, as Numba documents for pipeline_class, though its classes lie in numba.core",
-            COMPILER_TEST,
+            COMPILER_SETTINGS_TEST_NODE_ID,
         ),
         ("numba.core.lowering",): (
             "an aligned stack, and no entry for Python in functions that only compiled code calls",
@@ -77,7 +79,7 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
             "passes of LLVM over a whole kernel: arguments that no function uses are removed (up to a tenth of a step)",
             "tests/dem/test_vector_code.py::test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use",
         ),
-        ("_name",): ("the name that Numba requires of a pass", COMPILER_TEST),
+        ("_name",): ("the name that Numba requires of a pass", COMPILER_SETTINGS_TEST_NODE_ID),
     },
     "dem/kernel/lanes.py": {
         ("numba.core", "_getvalue"): (
@@ -125,14 +127,14 @@ def private_library_names_used_in(source: str, own_private_names: frozenset[str]
     found: set[str] = set()
     for node in nodes:
         if isinstance(node, ast.Import | ast.ImportFrom):
-            found |= _private_names_in_import(node)
+            found |= _private_or_undocumented_names_in_import(node)
         elif isinstance(node, ast.Attribute) and not _is_self_or_cls(node.value):
             found |= {node.attr} if _is_private(node.attr) and node.attr not in own_private_names else set()
         elif isinstance(node, ast.ClassDef) and node.bases:
             members = (name for one in node.body if isinstance(one, ast.Assign) for name in one.targets)
             found |= {one.id for one in members if isinstance(one, ast.Name) and _is_private(one.id)}
         elif isinstance(node, ast.Assign):
-            found |= _attributes_replaced_by_functions(node, functions, of_package)
+            found |= _library_attributes_replaced_by_functions(node, functions, of_package)
         elif isinstance(node, ast.Call | ast.Dict):
             found |= {
                 name for name in _names_in_getattr_keywords_and_dict_keys(node) if _is_private(name)
@@ -140,7 +142,7 @@ def private_library_names_used_in(source: str, own_private_names: frozenset[str]
     return found
 
 
-def _private_names_in_import(node: ast.Import | ast.ImportFrom) -> set[str]:
+def _private_or_undocumented_names_in_import(node: ast.Import | ast.ImportFrom) -> set[str]:
     """Return the undocumented library modules and underscored names that an import statement names.
 
     The underscored names are those imported from a library that begin with an underscore.
@@ -185,7 +187,7 @@ def _is_import_from_overturning(node: ast.AST) -> TypeGuard[ast.ImportFrom]:
     return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("overturning")
 
 
-def _attributes_replaced_by_functions(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
+def _library_attributes_replaced_by_functions(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
     """Return attributes of other libraries' objects to which a function of this module or a lambda is assigned."""
     found = set()
     for target in node.targets:

@@ -44,7 +44,7 @@ from overturning.records.store import write_record_to_motion_file
 from overturning.study.intensity import write_intensity_measures
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
-from overturning.study.sections import BodySettings, SimulationSettings
+from overturning.study.sections import BodyShapeSettings, SimulationSettings
 from tests.expect import expect_error, skip_test_unless_skipping_is_forbidden
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
@@ -622,7 +622,7 @@ def test_options_have_the_same_names_in_commands_python_and_studies() -> None:
     def dataclass_field_names(*kinds: type) -> set[str]:
         return {field.name for kind in kinds for field in fields(kind)}
 
-    study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
+    study, body, contact = (set(one.model_fields) for one in (Study, BodyShapeSettings, ContactSettings))
     assert (
         dataclass_field_names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions)
         <= study | body | contact

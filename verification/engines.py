@@ -214,7 +214,7 @@ def _mujoco_model_of_box(
     )
 
 
-class Prism(NamedTuple):
+class PrismHalfSizesAndFriction(NamedTuple):
     """Free 3-D prism: half sizes along x, y and z, m, and friction coefficient."""
 
     half_width: float
@@ -242,7 +242,7 @@ def effective_gravity_in_base_frame_by_step(
 
 
 def fall_direction_in_mujoco(
-    prism: Prism, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
+    prism: PrismHalfSizesAndFriction, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
     """Return x and y of the unit vector along the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
@@ -264,7 +264,7 @@ def fall_direction_in_mujoco(
 
 
 def fall_direction_in_bullet(
-    prism: Prism, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
+    prism: PrismHalfSizesAndFriction, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
     """Return x and y of the unit vector along the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
@@ -303,7 +303,7 @@ def fall_direction_in_bullet(
 EngineFunction = TypeVar("EngineFunction")
 FallSidesOfBlocksFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float], list[int]]
 FallSidesOfSceneFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float, bool], list[int]]
-FallDirectionFunction = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
+FallDirectionFunction = Callable[[PrismHalfSizesAndFriction, np.ndarray, float], tuple[float, float] | None]
 SCENE_ENGINES: Final[dict[str, FallSidesOfSceneFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
@@ -358,7 +358,11 @@ def fall_sides_of_scene(
 
 
 def fall_azimuth_of_prism(
-    engine: FallDirectionFunction, motion: Motion, prism_orientation_deg: float, prism: Prism, time_step: float
+    engine: FallDirectionFunction,
+    motion: Motion,
+    prism_orientation_deg: float,
+    prism: PrismHalfSizesAndFriction,
+    time_step: float,
 ) -> float:
     """Return the azimuth to which the top of a fallen prism points in an engine, degrees; NaN if it stands."""
     axis = engine(prism, effective_gravity_in_base_frame_by_step(motion, prism_orientation_deg, time_step), time_step)

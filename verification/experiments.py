@@ -172,13 +172,13 @@ def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> M
             computed = (
                 own.counts_of_cases_simulated_in_reference.cases + own.counts_of_cases_simulated_in_reference.unanswered
             )
-            cells = [f"{percentage(own.unstable_result_count, computed):.2f}"]
+            cells = [f"{percentage(own.count_of_cases_with_unstable_status, computed):.2f}"]
             for step in steps.values():
                 far = differences_from_reference_results(
                     run_case_groups(groups, threads=2, time_step=step, **given).results, exact
                 )
                 cells.append(
-                    f"{percentage(far.unstable_result_count, computed):.2f} / "
+                    f"{percentage(far.count_of_cases_with_unstable_status, computed):.2f} / "
                     f"{wrong_flag_and_outcome_percentages(far.counts_of_cases_simulated_in_reference)[0]:.2f}"
                 )
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
@@ -257,7 +257,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
             case_groups, model=gravestone(Contact(static_penetration=static_penetration_to_width_ratio)), **how
         )
 
-    def wrong_flag_and_outcome_texts(
+    def percentage_texts_of_wrong_flags_and_outcomes(
         compared_results: ResultsWithProcessorTime, reference_results: ResultsWithProcessorTime
     ) -> tuple[str, ...]:
         """Return the percentages of cases with a wrong flag and with a wrong flag or side, as texts."""
@@ -284,7 +284,8 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
             for name, step in steps.items()
         }
         cells = (
-            "–" if one is exact else " / ".join(wrong_flag_and_outcome_texts(one, exact)) for one in found.values()
+            "–" if one is exact else " / ".join(percentage_texts_of_wrong_flags_and_outcomes(one, exact))
+            for one in found.values()
         )
         lines.append((f"{penetration:g}", *cells))
         costs[f"{penetration:g}"] = differences_from_reference_results(
@@ -322,7 +323,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
         "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
         "chaos": markdown_table(
             ("between", "flags that differ, %", "sides that differ, %"),
-            [(name, *wrong_flag_and_outcome_texts(*pair)) for name, pair in pairs.items()],
+            [(name, *percentage_texts_of_wrong_flags_and_outcomes(*pair)) for name, pair in pairs.items()],
         ),
     }
 
@@ -364,7 +365,7 @@ def run_square_prisms(group: CaseGroup, damping_ratio: float) -> FallSidesPeakRo
     return FallSidesPeakRotationsAndStepCounts(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
 
 
-def measure_error_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
+def compare_with_housner_block_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
     A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
@@ -412,7 +413,7 @@ FRICTIONS_FROM_KERNEL_MAXIMUM_UPWARDS: Final = (MAX_SIMULATED_FRICTION_COEFFICIE
 """Frictions from `MAX_SIMULATED_FRICTION_COEFFICIENT`, the largest that blocks are computed with."""
 
 
-def measure_effect_of_high_friction(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
+def measure_effect_of_friction_above_simulated_limit(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
     """Measure the effect of friction above `MAX_SIMULATED_FRICTION_COEFFICIENT` on results and number of steps."""
     shapes = half_circle_azimuths(study_part.azimuth_count), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(read_motions_of_default_study().values())[:: study_part.every_nth_record], [], None
@@ -448,8 +449,8 @@ FUNCTION_AND_STUDY_PART_BY_EXPERIMENT: Final[
     "step-and-contact": (measure_wrong_flags_by_step_and_contact, PartOfDefaultStudy(4, 10)),
     "fine-steps": (measure_effects_of_step_control_rules, PartOfDefaultStudy(6, 4)),
     "rigid-limit": (measure_error_by_stiffness_and_step, PartOfDefaultStudy(18, 4)),
-    "damping-ratio": (measure_error_by_damping_ratio, PartOfDefaultStudy(12, 4)),
-    "most-friction": (measure_effect_of_high_friction, PartOfDefaultStudy(18, 4)),
+    "damping-ratio": (compare_with_housner_block_by_damping_ratio, PartOfDefaultStudy(12, 4)),
+    "most-friction": (measure_effect_of_friction_above_simulated_limit, PartOfDefaultStudy(18, 4)),
 }
 """Experiment and the part of the default study that it runs, by name."""
 

@@ -106,7 +106,7 @@ class ResultDifference(NamedTuple):
     """Counts over the cases that the reference simulates."""
     standing_block_peak_rotation_errors_over_alpha: FloatArray
     """Errors of peak rotation, as a share of α."""
-    unstable_result_count: int
+    count_of_cases_with_unstable_status: int
     computed_steps_times_elements: int
     max_relative_energy_error: float
     """Largest energy error of the simulated cases."""
@@ -130,7 +130,7 @@ class ResultDifference(NamedTuple):
             "90th percentile": round_to_three_significant_digits(
                 np.quantile(self.standing_block_peak_rotation_errors_over_alpha, 0.9)
             ),
-            "marked": self.unstable_result_count,
+            "marked": self.count_of_cases_with_unstable_status,
             "largest energy error": round_to_three_significant_digits(self.max_relative_energy_error),
         }
 

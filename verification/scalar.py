@@ -24,7 +24,7 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
     corner_tangential_spring_stretches,
     predicted_velocity_at_step_end,
     gravity_and_inertial_acceleration,
-    velocity_at_half_step,
+    known_velocity_at_mid_step,
     half_time_step,
     corner_stiffness_per_mass,
     corner_dashpot_constant_per_mass,
@@ -41,7 +41,7 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
         equation_matrix_workspace[p, 0] = equation_matrix_workspace[p, 1] = equation_matrix_workspace[p, 2] = 0.0
         equation_matrix_workspace[p, p], right_side_workspace[p] = (
             1.0,
-            velocity_at_half_step[p] + half_time_step * gravity_and_inertial_acceleration[p],
+            known_velocity_at_mid_step[p] + half_time_step * gravity_and_inertial_acceleration[p],
         )
     for q in range(2):
         rise, along = (

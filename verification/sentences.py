@@ -17,24 +17,26 @@ import pandas as pd
 MARKED_NUMBER_PATTERN: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
-def formatted_measured_number(file_name: str, quantity: str, number_format: str, results_folder: Path) -> str:
-    """Return a measured number from a CSV file of `write_measured_numbers` as text in the format `number_format`.
+def formatted_measured_number(
+    file_name: str, quantity: str, text_template_for_number: str, results_folder: Path
+) -> str:
+    """Return a measured number from a CSV file as text in the format `text_template_for_number`.
 
-    The function `write_measured_numbers` is in `verification.tables`.
+    `verification.tables.write_measured_numbers` writes such files.
     """
     rows = pd.read_csv(results_folder / file_name)
-    return number_format.format(rows.loc[rows["quantity"] == quantity, "value"].item())
+    return text_template_for_number.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def format_errors_and_cost_ratio_of_eighth_step(number_format: str, results_folder: Path) -> str:
+def format_errors_and_cost_ratio_of_eighth_step(text_template_for_number: str, results_folder: Path) -> str:
     """Return as text: wrong-flag shares, %, at the default time step and 1/8 of it, and ratio of processor times."""
     curve = pd.read_csv(results_folder / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
-    return number_format.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
+    return text_template_for_number.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
 
 
-def format_rigid_block_disagreement_counts(number_format: str, results_folder: Path) -> str:
+def format_rigid_block_disagreement_counts(text_template_for_number: str, results_folder: Path) -> str:
     """Format the number of cases under records, and two numbers of disagreements with the rigid block.
 
     The first of these counts all cases with another outcome than that of the rigid block, the second those of them
@@ -43,10 +45,10 @@ def format_rigid_block_disagreement_counts(number_format: str, results_folder: P
     rows = pd.read_csv(results_folder / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
     (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)
-    return number_format.format(at[0], at[1] + at[2], at[3])
+    return text_template_for_number.format(at[0], at[1] + at[2], at[3])
 
 
-def count_of_predicted_boulder_tests(results_folder: Path) -> str:
+def count_of_boulder_tests_with_motion_left_out(results_folder: Path) -> str:
     """Return the number of shaking-table tests that are predicted from tests with other motions."""
     rows = pd.read_csv(results_folder / "shaking-table.csv")
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
@@ -105,7 +107,7 @@ NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "rigid-cases": partial(format_rigid_block_disagreement_counts, "{0:.0f}"),
     "rigid-otherwise": partial(format_rigid_block_disagreement_counts, "{1:.0f}"),
     "rigid-otherwise-shared": partial(format_rigid_block_disagreement_counts, "{2:.0f}"),
-    "boulder-tests": count_of_predicted_boulder_tests,
+    "boulder-tests": count_of_boulder_tests_with_motion_left_out,
     "waiau-cases": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: cases", "{:.0f}"),
     "waiau-with-only": partial(
         formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: falls with vertical motion only", "{:.1f} %"

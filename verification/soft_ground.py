@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from overturning.findings.contrast import (
-    SiteFallRates,
+    SoilProfileFallRatesAtAmplitude,
     notes_on_unconverged_soil_analyses,
     population_fall_rates_by_soil_and_amplitude,
 )
@@ -48,7 +48,7 @@ def soil_fundamental_periods_text(results: StudyResults) -> str:
     return ", ".join(f"{one:.2f} s" for one in found)
 
 
-def ground_name(rates: SiteFallRates) -> str:
+def ground_name(rates: SoilProfileFallRatesAtAmplitude) -> str:
     """Return a name for a ground: its layers from the surface down, or "rock" without layers."""
     layers = (f"{layer.thickness_m:g} m of soil ({layer.shear_wave_velocity_m_s:g} m/s)" for layer in rates.layers)
     return " over ".join(layers) or "rock"

@@ -32,7 +32,7 @@ from overturning.motion.motion import Motion
 from overturning.study.load import load_study
 from overturning.study.scenes import variant_grid
 from verification import inputs
-from verification.engines import ENGINES_3D, Prism, fall_azimuth_of_prism, installed_engines
+from verification.engines import ENGINES_3D, PrismHalfSizesAndFriction, fall_azimuth_of_prism, installed_engines
 from verification.inputs import read_motions_of_default_study, strong_horizontal_part_of_motion
 from verification.measures import convergence_order
 from verification.reference import body_cundall
@@ -313,7 +313,7 @@ def measure_agreement_with_physics_engines(motions: list[Motion], compared_case_
         begin, found = time.process_time(), []
         for m, o, _, b, *_ in np.stack(cells, axis=1).tolist():
             half = 0.3 * DEFAULT_CASE_GRID_AXES["b_over_h"][b]
-            prism = Prism(half, half, 0.3, DEFAULT_CASE_GRID_AXES["friction"][0])
+            prism = PrismHalfSizesAndFriction(half, half, 0.3, DEFAULT_CASE_GRID_AXES["friction"][0])
             found.append(
                 fall_azimuth_of_prism(
                     engine,

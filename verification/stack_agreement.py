@@ -16,7 +16,12 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.direction import angle_between_azimuths
 from overturning.study.ensemble import wilson_95_percent_interval
-from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases, scene_of_stack
+from verification.stack_cases import (
+    StackUnderScaledRecord,
+    case_parameters_as_table_row,
+    draw_random_stack_cases,
+    scene_of_stack,
+)
 from verification.stack_engines import STACK_ENGINES, critical_angle
 from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
 
@@ -48,7 +53,9 @@ def outcomes_agree(first_fall_azimuth_deg: float, second_fall_azimuth_deg: float
     return angle_between_azimuths(first_fall_azimuth_deg, second_fall_azimuth_deg) <= MAX_AZIMUTH_DIFFERENCE_DEG
 
 
-def topmost_stone_outcomes_in_this_program(case: StackCase, amplitude_factors: Sequence[float]) -> list[dict[str, Any]]:
+def topmost_stone_outcomes_in_this_program(
+    case: StackUnderScaledRecord, amplitude_factors: Sequence[float]
+) -> list[dict[str, Any]]:
     """Return outcomes of the topmost stone in this program under a motion multiplied by factors.
 
     An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
@@ -70,7 +77,7 @@ def trajectory_has_known_outcome(topmost_stone_outcome: dict[str, Any]) -> bool:
     return CaseStatus(topmost_stone_outcome["status"]).trajectory_has_known_outcome
 
 
-def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
+def outcome_and_robustness_in_this_program(case: StackUnderScaledRecord) -> dict[str, Any]:
     """Return the outcome of a case in this program, and whether it is robust: the same with ±1 % of amplitude.
 
     A case without an outcome at one of the three amplitudes is not robust.
@@ -89,7 +96,7 @@ def outcome_and_robustness_in_this_program(case: StackCase) -> dict[str, Any]:
     return nominal | {"robust": int(not changed), "changed_by": " ".join(changed[:1])}
 
 
-def amplitude_change_percent_to_reach_azimuth(case: StackCase, fall_azimuth_deg: float) -> float:
+def amplitude_change_percent_to_reach_azimuth(case: StackUnderScaledRecord, fall_azimuth_deg: float) -> float:
     """Return the least of some amplitude changes, %, with which the topmost stone falls to an azimuth here; else NaN.
 
     An azimuth of NaN means that the stone stands; the falls are those in this program, within 20° of the azimuth.
@@ -148,10 +155,12 @@ def same_outcome_in_both(outcomes_of_case: pd.Series, first_solver: str, second_
     )
 
 
-def agreement_counts(outcomes_by_case: pd.DataFrame, first_solver: str, second_solver: str) -> dict[str, int]:
+def agreement_counts(
+    outcomes_of_all_solvers_by_case: pd.DataFrame, first_solver: str, second_solver: str
+) -> dict[str, int]:
     """Count cases, falls in the second solver, equal flags, falls in both, and azimuths within 20° where both fall."""
     counts = dict.fromkeys(("cases", "falls", "flags", "both", "near"), 0)
-    for _, row in outcomes_by_case.iterrows():
+    for _, row in outcomes_of_all_solvers_by_case.iterrows():
         fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first_solver, second_solver)]
         missing = NO_OUTCOME_TEXT in (outcome_text(row, first_solver), outcome_text(row, second_solver))
         both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
@@ -166,7 +175,7 @@ def smaller_side_of_topmost_stone(stone_sizes_text: str) -> float:
     return min(float(side) for side in stone_sizes_text.split()[-1].split("x")[:2])
 
 
-def share_text(count: int, total: int) -> str:
+def share_text_with_counts_and_wilson_interval(count: int, total: int) -> str:
     """Return a share as text: percent, counts, and the 95 % interval of Wilson."""
     if total == 0:
         return "–"
@@ -174,24 +183,29 @@ def share_text(count: int, total: int) -> str:
     return f"{100.0 * count / total:.1f} % ({count} of {total}; {100.0 * low:.1f} to {100.0 * high:.1f})"
 
 
-def agreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
+def agreement_table_rows(outcomes_of_all_solvers_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of agreement: compared solvers, cases, flags and azimuths."""
-    stones = outcomes_by_case["sizes"].map(lambda sizes: len(sizes.split()))
-    robust = {name: outcomes_by_case[f"{name} robust"] == 1 for name in OUTCOME_FILE_BY_SOLVER}
+    stones = outcomes_of_all_solvers_by_case["sizes"].map(lambda sizes: len(sizes.split()))
+    robust = {name: outcomes_of_all_solvers_by_case[f"{name} robust"] == 1 for name in OUTCOME_FILE_BY_SOLVER}
     for name, mask in robust.items():
-        yield _agreement_table_row(outcomes_by_case[mask], PROGRAM_LABEL, name, f"robust in {name}")
+        yield _agreement_table_row(outcomes_of_all_solvers_by_case[mask], PROGRAM_LABEL, name, f"robust in {name}")
         for count in (2, 3):
             yield _agreement_table_row(
-                outcomes_by_case[mask & (stones == count)], PROGRAM_LABEL, name, f"… stacks of {count} stones"
+                outcomes_of_all_solvers_by_case[mask & (stones == count)],
+                PROGRAM_LABEL,
+                name,
+                f"… stacks of {count} stones",
             )
-        sinks = outcomes_by_case[f"{name} sinking"] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * outcomes_by_case[
-            "sizes"
-        ].map(smaller_side_of_topmost_stone)
+        sinks = outcomes_of_all_solvers_by_case[
+            f"{name} sinking"
+        ] > LARGE_CORNER_PENETRATION_TO_WIDTH_RATIO * outcomes_of_all_solvers_by_case["sizes"].map(
+            smaller_side_of_topmost_stone
+        )
         if (mask & sinks).any():
             yield _agreement_table_row(
-                outcomes_by_case[mask & ~sinks], PROGRAM_LABEL, name, f"… no corner sinks in {name}"
+                outcomes_of_all_solvers_by_case[mask & ~sinks], PROGRAM_LABEL, name, f"… no corner sinks in {name}"
             )
-    everywhere = outcomes_by_case[np.logical_and.reduce(list(robust.values()))]
+    everywhere = outcomes_of_all_solvers_by_case[np.logical_and.reduce(list(robust.values()))]
     first, second = OUTCOME_FILE_BY_SOLVER
     for pair in ((PROGRAM_LABEL, first), (PROGRAM_LABEL, second), (first, second)):
         yield _agreement_table_row(everywhere, *pair, "robust in both solvers")
@@ -204,26 +218,31 @@ def _agreement_table_row(
     n = agreement_counts(outcomes_of_chosen_cases, first_solver, second_solver)
     return (
         f"{first_solver}, {second_solver}", case_kind, str(n["cases"]), str(n["falls"]),
-        share_text(n["flags"], n["cases"]), share_text(n["near"], n["both"]),
+        share_text_with_counts_and_wilson_interval(n["flags"], n["cases"]),
+        share_text_with_counts_and_wilson_interval(n["near"], n["both"]),
     )  # fmt: skip
 
 
-def fall_share_and_robustness_rows_by_solver(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
+def fall_share_and_robustness_rows_by_solver(outcomes_of_all_solvers_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield the rows of the table of randomly drawn cases, one per solver; shares are of the cases with an outcome."""
     for name in (*OUTCOME_FILE_BY_SOLVER, PROGRAM_LABEL):
-        ran = outcomes_by_case.apply(lambda row, name=name: outcome_text(row, name) != NO_OUTCOME_TEXT, axis=1)
-        fell, robust = (
-            np.isfinite(outcomes_by_case[f"{name} fall_azimuth_deg"])[ran],
-            (outcomes_by_case[f"{name} robust"] == 1)[ran],
+        ran = outcomes_of_all_solvers_by_case.apply(
+            lambda row, name=name: outcome_text(row, name) != NO_OUTCOME_TEXT, axis=1
         )
-        seconds = outcomes_by_case[f"{name} seconds"].mean() if name in OUTCOME_FILE_BY_SOLVER else math.nan
+        fell, robust = (
+            np.isfinite(outcomes_of_all_solvers_by_case[f"{name} fall_azimuth_deg"])[ran],
+            (outcomes_of_all_solvers_by_case[f"{name} robust"] == 1)[ran],
+        )
+        seconds = (
+            outcomes_of_all_solvers_by_case[f"{name} seconds"].mean() if name in OUTCOME_FILE_BY_SOLVER else math.nan
+        )
         yield (
             name, str(int(ran.sum())), f"{100.0 * fell.mean():.0f} %", str(int(robust.sum())),
             f"{100.0 * fell[robust].mean():.0f} %", f"{seconds:.1f}" if np.isfinite(seconds) else "–",
         )  # fmt: skip
 
 
-def disagreement_cause(outcomes_of_case: pd.Series, case: StackCase, other_solver: str) -> str:
+def disagreement_cause(outcomes_of_case: pd.Series, case: StackUnderScaledRecord, other_solver: str) -> str:
     """Return why this program and a solver differ on a case whose outcome in the solver is robust, as text.
 
     An outcome in the solver is robust if it is the same with ±1 % of amplitude and with half the time step.
@@ -242,7 +261,7 @@ def disagreement_cause(outcomes_of_case: pd.Series, case: StackCase, other_solve
         case.stack.width_depth_height_by_stone[-1][:2]
     ):
         causes.append(f"a corner sinks by {1e3 * outcomes_of_case[f'{other_solver} sinking']:.0f} mm in {other_solver}")
-    if slides_off_or_far_in_either_solver(outcomes_of_case, case, other_solver):
+    if slides_off_in_either_or_far_in_other_solver(outcomes_of_case, case, other_solver):
         causes.append("slides")
     if outcome_text(outcomes_of_case, other) == NO_OUTCOME_TEXT:
         return "; ".join(causes) or "unexplained"
@@ -253,7 +272,9 @@ def disagreement_cause(outcomes_of_case: pd.Series, case: StackCase, other_solve
     return "; ".join(causes) or f"unexplained: {other} agrees with {other_solver}"
 
 
-def slides_off_or_far_in_either_solver(outcomes_of_case: pd.Series, case: StackCase, other_solver: str) -> bool:
+def slides_off_in_either_or_far_in_other_solver(
+    outcomes_of_case: pd.Series, case: StackUnderScaledRecord, other_solver: str
+) -> bool:
     """True if a stone slides off in this program or in the solver `other_solver`, or if it slides far in the solver."""
     fallen = int(outcomes_of_case[f"{other_solver} fallen_stone"])
     upright = fallen >= 0 and outcomes_of_case[f"{other_solver} tilt_deg"] < math.degrees(
@@ -265,11 +286,13 @@ def slides_off_or_far_in_either_solver(outcomes_of_case: pd.Series, case: StackC
     return bool(outcomes_of_case[f"{PROGRAM_LABEL} slid_off"] == 1 or upright or far)
 
 
-def disagreement_table_rows(outcomes_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
+def disagreement_table_rows(outcomes_of_all_solvers_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
     """Yield a table row for each case on which this program and a solver, in which the case is robust, disagree."""
     cases = draw_random_stack_cases()
     for peer in OUTCOME_FILE_BY_SOLVER:
-        for _, row in outcomes_by_case[outcomes_by_case[f"{peer} robust"] == 1].iterrows():
+        for _, row in outcomes_of_all_solvers_by_case[
+            outcomes_of_all_solvers_by_case[f"{peer} robust"] == 1
+        ].iterrows():
             if not same_outcome_in_both(row, PROGRAM_LABEL, peer):
                 case = cases[row["case"]]
                 yield (

@@ -21,7 +21,7 @@ USED_RECORD_DURATION_S: Final = 13.0
 """Part of a record that is used: time before its horizontal peak, and length, s."""
 
 
-class StackCase(NamedTuple):
+class StackUnderScaledRecord(NamedTuple):
     """Stack under a record: id of the record, orientation (degrees), factor on the record, and the stones."""
 
     record_id: str
@@ -54,13 +54,15 @@ def _strong_parts_of_records() -> dict[str, Motion]:
     }
 
 
-def draw_random_stack_cases(case_count: int = RANDOM_STACK_CASE_COUNT, seed: int = SEED) -> list[StackCase]:
+def draw_random_stack_cases(
+    case_count: int = RANDOM_STACK_CASE_COUNT, seed: int = SEED
+) -> list[StackUnderScaledRecord]:
     """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
 
     A case in which no joint can open or slide under the peak of its record is drawn again.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
-    records, found = sorted(read_motions_of_default_study()), list[StackCase]()
+    records, found = sorted(read_motions_of_default_study()), list[StackUnderScaledRecord]()
     while len(found) < case_count:
         case = _draw_stack_case(generator, records, 2 + len(found) % 2)
         if np.hypot(
@@ -70,7 +72,7 @@ def draw_random_stack_cases(case_count: int = RANDOM_STACK_CASE_COUNT, seed: int
     return found
 
 
-def _draw_stack_case(generator: np.random.Generator, record_ids: list[str], stone_count: int) -> StackCase:
+def _draw_stack_case(generator: np.random.Generator, record_ids: list[str], stone_count: int) -> StackUnderScaledRecord:
     """Draw a stack with record, orientation and factor on the record at random."""
 
     def draw_rounded_uniform(lower_bound: float, upper_bound: float) -> float:
@@ -86,7 +88,9 @@ def _draw_stack_case(generator: np.random.Generator, record_ids: list[str], ston
         sizes.insert(0, (round(sizes[0][0] * step, 3), round(sizes[0][1] * step, 3), draw_rounded_uniform(0.2, 0.4)))
     stack = BoxStack(tuple(sizes), round(draw_rounded_uniform(0.4, 1.0), 2))
     record = record_ids[int(generator.integers(len(record_ids)))]
-    return StackCase(record, float(generator.integers(360)), round(draw_rounded_uniform(0.6, 1.6), 2), stack)
+    return StackUnderScaledRecord(
+        record, float(generator.integers(360)), round(draw_rounded_uniform(0.6, 1.6), 2), stack
+    )
 
 
 def min_acceleration_to_open_or_slide_a_joint(stack: BoxStack) -> float:
@@ -114,7 +118,7 @@ def scene_of_stack(stack: BoxStack) -> Scene:
     return Scene(name="stack", reference=elements[-1].name, elements=tuple(elements))
 
 
-def case_parameters_as_table_row(case_number: int, case: StackCase) -> dict[str, Any]:
+def case_parameters_as_table_row(case_number: int, case: StackUnderScaledRecord) -> dict[str, Any]:
     """Return the parameters of a case as columns of a table."""
     sizes = " ".join("x".join(f"{side:g}" for side in size) for size in case.stack.width_depth_height_by_stone)
     return {

@@ -26,7 +26,7 @@ from verification.stack_agreement import (
     outcomes_agree,
     publish_agreement_with_solvers,
 )
-from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases
+from verification.stack_cases import StackUnderScaledRecord, case_parameters_as_table_row, draw_random_stack_cases
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
 from verification.tables import ROOT, named_parts_or_all_if_none, write_csv
 
@@ -47,7 +47,7 @@ def partial_results_path(solver_name: str) -> Path:
 
 
 def label_motion_and_time_step_of_robustness_runs(
-    case: StackCase, time_step: float
+    case: StackUnderScaledRecord, time_step: float
 ) -> Iterator[tuple[str, Motion, float]]:
     """Yield label, motion and time step of the runs that must agree in a robust case; the first is the nominal one."""
     yield "", case.strong_part_of_scaled_record, time_step
@@ -56,7 +56,7 @@ def label_motion_and_time_step_of_robustness_runs(
         yield f"amplitude × {factor:g}", case.strong_part_of_scaled_record.scaled_by(factor), time_step
 
 
-def outcome_and_robustness_in_solver(solver_name: str, case: StackCase) -> dict[str, Any]:
+def outcome_and_robustness_in_solver(solver_name: str, case: StackUnderScaledRecord) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether slight changes keep it, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[solver_name], None, "", 0.0
     for label, motion, time_step in label_motion_and_time_step_of_robustness_runs(

@@ -22,8 +22,8 @@ from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
-from verification.stack_agreement import PROGRAM_LABEL, outcomes_agree, share_text
-from verification.stack_cases import StackCase, draw_random_stack_cases, scene_of_stack
+from verification.stack_agreement import PROGRAM_LABEL, outcomes_agree, share_text_with_counts_and_wilson_interval
+from verification.stack_cases import StackUnderScaledRecord, draw_random_stack_cases, scene_of_stack
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
 from verification.tables import (
     RESULT_TABLE_FOLDER,
@@ -46,7 +46,7 @@ RESULT_TABLE_PATH: Final = RESULT_TABLE_FOLDER / "stack-precision.csv"
 
 
 def fall_azimuth_and_processor_time_in_program(
-    case: StackCase, step_to_automatic_step_ratio: float
+    case: StackUnderScaledRecord, step_to_automatic_step_ratio: float
 ) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
 
@@ -72,7 +72,7 @@ def fall_azimuth_and_processor_time_in_program(
 
 
 def fall_azimuth_and_processor_time_in_solver(
-    solver_name: str, time_step: float, case: StackCase
+    solver_name: str, time_step: float, case: StackUnderScaledRecord
 ) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s."""
     if solver_name == PROGRAM_LABEL:
@@ -114,8 +114,9 @@ def error_against_run_time_table(rows_by_case_and_time_step: pd.DataFrame) -> st
             label = f"{step:g} of the automatic step" if solver == PROGRAM_LABEL else f"{1e3 * step:g} ms"
             lines.append((
                 solver, label, f"{1e3 * chosen['seconds'].mean():.3g} ms",
-                share_text(int((np.isfinite(azimuths) != np.isfinite(reference)).sum()), len(azimuths)),
-                share_text(sum(away), len(away)),
+                share_text_with_counts_and_wilson_interval(int((np.isfinite(azimuths) != np.isfinite(reference)).sum()),
+                len(azimuths)),
+                share_text_with_counts_and_wilson_interval(sum(away), len(away)),
             ))  # fmt: skip
     return markdown_table(
         ("solver", "time step", "time per case", "wrong flags (95 %)", "azimuths off by more than 20° (95 %)"), lines

@@ -48,7 +48,7 @@ sys.exit(os.waitstatus_to_exitcode(status))
 """Program `overturning` that measures each step in a process of its own, in a table like that of the fork server."""
 
 
-class CostOfCommandSteps(NamedTuple):
+class TotalCostOfCommandSteps(NamedTuple):
     """Cost of the steps of one command in a complete run: their number, processor time together, and largest memory."""
 
     step_count: int
@@ -62,7 +62,7 @@ class WholeRunCost(NamedTuple):
     elapsed_time_s: float
     processor_time_s: float
     time_to_first_map_s: float  # time until the first polar map exists
-    step_cost_by_command: dict[str, CostOfCommandSteps]  # by command
+    step_cost_by_command: dict[str, TotalCostOfCommandSteps]  # by command
     cube_sha256: str
 
 
@@ -99,14 +99,14 @@ def run_whole_study_and_measure_cost(
             return WholeRunCost(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
 
 
-def read_step_costs(step_table_path: Path) -> dict[str, CostOfCommandSteps]:
+def read_step_costs(step_table_path: Path) -> dict[str, TotalCostOfCommandSteps]:
     """Return the cost of the steps of each command from a table of steps, those with most processor time first."""
-    costs: dict[str, CostOfCommandSteps] = {}
+    costs: dict[str, TotalCostOfCommandSteps] = {}
     with step_table_path.open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file, delimiter="\t"):
             if row[0] != "command":
                 steps, seconds, memory = costs.get(row[0], (0, 0.0, 0.0))
-                costs[row[0]] = CostOfCommandSteps(steps + 1, seconds + float(row[2]), max(memory, float(row[3])))
+                costs[row[0]] = TotalCostOfCommandSteps(steps + 1, seconds + float(row[2]), max(memory, float(row[3])))
     return dict(sorted(costs.items(), key=lambda one: -one[1].total_processor_time_s))
 
 

@@ -93,7 +93,7 @@ def refuse_unknown_keywords(*further_accepted_keywords: type | str) -> Callable[
     return add_keyword_check
 
 
-class RecordRefusalReasons:
+class RecordRefusalReasonCollector:
     """Collector of the reasons for which several checks refuse a record, so that they are reported together."""
 
     def __init__(self) -> None:

@@ -110,7 +110,7 @@ _REMEDY_BY_ERROR_NUMBER = {
 }
 
 
-def os_error_message_with_known_remedy(error: OSError) -> str:
+def os_error_message_or_empty_without_remedy(error: OSError) -> str:
     """Return a message for an operating-system error, with file and remedy; "" if no remedy is known."""
     remedy = _REMEDY_BY_ERROR_NUMBER.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.model.planes import azimuth_gap_mask_and_step, plane_azimuth_period_deg
+from overturning.model.planes import mask_of_azimuths_before_gap_and_grid_step, plane_azimuth_period_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
 from overturning.study.scenes import NOMINAL_VARIANT, note_on_different_stone_size_of_variant, variant_scene
 from overturning.study.schema import Study
@@ -67,7 +67,9 @@ def unsimulated_azimuth_ranges_deg(cube: "xr.Dataset") -> list[tuple[float, floa
     period = plane_azimuth_period_deg(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     following = np.append(planes[1:], planes[:1] + period)
-    ranges = zip(planes.tolist(), following.tolist(), azimuth_gap_mask_and_step(planes, period)[0], strict=True)
+    ranges = zip(
+        planes.tolist(), following.tolist(), mask_of_azimuths_before_gap_and_grid_step(planes, period)[0], strict=True
+    )
     return [(begin, end) for begin, end, missing in ranges if missing]
 
 

@@ -244,7 +244,9 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.records.store import read_record_from_motion_file
 
     one = _select_outcomes_under_record(cube, record)
-    motion = _checked_nonzero_motion(Motion.of(read_record_from_motion_file(_ground_motion_path(one))), "hodograph")
+    motion = _checked_nonzero_motion(
+        Motion.of(read_record_from_motion_file(_motion_file_path_of_single_record_cube(one))), "hodograph"
+    )
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
@@ -256,13 +258,13 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     from overturning.figures.history import record_before_and_after_processing_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
-    from overturning.records.store import read_record_from_motion_file, read_unprocessed_record_from_motion_file
+    from overturning.records.store import read_record_before_processing_if_processed, read_record_from_motion_file
 
     if isinstance(motion, xr.Dataset):
-        path = _ground_motion_path(_select_outcomes_under_record(motion, record))
+        path = _motion_file_path_of_single_record_cube(_select_outcomes_under_record(motion, record))
         used = read_record_from_motion_file(path)
         return record_before_and_after_processing_figure(
-            read_unprocessed_record_from_motion_file(path) or used, _checked_nonzero_motion(used, "history")
+            read_record_before_processing_if_processed(path) or used, _checked_nonzero_motion(used, "history")
         )
     if record is not None:
         raise ArgumentError(f"record: {record!r}; it chooses a record of a cube, not of a motion or record: omit it")
@@ -357,7 +359,7 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
     return path
 
 
-def _ground_motion_path(cube: "xr.Dataset") -> Path:
+def _motion_file_path_of_single_record_cube(cube: "xr.Dataset") -> Path:
     """Return the path of the motion file of the one record in a results cube."""
     record = cube["record_id"].item() if "record_id" in cube else "RECORD"  # of a cube that belongs to no study
     return _path_in_folder_of_cube(cube, f"{_ground_motion_folder_beside_cube(cube)}/{record}.nc")

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
-from overturning.model.cases import check_stone_heights
+from overturning.model.cases import check_stone_heights_within_allowed_range
 from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.validation import StrictModel
 
@@ -153,5 +153,5 @@ class StonePopulation(StrictModel):
     @classmethod
     def _check_stone_heights(cls, height: LengthRange) -> LengthRange:
         """Raise an error if heights of the stone population are outside the allowed range."""
-        check_stone_heights([height.low, height.high])
+        check_stone_heights_within_allowed_range([height.low, height.high])
         return height

@@ -71,7 +71,7 @@ def fork_server_process(get_or_restart_server: Callable[[], psutil.Process]) -> 
     return get_or_restart_server()
 
 
-def run_step(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def run_step_in_server_or_separate_process(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run a workflow step in the fork server if the environment names one, otherwise in a separate process."""
     return subprocess.run(
         [*COMMAND_OF_PROGRAM, *words], env=os.environ | environment, capture_output=True, text=True, check=False
@@ -133,7 +133,9 @@ def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
     fork_server_process: psutil.Process, step_table_path: Path, tmp_path: Path
 ) -> None:
     for name, environment in (("own.nc", {SERVER_SOCKET_ENVIRONMENT_VARIABLE: ""}), ("server.nc", {})):
-        done = run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / name), **environment)
+        done = run_step_in_server_or_separate_process(
+            *READ_STEP_ARGUMENTS, "--output", str(tmp_path / name), **environment
+        )
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
     (row,) = (one for one in rows_of_steps_run_in_server(step_table_path) if str(tmp_path) in one[1])
@@ -152,7 +154,7 @@ def test_a_failing_step_has_the_same_message_and_status_in_the_fork_server(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     before = len(rows_of_steps_run_in_server(step_table_path))
-    served = run_step(*words)
+    served = run_step_in_server_or_separate_process(*words)
     assert len(rows_of_steps_run_in_server(step_table_path)) == before + 1, "it ran in the server"
     with pytest.raises(SystemExit) as end:
         main(list(words))  # as a process of its own does
@@ -172,22 +174,35 @@ def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
     words = ("read", "--study", STUDY.replace("rinaldi", "mine"), "--record", "mine", "--output", "mine.nc")
-    assert "mine: gone.V2A is not in resources/records" in run_step(*words).stderr
+    assert "mine: gone.V2A is not in resources/records" in run_step_in_server_or_separate_process(*words).stderr
     (tmp_path / "config" / "records.tsv").unlink()
     (tmp_path / "temporary").mkdir(mode=0o500)
-    assert run_step(*READ_STEP_ARGUMENTS, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")).returncode == 0
+    assert (
+        run_step_in_server_or_separate_process(
+            *READ_STEP_ARGUMENTS, "--output", "motion.nc", TMPDIR=str(tmp_path / "temporary")
+        ).returncode
+        == 0
+    )
     assert (tmp_path / "motion.nc").is_file()
     assert len(rows_of_steps_run_in_server(step_table_path)) == before + 2
 
 
 def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
     with client_and_process_of_endless_step(fork_server_process, tmp_path) as (client, process):
-        assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")).returncode == 0
+        assert (
+            run_step_in_server_or_separate_process(
+                *READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")
+            ).returncode
+            == 0
+        )
         assert client.poll() is None
         process.kill()
         client.communicate(timeout=60.0)
     assert client.returncode == 128 + signal.SIGKILL, "as a shell returns it"
-    assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "third.nc")).returncode == 0, "the server goes on"
+    assert (
+        run_step_in_server_or_separate_process(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "third.nc")).returncode
+        == 0
+    ), "the server goes on"
 
 
 def test_a_fork_server_step_ends_when_its_client_is_killed(fork_server_process: psutil.Process, tmp_path: Path) -> None:
@@ -195,7 +210,10 @@ def test_a_fork_server_step_ends_when_its_client_is_killed(fork_server_process: 
         client.kill()
         client.communicate(timeout=60.0)
         process.wait(60.0)
-    assert run_step(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")).returncode == 0, "the server goes on"
+    assert (
+        run_step_in_server_or_separate_process(*READ_STEP_ARGUMENTS, "--output", str(tmp_path / "other.nc")).returncode
+        == 0
+    ), "the server goes on"
 
 
 ORPHANED_STEP_PROGRAM = """
@@ -333,5 +351,5 @@ def test_steps_end_when_their_fork_server_is_killed(fork_server_process: psutil.
         assert "error: the fork server of the run has ended; run again" in client.communicate(timeout=60.0)[1]
         assert client.returncode == 1
         wait_until(lambda: not process.is_running() or process.status() == psutil.STATUS_ZOMBIE)
-        done = run_step("--version")
+        done = run_step_in_server_or_separate_process("--version")
         assert (done.returncode, done.stderr) == (0, ""), "a step without a server runs in a process of its own"

@@ -111,7 +111,7 @@ def outcomes_of_3d_blocks_and_their_2d_models() -> dict[str, Any]:
 SOFT_BLOCK = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)
 BOUNCING_BLOCK = gravestone(Contact(stiffness=4e6, damping=300.0, stiffness_ratio=2.0))
 WEDGE = Polyhedron([[0, 0, 0], [0.5, 0, 0], [0.55, 0.4, 0], [0, 0.35, 0], [0.2, 0.2, 1.1], [0.25, 0.1, 1.1]])
-STONE_AND_CAP = scene_of_elements(
+BASE_STONE_AND_CAP_SCENE = scene_of_elements(
     block_element("base", 0.5, 0.2),
     {"name": "stone", "vertices": [[-0.15, 0], [0.15, 0], [0.1, 0.7], [-0.12, 0.7]], "stands_on": "base"},
     block_element("cap", 0.4, 0.1, "stone", 0.02, material="wood"),
@@ -143,7 +143,7 @@ SCENES = {
     "against a wall": load_shipped_scene("against-a-wall"),
     "boulder": load_shipped_scene("boulder"),
     "cross": load_shipped_scene("cross"),
-    "stone and cap": STONE_AND_CAP,
+    "stone and cap": BASE_STONE_AND_CAP_SCENE,
     "beside what is held": STONES_BESIDE_FIXED_WALL,
     "two in a row": TWO_BLOCKS_IN_A_ROW,
 }

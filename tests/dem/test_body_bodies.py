@@ -134,11 +134,11 @@ def test_vertices_that_cannot_touch_the_ground_are_removed_from_a_body() -> None
         assert (stone.contact_points_from_centre_of_mass @ down).max() - stone.contact_points_from_centre_of_mass[
             0
         ] @ down >= (centred @ down).max() - (
-            find_first_body_vertex_among_given_points(stone, whole) - whole[0]
+            given_coordinates_of_first_body_vertex(stone, whole) - whole[0]
         ) @ down - 1e-9
 
 
-def find_first_body_vertex_among_given_points(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
+def given_coordinates_of_first_body_vertex(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
     """Return a body's first vertex in the coordinates it was given in, found by the shape of the base.
 
     `whole` are the given vertices, shape (n, 3).

@@ -25,7 +25,7 @@ BLOCK_WITH_BEVELLED_LEFT_FOOT = np.array(
 @pytest.mark.parametrize(
     ("push", "azimuth"), [(18.0, None), (20.0, 180.0), (24.0, 180.0), (25.0, 180.0), (26.0, 0.0), (30.0, 0.0)]
 )
-def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
+def test_the_fall_azimuth_of_a_faceted_block_is_the_side_on_which_it_rests(
     push: float, azimuth: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At 25 m/s² the block leans 37° to the right, comes back, and ends on its facet at the left."""

@@ -25,15 +25,15 @@ from overturning.dem.kernel.clock import (
     BODY_STEP_CONTROL,
     MAX_SLIP_ONSET_STEP_IN_SAMPLES,
     SCENE_STEP_CONTROL,
-    CaseStepControl,
-    KernelStepControl,
+    CaseStepLengthsAndDoublingCounts,
     NextStepToAttempt,
     StepContactChanges,
+    StepLimitsCommonToAllCases,
     decide_rejection_and_next_step,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
-from overturning.dem.time_step import block_highest_eigenvalue_bound, contact_time_reduced_by_damping
+from overturning.dem.time_step import block_highest_eigenvalue_bound, inverse_contact_frequency_reduced_by_damping
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
@@ -48,7 +48,7 @@ TICKS_PER_WHOLE_STEP = BLOCK_STEP_CONTROL.ticks_per_whole_step
 COMPARED_RESULTS = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
 
 
-def pulse_motion() -> Motion:
+def motion_of_two_cycles_with_vertical() -> Motion:
     """Return a pulse of two cycles with north, east and vertical components."""
     t = np.arange(300) * 0.01
     along = 4.0 * np.sin(2 * np.pi * t / 0.8) * (t < 1.6)
@@ -64,7 +64,8 @@ def block_cases() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_contact_stiffness_and_damping_do_not_change_whole_steps_per_sample(step: float | str) -> None:
     made = [
-        plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse_motion(),
+        plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))),
+        motion_of_two_cycles_with_vertical(),
         block_cases(), NumericalOptions(time_step=step)).steps_per_sample
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
@@ -78,7 +79,10 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = block_cases()
     made = plan_simulation(
-        PlanarModel(gravestone(contact)), pulse_motion(), cases, NumericalOptions(refinement=refinement)
+        PlanarModel(gravestone(contact)),
+        motion_of_two_cycles_with_vertical(),
+        cases,
+        NumericalOptions(refinement=refinement),
     )
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(width, cases.height, 2650.0)
@@ -86,15 +90,19 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
-    ticks = made.case_table["shortest_step_ticks"]
+    ticks = made.case_table["min_allowed_step_ticks"]
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps_per_sample / TICKS_PER_WHOLE_STEP * ticks * refinement
     assert (
-        finest <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * contact_time_reduced_by_damping(square, rate)
+        finest
+        <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega
+        * inverse_contact_frequency_reduced_by_damping(square, rate)
     ).all()
     assert (
         finest
-        > 0.49 * BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * contact_time_reduced_by_damping(square, rate)
+        > 0.49
+        * BLOCK_STEP_CONTROL.max_contact_change_step_times_omega
+        * inverse_contact_frequency_reduced_by_damping(square, rate)
     ).all()
 
 
@@ -102,10 +110,10 @@ NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False
 
 
 def step_control_of_case(
-    kernel_step_control: KernelStepControl, longest_step_at_rest_ticks: float | None = None
-) -> CaseStepControl:
+    kernel_step_control: StepLimitsCommonToAllCases, longest_step_at_rest_ticks: float | None = None
+) -> CaseStepLengthsAndDoublingCounts:
     """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
-    return CaseStepControl(
+    return CaseStepLengthsAndDoublingCounts(
         64.0,
         longest_step_at_rest_ticks or kernel_step_control.ticks_per_whole_step,
         8.0,
@@ -115,13 +123,13 @@ def step_control_of_case(
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
 @pytest.mark.parametrize("steps", [1, 3, 4])
-def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps: int) -> None:
+def test_no_time_step_crosses_the_end_of_a_sample(pace: StepLimitsCommonToAllCases, steps: int) -> None:
     whole, random = pace.ticks_per_whole_step, np.random.default_rng(1)
     sample = steps * whole
     case_step_control = step_control_of_case(pace, sample)
     attempt, tick, change, stands = (
         NextStepToAttempt(
-            case_step_control.shortest_step_ticks, case_step_control.steps_before_doubling_after_contact_change, 0.0
+            case_step_control.min_allowed_step_ticks, case_step_control.steps_before_doubling_after_contact_change, 0.0
         ),
         0.0,
         0.6 * whole,
@@ -136,17 +144,17 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: KernelStepControl, steps
             pace,
             case_step_control,
             attempt,
-            NO_CONTACT_CHANGES._replace(contact_changed=changed, all_contacts_are_closed=stands),
+            NO_CONTACT_CHANGES._replace(contact_opened_or_closed=changed, all_contacts_are_closed=stands),
             end,
             sample,
         )
-        assert again == (changed and length > case_step_control.shortest_step_ticks)
+        assert again == (changed and length > case_step_control.min_allowed_step_ticks)
         if not again:
             tick = end
             lengths[stands].add(attempt.length_in_ticks)
             if changed:
                 changes += 1
-                assert attempt.length_in_ticks == case_step_control.shortest_step_ticks
+                assert attempt.length_in_ticks == case_step_control.min_allowed_step_ticks
                 change, stands = tick + random.exponential(3 * sample), not stands
     assert changes > 50
     ladder = {2.0**power for power in range(6, pace.max_step_halvings + 1)}
@@ -193,7 +201,7 @@ def step_is_rejected(
             | {"max_contact_change_travel_without_halving_step": max_corner_travel_without_halving_step_m}
         ),
     )
-    length = length_in_finest_steps * case_step_control.shortest_step_ticks
+    length = length_in_finest_steps * case_step_control.min_allowed_step_ticks
     found = contact_changes_in_block_step.py_func(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
@@ -239,7 +247,7 @@ def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() 
 
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
-def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: KernelStepControl) -> None:
+def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: StepLimitsCommonToAllCases) -> None:
     """Each try assumes that other contact points slide; tries of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.ticks_per_whole_step
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
@@ -261,7 +269,7 @@ def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: K
 
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
-def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pace: KernelStepControl) -> None:
+def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pace: StepLimitsCommonToAllCases) -> None:
     """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
     case_step_control, begins = (
         step_control_of_case(pace),
@@ -292,11 +300,16 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
 def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
     soft, rigid = (
-        plan_simulation(PlanarModel(gravestone(one)), pulse_motion(), block_cases(), NumericalOptions(time_step=step))
+        plan_simulation(
+            PlanarModel(gravestone(one)),
+            motion_of_two_cycles_with_vertical(),
+            block_cases(),
+            NumericalOptions(time_step=step),
+        )
         for one in contacts
     )
     usual = plan_simulation(
-        PlanarModel(gravestone(contacts[1])), pulse_motion(), block_cases(), NumericalOptions()
+        PlanarModel(gravestone(contacts[1])), motion_of_two_cycles_with_vertical(), block_cases(), NumericalOptions()
     ).steps_per_sample
     assert (soft.case_table["longest_step_at_rest_ticks"] == TICKS_PER_WHOLE_STEP).all()
     standing = rigid.case_table["longest_step_at_rest_ticks"] / TICKS_PER_WHOLE_STEP
@@ -310,13 +323,14 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
 ) -> None:
     cases, kernel = block_cases(), {"general": general}
     first, finer = (
-        run_cases(pulse_motion(), cases, refinement=times, **kernel) for times in (1, STEP_DIVISOR_PER_RERUN)
+        run_cases(motion_of_two_cycles_with_vertical(), cases, refinement=times, **kernel)
+        for times in (1, STEP_DIVISOR_PER_RERUN)
     )
     moved = first.status == CaseStatus.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
     monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", bound)
     monkeypatch.setattr(balance, "MAX_RERUNS", 1)
-    found = run_cases(pulse_motion(), cases, **kernel)
+    found = run_cases(motion_of_two_cycles_with_vertical(), cases, **kernel)
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8
     never = again & (finer.energy_error > bound)
@@ -328,7 +342,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
     np.testing.assert_array_equal(found.block_steps, first.block_steps + np.where(again, finer.block_steps, 0))
     one = int(np.flatnonzero(again)[0])
     cell = {name: float(getattr(cases, name)[one]) for name in ("azimuth_deg", "height", "b_over_h", "friction")}
-    path = trajectory(pulse_motion(), **cell, **kernel)
+    path = trajectory(motion_of_two_cycles_with_vertical(), **cell, **kernel)
     assert path.attrs["block_steps"] == found.block_steps[one]
     assert float(path["peak_rotation"].sel(element="stone")) == found.peak_rotation[one]
     assert (np.diff(path["time"]) >= 0).all()
@@ -337,7 +351,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
 @pytest.mark.parametrize("general", [False, True])
 def test_a_case_whose_energy_never_balances_is_marked_unstable(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", -1.0)
-    found = run_cases(pulse_motion(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
+    found = run_cases(motion_of_two_cycles_with_vertical(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [CaseStatus.UNSTABLE]
     assert found.overturned.tolist() == [-128]
 
@@ -346,7 +360,7 @@ def test_a_case_whose_energy_never_balances_is_marked_unstable(general: bool, mo
 @pytest.mark.parametrize("penetration", [2e-3, 2e-5, 1e-7, 1e-9])
 def test_cases_of_any_contact_balance_their_energy_or_have_no_outcome(penetration: float, damping_ratio: float) -> None:
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
-    found = run_cases(pulse_motion(), block_cases(), gravestone(contact))
+    found = run_cases(motion_of_two_cycles_with_vertical(), block_cases(), gravestone(contact))
     simulated = found.status == CaseStatus.SIMULATED
     assert (found.energy_error[simulated] <= MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO).all()
     assert (found.overturned[~simulated & (found.status != CaseStatus.AT_REST)] == -128).all()

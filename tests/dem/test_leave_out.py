@@ -243,7 +243,7 @@ def test_the_rest_threshold_is_that_of_the_weakest_direction(towards: float, lev
 
 
 @pytest.mark.parametrize(("strength", "falls"), [(0.9, 0.0), (1.5, 1.0)])
-def test_a_stack_that_lost_its_counterweight_is_simulated_under_weak_motion(strength: float, falls: float) -> None:
+def test_a_stack_whose_counterweight_falls_first_is_simulated_to_the_end(strength: float, falls: float) -> None:
     """The middle stone overhangs to 0.5 mm from tipping, and is held by a slender stone of lead, which falls first.
 
     Then 0.002 g tip it, a hundredth of what moves the complete stack.

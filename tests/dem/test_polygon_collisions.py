@@ -18,7 +18,7 @@ from tests.dem.polygon_scenes import (
 FloatArray = np.ndarray
 
 
-def _simulate_collision_in_flight(
+def _momenta_and_energy_of_collision_in_flight(
     friction: float, damping: float, seed: int, time_step: str = "auto"
 ) -> tuple[PolygonSimulationPlan, FloatArray, FloatArray]:
     """Simulate two polygons that collide in flight, nearly without gravity; return plan, momenta and kinetic energy."""
@@ -55,7 +55,7 @@ def _simulate_collision_in_flight(
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize(("friction", "damping"), [(0.0, 0.0), (0.5, 3e3)])
 def test_momenta_are_conserved_in_a_collision(friction: float, damping: float, seed: int) -> None:
-    _, momenta, energy = _simulate_collision_in_flight(friction, damping, seed)
+    _, momenta, energy = _momenta_and_energy_of_collision_in_flight(friction, damping, seed)
     scale = np.abs(momenta[0]).max()
     assert abs(energy[-1] / energy[0] - 1) > 1e-3 or damping == 0  # they collided
     # Equal and opposite forces at one point; in the angular sum the velocities lag by half a step.
@@ -68,7 +68,7 @@ def test_momenta_are_conserved_in_a_collision(friction: float, damping: float, s
 def test_a_collision_without_friction_and_damping_conserves_energy(time_step: str, bound: float) -> None:
     """The time of first contact is resolved to one step, so the energy error decreases with the step."""
     for seed in range(6):
-        _, _, energy = _simulate_collision_in_flight(0.0, 0.0, seed, time_step)
+        _, _, energy = _momenta_and_energy_of_collision_in_flight(0.0, 0.0, seed, time_step)
         assert energy.min() < 0.97 * energy[0]  # part of it was in the springs: they collided
         assert energy[-1] == pytest.approx(energy[0], rel=bound)
 
@@ -76,7 +76,7 @@ def test_a_collision_without_friction_and_damping_conserves_energy(time_step: st
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize(("friction", "damping"), [(0.0, 3e3), (0.5, 3e3), (5.0, 2e4)])
 def test_energy_never_rises_in_a_collision(friction: float, damping: float, seed: int) -> None:
-    _, _, energy = _simulate_collision_in_flight(friction, damping, seed)
+    _, _, energy = _momenta_and_energy_of_collision_in_flight(friction, damping, seed)
     assert energy.max() <= energy[0] * (1 + 5e-3)
     assert energy[-1] < energy[0]
 

@@ -224,7 +224,7 @@ def test_a_case_becomes_undecided_20_over_p_after_the_record(height: float) -> N
         "element wall: fallen_drop 0.2 m; what is held cannot fall: leave it out"),
     ],
 )  # fmt: skip
-def test_bad_scenes_are_refused(change: dict[str, object], message: str) -> None:
+def test_inconsistent_scene_entries_are_refused_with_the_reason(change: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         parse_scene_content({"name": "test", "elements": [GROUND, LOW_BLOCK], **change}, "scene.yaml")
 

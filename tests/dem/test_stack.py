@@ -53,7 +53,7 @@ def motion_from_north_and_west_accelerations(rows: np.ndarray[Any, Any]) -> Moti
     return Motion(rows[0], -rows[1], sampling_interval=INTERVAL, trust_data=True)
 
 
-def simulate_stack(
+def simulate_stack_under_north_west_accelerations(
     scene: Scene, rows: np.ndarray[Any, Any], orientation: list[float], friction: float, **options: Any
 ) -> xr.Dataset:
     """Simulate a stack under (north, west) accelerations, m/s²; x of an orientation of 0° is north, y is west."""
@@ -121,7 +121,7 @@ def test_a_joint_slides_at_its_own_coefficient_of_friction() -> None:
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_slab_slides_in_two_directions_by_coulombs_law(seed: int) -> None:
     rows = 6.0 * random_horizontal_accelerations(seed)
-    found = simulate_stack(stack_of_boxes((1.0, 0.6, 0.1)), rows, [0.0], 0.3)
+    found = simulate_stack_under_north_west_accelerations(stack_of_boxes((1.0, 0.6, 0.1)), rows, [0.0], 0.3)
     north, west = final_slip_on_horizontal_plane(rows, INTERVAL, 0.3)
     assert found.residual_slip_north.item() == pytest.approx(north, abs=6e-4)
     assert found.residual_slip_east.item() == pytest.approx(-west, abs=6e-4)
@@ -179,7 +179,10 @@ def test_a_rotation_of_record_and_stack_rotates_the_outcome() -> None:
     turned = np.stack([
         np.cos(angle) * rows[0] + np.sin(angle) * rows[1], -np.sin(angle) * rows[0] + np.cos(angle) * rows[1]
     ])  # fmt: skip
-    first, second = simulate_stack(THREE_BOXES, rows, [0.0], 0.6), simulate_stack(THREE_BOXES, turned, [30.0], 0.6)
+    first, second = (
+        simulate_stack_under_north_west_accelerations(THREE_BOXES, rows, [0.0], 0.6),
+        simulate_stack_under_north_west_accelerations(THREE_BOXES, turned, [30.0], 0.6),
+    )
     np.testing.assert_array_equal(first.overturned, second.overturned)
     tilts = [found.peak_tilt.to_numpy().ravel()[:2] for found in (first, second)]
     np.testing.assert_allclose(*tilts, rtol=2e-2)
@@ -189,8 +192,10 @@ def test_a_rotation_of_record_and_stack_rotates_the_outcome() -> None:
 
 def test_outcomes_of_a_case_do_not_depend_on_cases_simulated_with_it() -> None:
     rows = 7.0 * random_horizontal_accelerations(5)
-    together = simulate_stack(THREE_BOXES, rows, [0.0, 10.0, 20.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0], 0.5)
-    alone = simulate_stack(THREE_BOXES, rows, [45.0], 0.5)
+    together = simulate_stack_under_north_west_accelerations(
+        THREE_BOXES, rows, [0.0, 10.0, 20.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0], 0.5
+    )
+    alone = simulate_stack_under_north_west_accelerations(THREE_BOXES, rows, [45.0], 0.5)
     for name, values in alone.items():
         if name != "repeated":
             np.testing.assert_array_equal(together[name].sel(orientation=45.0), values.isel(orientation=0), name)

@@ -26,7 +26,7 @@ from tests.dem.test_stack import (
     acceleration_components_with_plateau,
     motion_from_north_and_west_accelerations,
     random_horizontal_accelerations,
-    simulate_stack,
+    simulate_stack_under_north_west_accelerations,
     stack_of_boxes,
 )
 
@@ -69,7 +69,9 @@ def test_two_cubes_on_each_other_tip_like_one_stone_of_their_height() -> None:
     """Two cubes in one column tip as one stone of twice the height: at B/H = 0.5 of the whole."""
     column = stack_of_boxes((0.3, 0.3, 0.3), (0.3, 0.3, 0.3))
     below, above = (
-        simulate_stack(column, acceleration_components_with_plateau(0.5 * share, 0.0), [0.0], 3.0)
+        simulate_stack_under_north_west_accelerations(
+            column, acceleration_components_with_plateau(0.5 * share, 0.0), [0.0], 3.0
+        )
         for share in (0.97, 1.06)
     )
     assert below.peak_tilt.to_numpy().max() < 0.02
@@ -102,7 +104,9 @@ def test_an_overhanging_stone_stays_at_rest_while_its_centre_is_supported(offset
 def test_an_overhanging_stone_tips_over_the_rim_only_above_the_static_limit() -> None:
     """The shaft's centre is 0.05 m from the rim and 0.3 m above it: it tips at g/6 towards the rim."""
     below, above = (
-        simulate_stack(shaft_off_centre(0.2), acceleration_components_with_plateau(-share / 6.0, 0.0), [0.0], 3.0)
+        simulate_stack_under_north_west_accelerations(
+            shaft_off_centre(0.2), acceleration_components_with_plateau(-share / 6.0, 0.0), [0.0], 3.0
+        )
         for share in (0.94, 1.1)
     )
     assert below.overturned.to_numpy().max() == 0.0
@@ -136,7 +140,10 @@ def test_a_stack_with_a_parallelogram_has_a_symmetry_period_of_360_degrees() -> 
 def test_a_cross_of_pieces_stands_at_0_1_g_and_falls_at_0_4_g() -> None:
     scene = load_scene("cross", REPOSITORY)
     still, moving = (
-        simulate_stack(scene, acceleration_components_with_plateau(level, 30.0), [0.0], 0.7) for level in (0.1, 0.4)
+        simulate_stack_under_north_west_accelerations(
+            scene, acceleration_components_with_plateau(level, 30.0), [0.0], 0.7
+        )
+        for level in (0.1, 0.4)
     )
     assert still.status.item() == CaseStatus.AT_REST
     assert moving.status.item() == CaseStatus.SIMULATED

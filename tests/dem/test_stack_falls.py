@@ -312,7 +312,7 @@ def test_the_overhang_of_a_cylinder_is_that_of_its_radius(height: float, is_met:
     assert ["would meet the ground" in touch for touch in touches] == [True] * is_met
 
 
-def test_a_stone_refused_in_a_stack_stands_in_2d_and_as_a_single_body() -> None:
+def test_a_shouldered_stone_is_refused_only_in_a_stack() -> None:
     """As a stack, it would tip over the edge of its base; in 2-D and as a polyhedron it rocks on its shoulders."""
     time = np.arange(0.0, 4.0, 0.005)
     wave = np.where(time < 0.8, 3.0 * np.sin(2.0 * np.pi * time / 0.8), 0.0)

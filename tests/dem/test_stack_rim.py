@@ -15,7 +15,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 from tests.dem.test_stack import INTERVAL
 
 WIDTH, HEIGHT, BASE_WIDTH = 0.3, 0.6, 4.0
-CENTRE_TO_RIM_DISTANCE: Final = 0.05
+SHAFT_CENTRE_TO_BASE_RIM_DISTANCE: Final = 0.05
 """Distance of the shaft's centre from the rim of the base at rest, m."""
 INERTIA_PER_MASS: Final = (WIDTH**2 + HEIGHT**2) / 12.0
 """Moment of inertia of the shaft per mass, m²."""
@@ -32,7 +32,7 @@ def overhanging_shaft(friction: float) -> Scene:
             {"name": "ground", "kind": "driven", "width": 40.0, "height": 1.0, "at": (0.0, -1.0)},
             {"name": "base", "width": BASE_WIDTH, "depth": BASE_WIDTH, "height": 1.0, "stands_on": "ground"},
             {"name": "shaft", "width": WIDTH, "depth": WIDTH, "height": HEIGHT, "stands_on": "base",
-             "at": (0.5 * BASE_WIDTH - CENTRE_TO_RIM_DISTANCE, 0.0), "material": "slick"},
+             "at": (0.5 * BASE_WIDTH - SHAFT_CENTRE_TO_BASE_RIM_DISTANCE, 0.0), "material": "slick"},
         ),
     })  # fmt: skip
 
@@ -58,7 +58,7 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
     path = path_of_overhanging_shaft(pulse, 0.0)
     speed = -float(np.trapezoid(pulse, time))
     passes = (
-        -float(np.trapezoid(pulse * time, time)) / speed + CENTRE_TO_RIM_DISTANCE / speed
+        -float(np.trapezoid(pulse * time, time)) / speed + SHAFT_CENTRE_TO_BASE_RIM_DISTANCE / speed
     )  # the centre is above the rim, s
 
     def state_rates(_: float, state: np.ndarray[Any, Any]) -> list[float]:
@@ -98,11 +98,12 @@ def test_a_rough_stone_turns_about_the_rim_like_a_pendulum(level: float) -> None
     def state_rates(t: float, state: np.ndarray[Any, Any]) -> list[float]:
         """Return the time derivative of angle and angular velocity."""
         angle, spin = state
-        x = -CENTRE_TO_RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
-        z = CENTRE_TO_RIM_DISTANCE * math.sin(angle) + above * math.cos(angle)
+        x = -SHAFT_CENTRE_TO_BASE_RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
+        z = SHAFT_CENTRE_TO_BASE_RIM_DISTANCE * math.sin(angle) + above * math.cos(angle)
         return [
             spin,
-            (GRAVITY * x - base_acceleration(t) * z) / (INERTIA_PER_MASS + CENTRE_TO_RIM_DISTANCE**2 + above**2),
+            (GRAVITY * x - base_acceleration(t) * z)
+            / (INERTIA_PER_MASS + SHAFT_CENTRE_TO_BASE_RIM_DISTANCE**2 + above**2),
         ]
 
     expected = solve_ivp(

@@ -65,7 +65,7 @@ def test_a_3d_body_with_excessive_static_penetration_is_marked_unstable(
 
 
 @PARAMETRIZE_PEAK_ACCELERATION
-def test_a_stone_that_overlaps_its_wall_has_a_missing_outcome(peak: float) -> None:
+def test_a_stone_too_wide_for_its_gap_to_the_wall_has_a_missing_outcome(peak: float) -> None:
     """The wall is 0.22 m from the centre: a stone 0.6 m high overlaps it from B/H 0.7333 and would be thrown off."""
     motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)
     ratios = [0.4, 0.73, 0.44 / 0.6, 0.7334, 0.75, 0.9]

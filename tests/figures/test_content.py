@@ -35,7 +35,7 @@ def path_of_cube_without_falls(tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture(scope="module")
-def path_of_cube_with_falls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def path_of_cube_with_falls_without_fault_strike(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a cube with falls under a record without a fault strike."""
     return write_cube_and_intensities_of_records(tmp_path_factory.mktemp("strong"), sine_cycle_record("a", 6.0))
 
@@ -55,18 +55,22 @@ def test_maps_are_drawn_if_all_blocks_stand(path_of_cube_without_falls: Path, tm
 
 
 @pytest.mark.parametrize("kind", NAMES_OF_OUTCOME_FIGURES)
-def test_figures_of_a_cube_without_outcomes_are_refused(path_of_cube_with_falls: Path, kind: str) -> None:
-    with open_cube(path_of_cube_with_falls) as cube:
+def test_figures_of_a_cube_without_outcomes_are_refused(
+    path_of_cube_with_falls_without_fault_strike: Path, kind: str
+) -> None:
+    with open_cube(path_of_cube_with_falls_without_fault_strike) as cube:
         missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
         status = xr.full_like(cube["status"], CaseStatus.OVER_BUDGET) if "status" in cube else None
         beside = cube.assign(missing | ({} if status is None else {"status": status}))
-        beside.encoding["source"] = str(path_of_cube_with_falls)
+        beside.encoding["source"] = str(path_of_cube_with_falls_without_fault_strike)
         with expect_error(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
             plot.CUBE_FIGURE_FUNCTIONS[kind](beside)
 
 
-def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(path_of_cube_with_falls: Path) -> None:
-    with open_cube(path_of_cube_with_falls) as cube:
+def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(
+    path_of_cube_with_falls_without_fault_strike: Path,
+) -> None:
+    with open_cube(path_of_cube_with_falls_without_fault_strike) as cube:
         assert plot.fall_rose(cube).axes
         with expect_error(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
             plot.fall_alignment_by_earthquake(cube)

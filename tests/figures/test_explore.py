@@ -176,7 +176,7 @@ def test_explorer_page_shows_the_rounded_number_of_the_cube(name: str, variable:
     np.testing.assert_array_equal(np.floor(found / unit + 0.5), np.floor(whole[variable] / unit + 0.5))
 
 
-def test_explorer_first_shows_a_case_that_falls_in_all_runs_like_its_neighbours() -> None:
+def test_explorer_first_shows_the_stoutest_certain_fall_among_certain_falls() -> None:
     """A fall is certain if all runs fall. The first case shown is the stoutest with certain falls as neighbours."""
     whole = random_planar_cube(ratios=6, heights=1, frictions=1)
     for name in ("overturned", "probability_towards", "probability_away"):

@@ -38,7 +38,11 @@ from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import EarthquakeMapContent, StationOnMap, earthquake_maps_in_one_figure
+from overturning.figures.site_map import (
+    EarthquakeMapContent,
+    StationOnMap,
+    draw_station_and_fall_axis_maps_of_earthquakes,
+)
 from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 from overturning.figures.survey import OCTANT_WIDTH_RAD, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import limit_ticks_to_axis_range
@@ -115,7 +119,7 @@ def draw_fall_alignment_by_earthquake() -> Figure:
 def draw_station_map() -> Figure:
     known = StationOnMap("ttrh02", 35.23, 133.39, fault_strike_deg=150.0, mean_fall_axis_deg=60.0)
     trace = (((35.3, 133.3), (35.2, 133.4)),)
-    return earthquake_maps_in_one_figure(
+    return draw_station_and_fall_axis_maps_of_earthquakes(
         [EarthquakeMapContent("Western $Tottori", [known, StationOnMap("S$1", 35.3, 133.2)], (35.27, 133.35), trace)]
     )
 

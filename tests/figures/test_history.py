@@ -16,7 +16,7 @@ from overturning.figures.history import (
     start_time_after_unprocessed_start,
 )
 from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, use_package_matplotlib_settings
-from overturning.figures.write import save_figure_and_return_warning, save_figure_files
+from overturning.figures.write import save_figure_and_return_text_layout_warning, save_figure_files
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
@@ -116,7 +116,7 @@ def test_time_history_page_in_any_file_format_gives_no_overlap_warning(
 ) -> None:
     """A file has another resolution than the figure: the places of labels in pixels differ."""
     assert (
-        save_figure_and_return_warning(
+        save_figure_and_return_text_layout_warning(
             time_history_figure_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width_inches=None
         )
         == ""

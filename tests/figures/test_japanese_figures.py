@@ -71,7 +71,7 @@ def draw_motion_posterior() -> Figure:
     return inferred_motion_posterior_figure("survey.csv", np.full(36, 1 / 36), (20.0, 40.0), {"rinaldi": 1.0}, strength)
 
 
-def draw_overturned_fraction() -> Figure:
+def draw_overturned_fraction_by_intensity() -> Figure:
     curve = FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.5, (40.0, 60.0), 10.0, 100.0)
     level = np.geomspace(10, 100, 12).reshape(4, 3)
     return overturned_fraction_by_intensity_figure(level / 100, level, curve, 4.6 + level / 50)

@@ -6,7 +6,11 @@ import pytest
 
 from overturning.figures.answer import PlottedEstimate, overturned_shares_and_difference_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
-from overturning.figures.site_map import EarthquakeMapContent, StationOnMap, earthquake_maps_in_one_figure
+from overturning.figures.site_map import (
+    EarthquakeMapContent,
+    StationOnMap,
+    draw_station_and_fall_axis_maps_of_earthquakes,
+)
 from overturning.figures.style import (
     PHONE_FIGURE_WIDTH_INCHES,
     arrange_panels_for_phone,
@@ -40,9 +44,9 @@ def test_figures_for_a_phone_have_two_station_maps_in_a_row() -> None:
         for number in range(5)
     ]
     with use_package_matplotlib_settings():
-        page = earthquake_maps_in_one_figure(earthquakes)
+        page = draw_station_and_fall_axis_maps_of_earthquakes(earthquakes)
         with arrange_panels_for_phone():
-            phone = earthquake_maps_in_one_figure(earthquakes)
+            phone = draw_station_and_fall_axis_maps_of_earthquakes(earthquakes)
         columns = [figure.axes[0].get_gridspec().ncols for figure in (page, phone)]
         for figure in (page, phone):
             figure.draw_without_rendering()
@@ -72,7 +76,7 @@ def test_titles_of_station_maps_on_a_phone_are_not_cut_off_or_overlapped(count: 
     stations = [StationOnMap("vale", 34.2, -118.4, 30.0, 10.0)]
     earthquakes = [EarthquakeMapContent(f"Event {number}", stations, (34.3, -118.5), trace) for number in range(count)]
     with use_package_matplotlib_settings(), arrange_panels_for_phone():
-        figure = earthquake_maps_in_one_figure(earthquakes)
+        figure = draw_station_and_fall_axis_maps_of_earthquakes(earthquakes)
         figure.draw_without_rendering()
     (legend,) = figure.legends
     assert len(legend.get_texts()) == 5

@@ -220,7 +220,7 @@ def test_half_probability_line_encloses_cells_where_half_of_the_runs_fall() -> N
     )
 
 
-def test_half_probability_line_counts_falls_to_both_sides() -> None:
+def test_half_probability_line_is_of_summed_probability_of_both_sides() -> None:
     """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
     for away, inside in ((0.3, True), (0.1, False)):
         figure = make_figure_in_project_style(

@@ -16,7 +16,7 @@ from overturning.figures.site_map import (
     MAX_EARTHQUAKES_PER_FIGURE,
     EarthquakeMapContent,
     StationOnMap,
-    earthquake_maps_in_one_figure,
+    draw_station_and_fall_axis_maps_of_earthquakes,
     figures_with_several_earthquake_maps,
     local_east_north_km,
     mappable_earthquakes,
@@ -31,7 +31,7 @@ EPICENTRE = (35.0, 133.0)
 def draw_earthquake_map(*sites: EarthquakeMapContent) -> Figure:
     """Draw the map of some earthquakes with their stations."""
     with use_package_matplotlib_settings():
-        figure = earthquake_maps_in_one_figure(sites)
+        figure = draw_station_and_fall_axis_maps_of_earthquakes(sites)
         figure.draw_without_rendering()
         plt.close(figure)
     return figure
@@ -149,7 +149,7 @@ def test_each_station_name_on_a_map_is_nearest_to_its_own_station() -> None:
 )
 def test_coordinates_off_the_globe_are_refused(site: EarthquakeMapContent, words: str) -> None:
     with use_package_matplotlib_settings(), pytest.raises(ArgumentError, match=words):
-        earthquake_maps_in_one_figure([site])
+        draw_station_and_fall_axis_maps_of_earthquakes([site])
     plt.close("all")
 
 

@@ -10,9 +10,9 @@ from overturning.findings.exactness import _records_with_unusually_many_outcome_
 from overturning.study.convergence import (
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
-    FinerStepChangesOfRecord,
+    FinerStepOutcomeChangeCountOfRecord,
     OutcomeChangesOfElement,
-    RerunResult,
+    RerunOutcomeChangesOrFailureReason,
     RigidComparison,
 )
 
@@ -42,8 +42,10 @@ def test_finer_stiffer_and_rigid_computations_give_shares_of_changed_cases() -> 
     found = ConvergenceCheckResult(
         seed=1, wanted_case_count=100, rerun_case_count=102, rerun_cases_at_rest=0, study_cell_count=1000,
         simulated_study_cell_count=500, study_block_steps=1, max_cost_relative_to_study=1.0, time_step_refinement=8,
-        contact_stiffness_factor=4.0, finer_step_rerun=RerunResult(block_steps=1, changes_by_element=[one]),
-        stiffer_contact_rerun=RerunResult(block_steps=0, changes_by_element=[], refusal_reason="too stiff"),
+        contact_stiffness_factor=4.0, finer_step_rerun=RerunOutcomeChangesOrFailureReason(block_steps=1,
+        changes_by_element=[one]),
+        stiffer_contact_rerun=RerunOutcomeChangesOrFailureReason(block_steps=0, changes_by_element=[],
+        refusal_reason="too stiff"),
         tests_of_finer_step_changes=ChangesWithFinerSteps(changed_cases=0, retested_cases=0, confirmed_cases=0,
         chaotic_cases=0, block_steps=0), amplitude_change_rerun=None,
         rigid_block_comparison=rigid,
@@ -75,13 +77,15 @@ def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
 
 def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() -> None:
     """By Wilson's interval, 6 changed outcomes of 90 are above the 1.9 % of all 1,080 cases; 4 of 90 may not be."""
-    rows = [FinerStepChangesOfRecord(record=f"calm-{number}", cases=90, changed_cases=1) for number in range(10)]
+    rows = [
+        FinerStepOutcomeChangeCountOfRecord(record=f"calm-{number}", cases=90, changed_cases=1) for number in range(10)
+    ]
     loud, doubtful = (
-        FinerStepChangesOfRecord(record=name, cases=90, changed_cases=changed)
+        FinerStepOutcomeChangeCountOfRecord(record=name, cases=90, changed_cases=changed)
         for name, changed in (("loud", 6), ("doubtful", 4))
     )
     found = _records_with_unusually_many_outcome_changes(
-        [*rows, loud, doubtful, FinerStepChangesOfRecord(record="few", cases=8, changed_cases=3)]
+        [*rows, loud, doubtful, FinerStepOutcomeChangeCountOfRecord(record="few", cases=8, changed_cases=3)]
     )
     assert [(one.record, one.changes.changed_count, one.changes.compared_count) for one in found] == [("loud", 6, 90)]
     assert found[0].changes.low == pytest.approx(0.0309, abs=2e-4)

@@ -539,7 +539,7 @@ def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(
         draw_study_figure("surveys", Path("cube.nc"))
 
 
-def test_a_fragility_figure_has_a_panel_for_each_curve() -> None:
+def test_each_fragility_panel_shows_the_points_and_the_lognormal_curve() -> None:
     """The curve is a lognormal distribution: 50 % at the median, 84 % one spread above it."""
     curves = [
         FittedFragilityCurve("all stones", "PGA", "g", 0.4, 0.5, (0.3, 0.5), 0.1, 1.6),

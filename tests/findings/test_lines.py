@@ -10,18 +10,18 @@ from overturning.findings.lines import _ENTRY_LABEL_FIELDS, _JSON_ONLY_FIELDS
 from overturning.findings.values import FindingBaseClass
 
 
-def findings_classes(base: type[FindingBaseClass] = FindingBaseClass) -> Iterator[type[FindingBaseClass]]:
+def all_finding_classes_of_package(base: type[FindingBaseClass] = FindingBaseClass) -> Iterator[type[FindingBaseClass]]:
     """Yield all classes of findings of the package, and none that other tests have loaded."""
     for module in pkgutil.iter_modules(findings.__path__):
         importlib.import_module(f"{findings.__name__}.{module.name}")
     for derived in base.__subclasses__():
         if derived.__module__.startswith(f"{findings.__name__}."):
             yield derived
-        yield from findings_classes(derived)
+        yield from all_finding_classes_of_package(derived)
 
 
 def test_fields_that_label_or_hide_lines_are_fields_of_findings() -> None:
-    known = {name for one in findings_classes() for name in one.model_fields}
+    known = {name for one in all_finding_classes_of_package() for name in one.model_fields}
     assert {*_ENTRY_LABEL_FIELDS, *_JSON_ONLY_FIELDS} <= known
 
 
@@ -29,7 +29,7 @@ def test_entries_of_lists_of_findings_have_a_label() -> None:
     """Without a label, the entries of a list are numbered. Soil layers have no name: they follow one another."""
     entries = {
         entry
-        for one in findings_classes()
+        for one in all_finding_classes_of_package()
         if one.model_rebuild() is not False  # resolves the names of classes that are defined later
         for field in one.model_fields.values()
         if typing.get_origin(field.annotation) in (list, tuple)

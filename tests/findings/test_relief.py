@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.findings.collect import Findings
 from overturning.findings.exactness import EnsembleFindings, ensemble_findings
 from overturning.findings.relief import (
-    BaseReliefFindings,
+    FallSharesByBaseRelief,
     estimate_variance_between_run_halves_and_total,
     share_of_fall_variance_due_to_base_relief,
 )
@@ -65,7 +65,7 @@ def test_share_of_variance_explained_by_base_relief_matches_known_outcomes() -> 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_report_states_the_share_of_variance_explained_by_base_relief(language: str) -> None:
-    relief = BaseReliefFindings(
+    relief = FallSharesByBaseRelief(
         midrange_base_relief_mm=3.0,
         share_of_low_relief_runs_falling=0.61,
         share_of_high_relief_runs_falling=0.17,

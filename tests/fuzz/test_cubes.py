@@ -96,7 +96,9 @@ def error_of_reading_in_child_process(read: Callable[[], Any]) -> str:
     return said or (f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "")
 
 
-def test_a_corrupted_cube_is_read_or_refused_plainly(isolated_folder: Path, bytes_of_small_cube_file: bytes) -> None:
+def test_a_corrupted_cube_raises_no_unexpected_python_error(
+    isolated_folder: Path, bytes_of_small_cube_file: bytes
+) -> None:
     path = isolated_folder / "cube.nc"
     bare = bytes_of_small_cube_file[:-75]
 

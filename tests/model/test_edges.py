@@ -7,7 +7,7 @@ from overturning.model.edges import fall_flag_and_azimuth_from_planes, fall_prob
 NAN = np.nan
 
 
-def test_the_base_edge_passed_first_decides_the_fall_azimuth() -> None:
+def test_the_earlier_fall_of_two_planes_decides_the_fall_azimuth() -> None:
     #        both, second first | both, first first | one | the other | neither | no time needed where one falls
     falls = [[1, 1, 1, 0, 0, 1], [1, 1, 0, 1, 0, 0]]
     time = [[3.0, 2.0, 9.0, NAN, NAN, NAN], [2.5, 2.5, NAN, 1.0, NAN, NAN]]

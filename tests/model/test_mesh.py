@@ -167,9 +167,11 @@ def test_a_mesh_with_map_coordinates_in_single_precision_is_refused(tmp_path: Pa
 
 
 def test_a_non_convex_mesh_becomes_a_scanned_stone(tmp_path: Path) -> None:
-    scan = read_scanned_stone(write_mesh(l_shaped_prism(), tmp_path / "stone.stl"), base_relief_m=0.001)
+    scan = read_scanned_stone(
+        write_mesh(l_shaped_prism(), tmp_path / "stone.stl"), max_load_bearing_base_point_height_m=0.001
+    )
     assert isinstance(scan.shape, ScannedStone)
-    assert scan.shape.base_relief_m == 0.001
+    assert scan.shape.max_load_bearing_base_point_height_m == 0.001
     _, centre, _ = mass_properties_of_solid_from_its_boxes("l-shape")
     assert scan.shape.unscaled_solid.b_over_h == pytest.approx(min(centre[0], 0.15) / centre[2], abs=1e-5)
 

@@ -156,7 +156,7 @@ def test_a_mesh_whose_cavity_breaks_through_the_wall_is_refused(x: float) -> Non
         repair_surface_and_close_base(concatenate_surfaces(whole, hole._replace(triangles=hole.triangles[:, ::-1])))
 
 
-def test_a_double_mesh_face_outside_the_body_adds_no_volume() -> None:
+def test_a_flap_of_two_opposite_mesh_faces_adds_no_volume() -> None:
     flap = TriangleSurface(
         np.array([[2.0, 0.0, 0.0], [2.1, 0.0, 0.0], [2.0, 0.1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
@@ -355,8 +355,8 @@ def test_points_outside_a_simplified_hull_are_within_the_tolerance() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"base_relief_m": 0.05}, ["relief", "0.05", "0.03"]),
-        ({"base_relief_m": -0.001}, ["relief", "-0.001"]),
+        ({"max_load_bearing_base_point_height_m": 0.05}, ["relief", "0.05", "0.03"]),
+        ({"max_load_bearing_base_point_height_m": -0.001}, ["relief", "-0.001"]),
         ({"inertia_moments_and_products_per_mass": (1.0, 1.0, 3.0, 0, 0, 0)}, ["inertia", "no body"]),
         ({"centre_of_mass": (0.5, 0.0, 0.4)}, ["outside its base"]),
     ],
@@ -366,7 +366,7 @@ def test_scanned_stones_with_impossible_relief_inertia_or_centre_are_refused(cha
     own = {
         "centre_of_mass": (0.0, 0.0, 0.4),
         "inertia_moments_and_products_per_mass": (0.06, 0.07, 0.02, 0, 0, 0),
-        "base_relief_m": 0.002,
+        "max_load_bearing_base_point_height_m": 0.002,
     }
     ScannedStone(points, **own)
     with expect_error(ArgumentError, *words, brief=True):

@@ -339,7 +339,7 @@ def test_arias_intensity_cav_and_duration_of_a_sine_match_the_closed_form():
     assert significant_duration(motion, [90])[0] == 0.0
 
 
-def test_fourier_amplitudes_of_a_sine_and_a_pulse_match_the_closed_forms():
+def test_fourier_amplitudes_of_a_sine_and_an_impulse_match_the_closed_forms():
     time = np.arange(0, 10, 0.01)
     frequency, amplitude = fourier_amplitude_spectrum(2.0 * np.sin(2 * np.pi * 3 * time), 0.01)
     assert frequency[amplitude.argmax()] == pytest.approx(3.0)

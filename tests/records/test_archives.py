@@ -17,7 +17,7 @@ from overturning.records.read import read_record_without_processing
 from overturning.records.source import SourceFile, unpack_archive
 from tests.bounds import limited_time_and_memory
 from tests.records.record_writers import csmip_text, knet_text
-from tests.records.test_command import exit_status_of_command
+from tests.records.test_command import exit_status_of_overturning_command
 from tests.records.written import TEXT_FORMATS_WITH_WRITERS
 
 SAMPLES_IN_COUNTS = np.arange(-100, 100) * 1000
@@ -126,11 +126,11 @@ def test_checking_a_folder_skips_spectra_and_velocities_next_to_accelerations(tm
     spectra, folder = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50, tmp_path / "ce"
     folder.mkdir()
     (folder / "CE1.V3").write_text(spectra)
-    assert exit_status_of_command("records", "check", folder) == 1
+    assert exit_status_of_overturning_command("records", "check", folder) == 1
     assert "CE1.V3\n  refused: " in capsys.readouterr().out
     (folder / "CE1.V2").write_text(second)
     (folder / "_SearchResults.csv").write_text(SEARCH_RESULTS)
-    assert exit_status_of_command("records", "check", folder) == 0
+    assert exit_status_of_overturning_command("records", "check", folder) == 0
     out = capsys.readouterr().out
     assert "CE1.V3\n  skipped: it holds no acceleration\n" in out
     assert "_SearchResults.csv\n  skipped: it holds no acceleration\n" in out
@@ -139,10 +139,10 @@ def test_checking_a_folder_skips_spectra_and_velocities_next_to_accelerations(tm
     pages = []
     save = "overturning.figures.write.save_figure_files"
     monkeypatch.setattr(save, lambda _figure, path: pages.append(path.name))  # only the exit status is examined
-    assert exit_status_of_command("records", "plot", folder, "-o", tmp_path / "pages") == 0
+    assert exit_status_of_overturning_command("records", "plot", folder, "-o", tmp_path / "pages") == 0
     assert pages == ["CE1.V2.svg"]
     (folder / "CE1.V2").write_text(second[:-2000])
-    assert exit_status_of_command("records", "check", folder) == 1
+    assert exit_status_of_overturning_command("records", "check", folder) == 1
     assert "0 read, 1 refused" in capsys.readouterr().out
 
 

@@ -12,8 +12,8 @@ from overturning.records.read import read_record
 from overturning.records.record import processing_peaks_and_notes_of_record
 from overturning.records.steps import Highpass
 from overturning.records.store import (
+    read_record_before_processing_if_processed,
     read_record_from_motion_file,
-    read_unprocessed_record_from_motion_file,
     write_record_to_motion_file,
 )
 from tests.expect import expect_error
@@ -50,7 +50,7 @@ def test_the_example_processed_by_its_agency_is_not_processed_by_default(tmp_pat
     write_record_to_motion_file(done, tmp_path / "m.nc", raw)
     kept, before = (
         read_record_from_motion_file(tmp_path / "m.nc"),
-        read_unprocessed_record_from_motion_file(tmp_path / "m.nc"),
+        read_record_before_processing_if_processed(tmp_path / "m.nc"),
     )
     assert before is not None
     np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
@@ -61,4 +61,4 @@ def test_the_example_processed_by_its_agency_is_not_processed_by_default(tmp_pat
         > 2 * processing_peaks_and_notes_of_record(kept)["peaks"]["pgd"][1]
     )
     write_record_to_motion_file(raw, tmp_path / "m.nc")
-    assert read_unprocessed_record_from_motion_file(tmp_path / "m.nc") is None
+    assert read_record_before_processing_if_processed(tmp_path / "m.nc") is None

@@ -348,7 +348,7 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
     """Regression: north of the roof and east of the third floor made a record without a note."""
     (written,) = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).values()
 
-    def file_text_with_places(*places: str) -> str:
+    def file_text_with_sensor_locations(*places: str) -> str:
         channels = zip(re.split(r"(?m)(?<=----------\n)", written), places, strict=False)
         located = ((re.sub("Location: free field", "", channel), place) for channel, place in channels)
         chan = re.compile(r"(?m)^(Chan .*?(?:Deg|Up)|Sta Cha: .*?\))\s*$")
@@ -357,15 +357,15 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
     with expect_error(
         RecordError, "components of 'Roof - North' and '3rd Floor' and 'Ground'; they are not of one record"
     ):
-        write_files_and_read_record(tmp_path, file_text_with_places("Roof - North", "3rd Floor", "Ground"))
-    (told,) = write_files_and_read_record(tmp_path, file_text_with_places(*["3rd Floor"] * 3)).notes
+        write_files_and_read_record(tmp_path, file_text_with_sensor_locations("Roof - North", "3rd Floor", "Ground"))
+    (told,) = write_files_and_read_record(tmp_path, file_text_with_sensor_locations(*["3rd Floor"] * 3)).notes
     assert told == "a sensor at '3rd Floor' has the motion of a structure, not of the ground"
     for place in ("Pier 3 top", "Top of tower", "Bent 2: cap", "Level 5", "Upper gallery", "Column, 20 ft below deck"):
-        (told,) = write_files_and_read_record(tmp_path, file_text_with_places(*[place] * 3)).notes
+        (told,) = write_files_and_read_record(tmp_path, file_text_with_sensor_locations(*[place] * 3)).notes
         assert told == f"a sensor at {place!r} has the motion of a structure, not of the ground"
     for place in ("Ground Floor", "Level 1", "Base of tower", "Pier 3: footing", "Top of hill", "Basement"):
-        assert write_files_and_read_record(tmp_path, file_text_with_places(*[place] * 3)).notes == []
-    both = file_text_with_places(*["Ground Floor"] * 3) + file_text_with_places(*["Roof"] * 3)
+        assert write_files_and_read_record(tmp_path, file_text_with_sensor_locations(*[place] * 3)).notes == []
+    both = file_text_with_sensor_locations(*["Ground Floor"] * 3) + file_text_with_sensor_locations(*["Roof"] * 3)
     (tmp_path / "both.v2").write_text(both)
     assert [{c.sensor_location for c in f.components} for f in check_records_in_files([tmp_path / "both.v2"])] == [
         {"Ground Floor"},
@@ -706,7 +706,7 @@ def test_unam_files_are_read_only_in_gal(tmp_path, unit, known):
         ("cismid", "-77.04", "-77.04° W", (-12.07, -77.04)),
     ],
 )
-def test_station_coordinates_with_sign_and_letter_or_out_of_range_are_checked(tmp_path, form, old, new, place):
+def test_signed_station_coordinates_are_read_and_those_out_of_range_left_out(tmp_path, form, old, new, place):
     """Regression: a minus sign next to S or W moved a station to the other hemisphere."""
     files = {
         name: text.replace(old, new)

@@ -58,7 +58,7 @@ def test_a_pulse_has_the_descriptive_data_of_its_record_table_row(tmp_path):
             read_record(RecordTableRow(id="p", format="synthetic", source=line, **column), tmp_path)
 
 
-def test_a_pulse_in_a_study_is_written_on_one_line():
+def test_a_pulse_given_on_one_line_of_a_study_becomes_a_record():
     study = study_from_content(
         {"name": "x", "records": {"pulses": {"paper-sine": "sine amplitude_gal=300 period_s=1"}}}, "x.yaml"
     )

@@ -676,18 +676,18 @@ def test_a_mark_of_a_missing_sample_is_not_read_as_a_sample(tmp_path, mark, wrap
     words = [f"{value}" for value in N[:80] / 1e4]  # up to 40 Gal
     declared = {"columns": "north:gal*8" if wrapped else "north:gal", "sampling_interval_s": 0.01, "processed": True}
 
-    def source_file_of_words(words):
+    def source_file_of_printed_samples(words):
         rows = [" ".join(words[i : i + 8]) for i in range(0, 80, 8)] if wrapped else words
         return SourceFile("x.txt", "\n".join([*rows, ""]).encode())
 
-    (whole,) = read_components([source_file_of_words(words)], DeclaredFileProperties(**declared))
+    (whole,) = read_components([source_file_of_printed_samples(words)], DeclaredFileProperties(**declared))
     np.testing.assert_allclose(whole.acceleration, N[:80] / 1e6, rtol=1e-12)
-    spoilt = source_file_of_words([*words[:30], mark, *words[31:]])
+    spoilt = source_file_of_printed_samples([*words[:30], mark, *words[31:]])
     line = 30 // 8 + 1 if wrapped else 31
     with expect_error(RecordError, f"x.txt line {line}: {abs(float(mark)):g} marks a missing sample"):
         read_components([spoilt], DeclaredFileProperties(**declared))
     assert read_components([spoilt], DeclaredFileProperties(**declared, trust_data=True))
-    close = source_file_of_words(
+    close = source_file_of_printed_samples(
         [*words[:30], mark, f"{0.6 * float(mark)}", *words[32:]]
     )  # a peak that is a number of nines
     assert read_components([close], DeclaredFileProperties(**declared))

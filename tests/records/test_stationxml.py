@@ -26,7 +26,7 @@ N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNEL_AZIMUTHS_AND_DIPS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
-def replace_channel_gains_in_stationxml(metadata, gain):
+def overwrite_total_channel_gains_in_stationxml_file(metadata, gain):
     """Replace the gain of the channels in a StationXML; the gains of their stages stay."""
     text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)[\d.]+", f"\\g<1>{gain!r}", metadata.read_text())
     metadata.write_text(text)
@@ -35,7 +35,7 @@ def replace_channel_gains_in_stationxml(metadata, gain):
 @pytest.mark.parametrize(("factor", "noted"), [(1.0, ""), (1.004, ""), (1.006, "0.6"), (1.025, "2.5"), (0.96, "4.2")])
 def test_a_gain_that_differs_slightly_from_its_stages_is_noted(tmp_path, factor, noted):
     """Regression: differences of up to 5 % were read without a note."""
-    replace_channel_gains_in_stationxml(
+    overwrite_total_channel_gains_in_stationxml_file(
         write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS), 400_000 * factor
     )
     record = read_record_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
@@ -52,7 +52,7 @@ def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, 
     """Regression: evalresp printed three lines on the terminal for each channel, and the record had no note."""
     channels = {code.replace("HN", "HH"): direction for code, direction in CHANNEL_AZIMUTHS_AND_DIPS.items()}
     metadata = write_stationxml_of_channels(tmp_path / "s.xml", channels, gain=7.9e8, unit="M/S", broadband=True)
-    replace_channel_gains_in_stationxml(metadata, 4e8)
+    overwrite_total_channel_gains_in_stationxml_file(metadata, 4e8)
     waves = write_mseed(tmp_path / "x.mseed", {code: x // 10 for code, x in zip(channels, (N, E, Z), strict=True)})
     record = read_record_without_processing(waves)
     assert capfd.readouterr() == ("", "")
@@ -60,7 +60,7 @@ def test_a_velocity_sensor_gain_that_differs_from_its_stages_is_noted(tmp_path, 
         (told,) = [note for note in record.notes if f"channel XX.TST1..{code} has a gain" in note]
         assert "gain of 4e+08 in the StationXML, whose stages make 7.9e+08, a difference of 98 %" in told
         assert told.endswith("computed with the stages")
-    replace_channel_gains_in_stationxml(metadata, 3.9e8)
+    overwrite_total_channel_gains_in_stationxml_file(metadata, 3.9e8)
     with expect_error(
         RecordError, "has a gain of 3.9e+08 in the StationXML, whose stages make 7.9e+08", "--trust-data"
     ):
@@ -131,7 +131,7 @@ def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path,
     metadata = write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     assert read_record_without_processing(waves).notes == []
-    replace_channel_gains_in_stationxml(metadata, 400_000 * factor)
+    overwrite_total_channel_gains_in_stationxml_file(metadata, 400_000 * factor)
     what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
     with expect_error(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
         read_record_without_processing(waves)

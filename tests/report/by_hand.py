@@ -402,7 +402,7 @@ def findings_with_changed_entries(base: dict[str, Any], **parts: Any) -> dict[st
     return base | own
 
 
-def findings_without_fall_axis(reason: str, **parts: Any) -> dict[str, Any]:
+def findings_without_axis_comparable_with_fault(reason: str, **parts: Any) -> dict[str, Any]:
     """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
     direction = {"has_fall_axis_comparable_with_fault": False, "reason_for_no_axis_comparable_with_fault": reason}
     return findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, direction=direction, **parts)
@@ -418,12 +418,12 @@ def study_section_of_findings(question_kind: str, **study: Any) -> dict[str, Any
     }
 
 
-ELEMENT_OUTCOME = {
+ELEMENT_FALL_STATISTICS_FINDING = {
     "variant": "nominal", "scene": "stack", "element": "shaft", "cases_with_outcome": 12096, "falls": 4880,
     "first_fall_count": 4711,
     "share_overturned": 0.403, "first_share_of_its_falls": 0.965, "lone_share_of_its_falls": 0.914,
     "median_fall_time_s": 4.95}  # fmt: skip
-ELEMENT_DISPLACEMENT = {
+ELEMENT_DISPLACEMENT_STATISTICS_FINDING = {
     "variant": "nominal", "scene": "stack", "element": "shaft", "standing_case_count": 7216,
     "median_slip_if_standing_cm": 0.3,
     "percentile_90_slip_if_standing_cm": 2.7, "median_abs_twist_if_standing_deg": 0.4,
@@ -460,7 +460,7 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         REFERENCE_ALIGNMENT_FINDING | {"record_group": "without (control)"}],
         planar_model_agreement=PLANAR_MODEL_AGREEMENT_FINDING, final_twist=TWIST_OF_STANDING_STONES, logistic_fit=None,
         criteria_scores=None, population=None),
-    "vertical": findings_without_fall_axis(
+    "vertical": findings_without_axis_comparable_with_fault(
         "no fault normal", study=study_section_of_findings("vertical", applies_vertical_motion=True), population=None,
         study_counts=ONE_RECORD_COUNTS | {"records_with_applied_vertical_motion": 1},
         contrasts=[variant_comparison_findings(differing_settings=["vertical"],
@@ -472,15 +472,16 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         "reported_element": "shaft",
         "has_mirrored_falls": False},
         contrasts=[variant_comparison_findings(element_of_study="shaft", element_of_variant="monolith")],
-        element_outcomes=[ELEMENT_OUTCOME], logistic_fit=None, criteria_scores=None),
+        element_outcomes=[ELEMENT_FALL_STATISTICS_FINDING], logistic_fit=None, criteria_scores=None),
     "stack in 3-D": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("scene", model_kind="space"),
         study_counts={"free_elements": 3, "reported_element": "shaft", "has_mirrored_falls": False},
         contrasts=[variant_comparison_findings(share_over_45_deg_apart_if_both_fall=0.21, element_of_study="shaft",
         element_of_variant="shaft")],
-        element_outcomes=[ELEMENT_OUTCOME], final_twist=TWIST_OF_STANDING_STONES,
-        element_displacements=[ELEMENT_DISPLACEMENT,
-                               ELEMENT_DISPLACEMENT | {"variant": "other", "share_of_falls_by_sliding_off": 0.0}],
+        element_outcomes=[ELEMENT_FALL_STATISTICS_FINDING], final_twist=TWIST_OF_STANDING_STONES,
+        element_displacements=[ELEMENT_DISPLACEMENT_STATISTICS_FINDING,
+                               ELEMENT_DISPLACEMENT_STATISTICS_FINDING | {"variant": "other",
+                               "share_of_falls_by_sliding_off": 0.0}],
         logistic_fit=None, criteria_scores=None),
     "site": findings_with_changed_entries(
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
@@ -500,9 +501,10 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
                               "fully_agreeing_heights_m": [0.4, 0.95]}],
         published_comparisons=[{"variant": "nominal", "record": "vale", "motion_azimuth_deg": 61.0, "height_m": 0.7,
                                 "friction": 0.8, "published_overturns": True, "computed_overturns": False}]),
-    "nothing falls": findings_without_fall_axis("no falls", cases={"share_overturned": 0.0}, population=None),
+    "nothing falls": findings_without_axis_comparable_with_fault("no falls", cases={"share_overturned": 0.0},
+    population=None),
     "uneven planes": findings_with_changed_entries(
-        findings_without_fall_axis("uneven planes", study_counts={
+        findings_without_axis_comparable_with_fault("uneven planes", study_counts={
             "unsimulated_azimuth_ranges_deg": [(100.0, 240.0)], "azimuth_or_orientation_step_deg": 20.0,
             "smallest_azimuth_or_orientation_deg": 60.0,
             "largest_azimuth_or_orientation_deg": 100.0}),
@@ -514,10 +516,11 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         "reason_for_choice": "first with falls",
                            "mean_cos_2_angle_to_fault_normal": None}]},
     ),
-    "everything falls": findings_without_fall_axis("falls in every plane", cases={"share_overturned": 1.0}),
-    "unknown outcomes": findings_without_fall_axis(
+    "everything falls": findings_without_axis_comparable_with_fault("falls in every plane",
+    cases={"share_overturned": 1.0}),
+    "unknown outcomes": findings_without_axis_comparable_with_fault(
         "unknown outcomes", study_counts={"records_with_imposed_fall_axis": ["vale", "ford"]}),
-    "no fault normal": findings_without_fall_axis("no fault normal", study_counts={"records": 3}),
+    "no fault normal": findings_without_axis_comparable_with_fault("no fault normal", study_counts={"records": 3}),
 }  # fmt: skip
 
 

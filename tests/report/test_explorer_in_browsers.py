@@ -206,7 +206,7 @@ UNTRANSLATED_NAMES = {"script", "window", "hurt", "none", "space", "report", "HT
 JAPANESE_PAGES = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
 
 
-def cube_with_late_falls_at_azimuth_90() -> xr.Dataset:
+def cube_of_early_late_and_no_falls_by_azimuth() -> xr.Dataset:
     """Return a cube of blocks that fall early, late at 90°, not at 180°; opposite azimuths are not mirror images.
 
     Few runs of the second azimuth fall and few of the third stand; the ensemble of the fourth was not run.
@@ -262,7 +262,10 @@ def explorer_script_results(
         "phone": (plain, ANSWER_POSITION_ON_PHONE_SCRIPT),
         "contrast": (plain, COLOUR_CONTRAST_SCRIPT),
         "painted": (explorer_page_html(explorer_page_data(cube_with_known_outcome_by_b_over_h())), CELL_COLOURS_SCRIPT),
-        "late": (explorer_page_html(explorer_page_data(cube_with_late_falls_at_azimuth_90())), FALL_TIMES_SCRIPT),
+        "late": (
+            explorer_page_html(explorer_page_data(cube_of_early_late_and_no_falls_by_azimuth())),
+            FALL_TIMES_SCRIPT,
+        ),
         "in space": (explorer_page_html(explorer_page_data(random_3d_cube())), ORIENTATIONS_SCRIPT),
         "stack": (
             explorer_page_html(explorer_page_data(random_3d_cube().expand_dims(element=["shaft"]))),
@@ -407,7 +410,9 @@ def test_explorer_colours_show_the_fall_probability_towards_the_azimuth(
 
 
 @pytest.mark.browser
-def test_explorer_scales_colours_of_fall_times_to_those_of_the_record(explorer_script_results: dict[str, Any]) -> None:
+def test_explorer_colour_scale_spans_the_fall_times_of_the_shown_record(
+    explorer_script_results: dict[str, Any],
+) -> None:
     """The latest fall differs from a block that stands; a probability near 0 or 100 % is not printed as certain."""
     page = explorer_script_results["late"]
     early, last, stands = (np.median(page[name], axis=0)[:3] for name in ("early", "late", "stands"))

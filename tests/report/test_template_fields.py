@@ -37,7 +37,7 @@ def plain_type(annotation: Any) -> Any:
     return annotation
 
 
-def entry_type(container: Any, of: int = 0) -> Any:
+def type_of_list_or_dict_entries(container: Any, of: int = 0) -> Any:
     """Return the type of the entries of a list, or of the keys (0) or values (1) of a dict; None for other types."""
     kinds = get_args(container)
     return plain_type(kinds[min(of, len(kinds) - 1)]) if kinds else None
@@ -72,12 +72,12 @@ class FieldChecker:
 
     def types_of_targets(self, loop: nodes.For, types: dict[str, Any], name: str) -> dict[str, Any]:
         """Return the types of the variables of a loop."""
-        entry = entry_type(self.type_of(loop.iter, types, name))
+        entry = type_of_list_or_dict_entries(self.type_of(loop.iter, types, name))
         if isinstance(loop.target, nodes.Name):
             return {loop.target.name: entry}
         assert isinstance(loop.target, nodes.Tuple)
         names = [one.name for one in loop.target.items if isinstance(one, nodes.Name)]
-        return {one: entry_type(entry, place) for place, one in enumerate(names)}
+        return {one: type_of_list_or_dict_entries(entry, place) for place, one in enumerate(names)}
 
     def type_of(self, part: nodes.Node, types: dict[str, Any], name: str) -> Any:
         """Return the type of an expression, None if it is not known; note fields that do not exist."""
@@ -89,7 +89,7 @@ class FieldChecker:
         if isinstance(part, nodes.Getitem):
             if isinstance(part.arg, nodes.Slice):
                 return found[0]
-            return entry_type(found[0], 1 if get_origin(found[0]) is dict else 0)
+            return type_of_list_or_dict_entries(found[0], 1 if get_origin(found[0]) is dict else 0)
         if isinstance(part, nodes.Filter) and part.name == "items":
             return list[tuple[get_args(found[0])]] if get_args(found[0]) else None  # type: ignore[misc]
         if isinstance(part, nodes.CondExpr):

@@ -124,7 +124,7 @@ def test_boundary_interval_spans_the_boundaries_of_both_sobol_scrambles(
         ([0.7, 0.4, 0.4, 0], [0, 0.4, -0.4, 0], 0.1 + 0.1 * 0.2 / 0.3, 0.1 + 0.1 * 0.2 / 0.3, 0.3 + 0.1 * 0.1 / 0.6),
     ],
 )
-def test_boundary_interval_from_the_ensemble_includes_the_boundary(
+def test_boundary_interval_from_ensemble_halves_includes_the_boundary(
     probability: list[float], difference: list[float], boundary: float, low: float, high: float
 ) -> None:
     def variable_on_azimuth_and_b_over_h(values: list[float]) -> tuple[tuple[str, str], np.ndarray]:

@@ -13,7 +13,7 @@ from overturning.statistics.circular import (
     chi_square_test_of_sectors,
     fall_shares_by_sector,
     mean_angle_deg_and_mean_resultant_length,
-    randomised_rayleigh_test,
+    rayleigh_test_by_random_rotation,
     sector_index,
     watson_u2_test,
     watson_u2_test_of_sectors,
@@ -159,7 +159,7 @@ def test_common_axis_test_of_unit_vectors_agrees_with_rayleighs_test(angles: lis
     27.4) for Rayleigh's test, which is good to a few parts in 1,000.
     """
     radians = np.radians(angles)
-    found, n = randomised_rayleigh_test(np.cos(radians), np.sin(radians)), len(angles)
+    found, n = rayleigh_test_by_random_rotation(np.cos(radians), np.sin(radians)), len(angles)
     length = n * abs(np.exp(1j * radians).mean())
     expected = math.exp(math.sqrt(1 + 4 * n + 4 * (n**2 - length**2)) - (1 + 2 * n))
     assert (found.n, found.statistic) == (n, pytest.approx(length / n))
@@ -169,10 +169,10 @@ def test_common_axis_test_of_unit_vectors_agrees_with_rayleighs_test(angles: lis
 def test_common_axis_p_value_of_two_vectors_follows_from_their_angle() -> None:
     """For two unit vectors the p-value follows from their angle, which is uniform up to 180°."""
     for angle in (4.0, 30.0, 120.0):
-        found = randomised_rayleigh_test(np.cos(np.radians([0, angle])), np.sin(np.radians([0, angle])))
+        found = rayleigh_test_by_random_rotation(np.cos(np.radians([0, angle])), np.sin(np.radians([0, angle])))
         assert found.p_value == pytest.approx(angle / 180, abs=0.02)
-    assert randomised_rayleigh_test([0.3], [0.1]).p_value == 1.0
-    assert math.isnan(randomised_rayleigh_test([], []).p_value)
+    assert rayleigh_test_by_random_rotation([0.3], [0.1]).p_value == 1.0
+    assert math.isnan(rayleigh_test_by_random_rotation([], []).p_value)
 
 
 @pytest.mark.parametrize("winds", [(0, 0), (0, 4), (0, 4, 0), (0, 1, 0, 0), (1, 2, 4, 6)])
@@ -188,7 +188,7 @@ def test_p_value_of_compass_directions_matches_full_enumeration(winds: tuple[int
         resultant_length_of_compass_points(every) >= resultant_length_of_compass_points(np.array(winds)) - 1e-9
     ).mean()
     angle = np.radians(45.0 * fold * np.array(winds))
-    found = randomised_rayleigh_test(np.cos(angle), np.sin(angle), 45.0 * fold)
+    found = rayleigh_test_by_random_rotation(np.cos(angle), np.sin(angle), 45.0 * fold)
     assert found.p_value == pytest.approx(expected, abs=0.02)
 
 
@@ -202,7 +202,7 @@ def test_common_axis_test_has_its_nominal_size_and_high_power(count: int) -> Non
     for kappa, samples in ((0.0, 1000), (3.0, 300)):
         vectors = np.exp(1j * generator.vonmises(1.0, kappa, (samples, count)))
         vectors *= generator.uniform(0.3, 0.9, (samples, count))
-        tests = [randomised_rayleigh_test(one.real, one.imag) for one in vectors]
+        tests = [rayleigh_test_by_random_rotation(one.real, one.imag) for one in vectors]
         found[kappa] = np.mean([one.p_value <= 0.05 for one in tests])
     assert found[0.0] == pytest.approx(0.05, abs=0.02)
     assert found[3.0] >= 0.93

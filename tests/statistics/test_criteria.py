@@ -23,8 +23,8 @@ from overturning.statistics.criteria import (
     kaneko_hayashi_median_fall_pga,
     kaneko_hayashi_transition_frequency,
     pulse_acceleration_to_overturn_after_impact,
-    pulse_acceleration_to_overturn_without_impact,
     score_overturning_criteria,
+    sine_pulse_pga_to_overturn_without_impact,
     west_acceleration_limit,
 )
 from overturning.units import STANDARD_GRAVITY
@@ -88,9 +88,7 @@ def overturning_threshold_per_wests_acceleration(
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
 def test_pulse_limit_without_impact_matches_the_simulated_rocking_block(ratio: float) -> None:
     # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
-    factor = overturning_threshold_per_wests_acceleration(
-        pulse_acceleration_to_overturn_without_impact, ratio, 1.0, 0.1
-    )
+    factor = overturning_threshold_per_wests_acceleration(sine_pulse_pga_to_overturn_without_impact, ratio, 1.0, 0.1)
     assert (
         fall_sides_of_rocking_block_under_sine_cycle([0.995 * factor, 1.015 * factor], ratio, 1.0, 0.1) == -1
     ).tolist() == [
@@ -110,7 +108,10 @@ def test_pulse_limit_after_one_impact_is_near_the_simulated_block(ratio: float) 
 def test_no_criterion_predicts_a_fall_below_the_rocking_acceleration() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
     for criterion in OVERTURNING_CRITERIA:
-        assert (criterion.pga_limit_m_s2_function(0.6, 0.3, ratio) >= west_acceleration_limit(0.3) * (1 - 1e-12)).all()
+        assert (
+            criterion.pga_limit_from_height_b_over_h_pgv_over_pga(0.6, 0.3, ratio)
+            >= west_acceleration_limit(0.3) * (1 - 1e-12)
+        ).all()
 
 
 def test_hit_rate_and_skill_match_hand_computation() -> None:
@@ -182,7 +183,7 @@ def test_criteria_are_ranked_by_skill_within_blocks_of_equal_slenderness(make_cu
         assert lead.interval_low == pytest.approx(0.05 ** (1 / 8) * (lead.mean + 2) - 2)
     # By hand: hits minus false alarms for each block with falls and stands, averaged with weights f(1 − f).
     skills = {}
-    for name, rule in ((one.name, one.pga_limit_m_s2_function) for one in OVERTURNING_CRITERIA):
+    for name, rule in ((one.name, one.pga_limit_from_height_b_over_h_pgv_over_pga) for one in OVERTURNING_CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
         mixed = [each for each in falls if 0 < falls[each].mean() < 1]
         skills[name] = np.average(
@@ -305,12 +306,17 @@ def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(
         0.8: np.arange(50) == 30,
     }  # West: correct for the first earthquake, wrong for the only fall of the other
 
-    def falls_by_b_over_h(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_by_azimuth_and_b_over_h(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
         place = np.rint(at / 3.6).astype(int)
         return np.where(slender < 0.5, falls[0.3][place], falls[0.8][place]).astype(float)
 
     cube = make_cube_from_fall_rules(
-        falls_by_b_over_h, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh"
+        falls_by_azimuth_and_b_over_h,
+        azimuth=azimuth,
+        height=[0.6],
+        b_over_h=[0.3, 0.8],
+        friction=[1.0],
+        events="abcdefgh",
     )
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga / 10))}
     found = score_overturning_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))

@@ -184,7 +184,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
         apart = np.abs((azimuth - normal - axis[slender] + 89.5) % 180 - 90)
         return apart < 90 * share[slender]
 
-    def fall_rule_up_to_b_over_h(normal: float, most: float):
+    def fall_rule_with_own_axis_for_each_b_over_h(normal: float, most: float):
         def signed_falls(azimuth, height, slender, friction):
             fell = np.zeros(azimuth.shape, bool)
             for one in share:
@@ -194,7 +194,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
         return signed_falls
 
     cube = make_cube_from_fall_rules(
-        [fall_rule_up_to_b_over_h(10.0, 0.4), fall_rule_up_to_b_over_h(130.0, 0.2)],
+        [fall_rule_with_own_axis_for_each_b_over_h(10.0, 0.4), fall_rule_with_own_axis_for_each_b_over_h(130.0, 0.2)],
         azimuth=range(360), b_over_h=tuple(share), events="AB", fault_normal=normals
     )  # fmt: skip
 

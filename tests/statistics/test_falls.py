@@ -11,9 +11,9 @@ from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
     MAX_RESULTANT_OF_UNIFORM_PLANES,
     PlanarModel,
-    azimuth_gap_mask_and_step,
     distinct_plane_indices,
     fall_probabilities_towards_and_away,
+    mask_of_azimuths_before_gap_and_grid_step,
     plane_azimuths_alone_impose_fall_axis,
     plane_weights_by_azimuth_spacing,
 )
@@ -22,7 +22,7 @@ from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.elements import count_falls_of_each_and_any_element, summarise_element_displacements
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
-    count_changed_and_all_neighbour_pairs,
+    count_differing_and_all_neighbour_pairs,
     cube_with_opposite_azimuths,
     fall_counts_towards_azimuths,
     mask_of_blocks_for_direction_statistics,
@@ -122,8 +122,8 @@ def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
     ):
         assert found(whole).equals(found(read))
     assert (
-        count_changed_and_all_neighbour_pairs(whole, "azimuth")
-        == count_changed_and_all_neighbour_pairs(read, "azimuth")
+        count_differing_and_all_neighbour_pairs(whole, "azimuth")
+        == count_differing_and_all_neighbour_pairs(read, "azimuth")
         == (2, 2)
     )
     assert float(mean_fall_probability_over_directions(whole)) == pytest.approx(2 / 4)
@@ -131,10 +131,10 @@ def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
 
 def test_outcome_changes_are_counted_only_between_adjacent_cells_with_outcomes() -> None:
     flags = dataset_of_fall_flags_by_azimuth([0, 90, 180, 270], [1, 1, np.nan, 0])
-    assert count_changed_and_all_neighbour_pairs(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
-    assert count_changed_and_all_neighbour_pairs(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
+    assert count_differing_and_all_neighbour_pairs(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
+    assert count_differing_and_all_neighbour_pairs(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
-    assert count_changed_and_all_neighbour_pairs(ratios, "b_over_h") == (5, 6)
+    assert count_differing_and_all_neighbour_pairs(ratios, "b_over_h") == (5, 6)
 
 
 def test_blocks_are_informative_if_they_fall_in_some_planes_but_at_most_half() -> None:
@@ -259,9 +259,9 @@ def test_end_planes_of_two_partial_circles_have_no_extra_weight() -> None:
     """End planes of azimuth ranges near both faces of a stone have the same weight as all other planes."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
     assert plane_weights_by_azimuth_spacing(both) == pytest.approx(np.full(10, 1 / 10))
-    not_computed, step = azimuth_gap_mask_and_step(both)
+    not_computed, step = mask_of_azimuths_before_gap_and_grid_step(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
-    assert np.flatnonzero(azimuth_gap_mask_and_step(both, 360.0)[0]).tolist() == [4, 9]
+    assert np.flatnonzero(mask_of_azimuths_before_gap_and_grid_step(both, 360.0)[0]).tolist() == [4, 9]
 
 
 @pytest.mark.parametrize(
@@ -269,7 +269,7 @@ def test_end_planes_of_two_partial_circles_have_no_extra_weight() -> None:
 )
 def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> None:
     """An azimuth range that stops one step short, as its end is excluded, counts as a partial circle with a gap."""
-    not_computed, step = azimuth_gap_mask_and_step(list(part))
+    not_computed, step = mask_of_azimuths_before_gap_and_grid_step(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
     assert plane_weights_by_azimuth_spacing(list(part)) == pytest.approx(1 / len(part))
@@ -289,7 +289,7 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     ],
 )
 def test_azimuths_added_to_a_full_circle_do_not_make_it_partial(whole) -> None:
-    assert not azimuth_gap_mask_and_step(whole)[0].any()
+    assert not mask_of_azimuths_before_gap_and_grid_step(whole)[0].any()
     assert plane_weights_by_azimuth_spacing(whole) == pytest.approx(
         plane_weights_by_azimuth_spacing(whole, divide_gaps_between_neighbours=True)
     )

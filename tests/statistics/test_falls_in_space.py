@@ -294,7 +294,7 @@ def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
     assert found.two_best_aligned_reference_names[0] == "peak velocity", "which under that one record is as close"
 
 
-def test_two_reference_directions_are_compared_earthquake_by_earthquake() -> None:
+def test_difference_of_two_reference_alignments_is_paired_by_earthquake() -> None:
     normals = np.arange(9) * 20.0
     cube = random_3d_cube(events="AABCDEFGH", normals=normals)
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])

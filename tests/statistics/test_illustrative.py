@@ -153,13 +153,15 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_f
     def falls_in_first_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where(broad < 0.25, 1.0, 0.0) + 0 * azimuth
 
-    def falls_in_second_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def fall_rule_of_second_setting(
+        azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray
+    ) -> np.ndarray:
         falls = (broad < 0.25) & (azimuth % 180 != 150) | (broad < 0.35) & (azimuth % 180 > 20) & (azimuth % 180 < 100)
         return np.where(falls, 1.0, 0.0)
 
     cube, other = (
         make_cube_from_fall_rules(each, **CUBE_GRID, fault_normal=0.0)
-        for each in (falls_in_first_setting, falls_in_second_setting)
+        for each in (falls_in_first_setting, fall_rule_of_second_setting)
     )
     rocks = xr.full_like(cube["overturned"], 0.5)
     case = clearest_case_with_differing_outcomes(

@@ -6,7 +6,7 @@ from scipy.stats import multinomial
 
 from overturning.settings import EnsembleSettings
 from overturning.statistics.spread import (
-    estimate_statistic_of_first_run_batch,
+    average_first_batch_statistic_over_run_orders,
     indicator_that_most_runs_fall_and_sides_differ,
     indicator_that_runs_disagree_on_fall,
 )
@@ -40,19 +40,21 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
         (indicator_that_runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
         (indicator_that_most_runs_fall_and_sides_differ, chance[both].sum()),
     ):
-        found = estimate_statistic_of_first_run_batch(statistic, *shares, runs, settings)
+        found = average_first_batch_statistic_over_run_orders(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
     assert np.isnan(
-        estimate_statistic_of_first_run_batch(indicator_that_runs_disagree_on_fall, [np.nan], [np.nan], [0], settings)
+        average_first_batch_statistic_over_run_orders(
+            indicator_that_runs_disagree_on_fall, [np.nan], [np.nan], [0], settings
+        )
     ).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
-    assert estimate_statistic_of_first_run_batch(
+    assert average_first_batch_statistic_over_run_orders(
         indicator_that_runs_disagree_on_fall, [1 / 16], [0.0], [16], EnsembleSettings(members=16, half_width=0.0)
     ) == pytest.approx(0.5)
-    assert estimate_statistic_of_first_run_batch(
+    assert average_first_batch_statistic_over_run_orders(
         indicator_that_runs_disagree_on_fall, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
     ) == pytest.approx(8 / 15)
-    many = estimate_statistic_of_first_run_batch(
+    many = average_first_batch_statistic_over_run_orders(
         indicator_that_runs_disagree_on_fall, [1 / 400], [0.0], [400], EnsembleSettings(members=400, half_width=0.0)
     )
     assert many == pytest.approx(8 / 400)
@@ -62,7 +64,9 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
     ("towards", "away", "parts", "both"),
     [(0, 0, 0, 0), (3, 0, 1, 0), (8, 0, 0, 0), (5, 1, 1, 1), (4, 4, 0, 1), (2, 1, 1, 0), (2, 2, 1, 0), (1, 4, 1, 1)],
 )
-def test_members_that_disagree_or_fall_both_ways_are_recognised(towards: int, away: int, parts: int, both: int) -> None:
+def test_runs_that_disagree_or_mostly_fall_to_both_sides_are_recognised(
+    towards: int, away: int, parts: int, both: int
+) -> None:
     """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
     assert indicator_that_runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
     assert indicator_that_most_runs_fall_and_sides_differ(np.array(towards), np.array(away), 8) == both

@@ -150,7 +150,7 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     (finer,), (stiffer,) = found.finer_step_rerun.changes_by_element, found.stiffer_contact_rerun.changes_by_element
     assert finer.cases + finer.unanswered == 10
 
-    def total_block_steps(**changed: Any) -> int:
+    def total_block_steps_of_sample_cases(**changed: Any) -> int:
         chosen = (
             study_cases_at_grid_indices(settings, done.sample.grid_indices[done.sample.record_indices == number])
             for number in (0, 1)
@@ -175,8 +175,8 @@ def test_convergence_check_counts_steps_and_changed_flags_for_any_number_of_thre
     )
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(planned_time_steps_per_motion_sample(**stiff), planned_time_steps_per_motion_sample())
-    assert found.finer_step_rerun.block_steps == total_block_steps(refinement=8)
-    assert found.stiffer_contact_rerun.block_steps == total_block_steps(**stiff)
+    assert found.finer_step_rerun.block_steps == total_block_steps_of_sample_cases(refinement=8)
+    assert found.stiffer_contact_rerun.block_steps == total_block_steps_of_sample_cases(**stiff)
     opposite = np.where(done.sample.study_outcomes["overturned"] == 0, 1, 0).astype(np.int8)
     wrong = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, done.records, done.sample_with_replaced_flags(opposite)
@@ -455,7 +455,9 @@ def test_convergence_reruns_of_a_scene_use_finer_steps_and_stiffer_contacts() ->
     np.testing.assert_array_equal(
         finer.steps_per_sample, 8 * nominal.steps_per_sample
     )  # whole steps; ticks, and so finest ones, with them
-    np.testing.assert_array_equal(finer.case_table["shortest_step_ticks"], nominal.case_table["shortest_step_ticks"])
+    np.testing.assert_array_equal(
+        finer.case_table["min_allowed_step_ticks"], nominal.case_table["min_allowed_step_ticks"]
+    )
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
     assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.

@@ -47,17 +47,19 @@ GRID = CaseGrid({
 
 
 @pytest.fixture(scope="module")
-def pulse_motion() -> Motion:
+def motion_of_two_cycles_with_vertical() -> Motion:
     """Motion of a pulse northwards and a weaker, delayed one eastwards."""
     cycle = sine_cycle_record().north
     return Motion(cycle, 0.3 * np.roll(cycle, 20), sampling_interval=0.01)
 
 
 @pytest.fixture(scope="module")
-def nominal_outcomes(pulse_motion: Motion) -> dict[str, np.ndarray]:
+def nominal_outcomes(motion_of_two_cycles_with_vertical: Motion) -> dict[str, np.ndarray]:
     """Outcomes of all cases of `GRID` with the unchanged motion and parameters, without an ensemble."""
     return simulate_as_arrays(
-        pulse_motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.dimension_names[1:]}
+        motion_of_two_cycles_with_vertical,
+        azimuth_deg=AZIMUTH.astype(float),
+        **{name: GRID[name] for name in GRID.dimension_names[1:]},
     )
 
 
@@ -153,7 +155,7 @@ def test_ensembles_are_also_run_near_a_change_of_the_fall_azimuth() -> None:
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
 
 
-def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion: Motion) -> None:
+def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(motion_of_two_cycles_with_vertical: Motion) -> None:
     """3-D ensembles are run near a block that falls in another direction than its neighbours.
 
     All blocks fall, and the ensemble members of that block, of B/H 0.2, fall in all directions.
@@ -178,7 +180,7 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(pulse_motion
         )
 
     found = EnsembleRunner(Body(), members, run_all_cells=False).choose_cases_and_run_their_ensembles(
-        pulse_motion, grid, nominal | {"fall_azimuth": azimuth}, fake_member_results
+        motion_of_two_cycles_with_vertical, grid, nominal | {"fall_azimuth": azimuth}, fake_member_results
     )
     run = (found[0]["members"] > 0).ravel()
     assert run.nonzero()[0].tolist() == [0, 1, 2, 3]
@@ -213,12 +215,12 @@ def test_case_weight_is_the_unbiased_resultant_of_fall_directions_of_members() -
 
 
 def test_an_ensemble_without_spread_gives_the_nominal_outcome(
-    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(
         EnsembleSettings(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0)
     )
-    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
     assert np.array_equal(found["probability_towards"], (nominal_outcomes["overturned"] == 1).astype(np.float32))
     assert np.array_equal(found["probability_away"], (nominal_outcomes["overturned"] == -1).astype(np.float32))
     assert (found["members"] == 4).all()
@@ -226,15 +228,15 @@ def test_an_ensemble_without_spread_gives_the_nominal_outcome(
 
 
 def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
-    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1))
-    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
     cell = (1, 0, 2, 1)
     flags = [
         int(
             run_cases(
-                pulse_motion,
+                motion_of_two_cycles_with_vertical,
                 Cases(
                     60 + members.azimuth_change_deg[j], 0.6, 0.3 * members.b_over_h_factor[j],
                     1.0 * members.friction_factor[j],
@@ -255,7 +257,7 @@ def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
     ("name", "most"), [("MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY", 2 * 8 * 400), ("MAX_MEMBER_CASES_PER_RUN", 2 * 8 * 10)]
 )
 def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
-    pulse_motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
+    motion_of_two_cycles_with_vertical: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
     """There are six directions with ten cases, eight members each and 400 samples per motion.
 
@@ -272,21 +274,23 @@ def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
 
     monkeypatch.setattr(ensemble, name, most)
     found = EnsembleRunner(PlanarModel(), members).choose_cases_and_run_their_ensembles(
-        pulse_motion, grid, nothing, fake_results_all_standing
+        motion_of_two_cycles_with_vertical, grid, nothing, fake_results_all_standing
     )[0]
-    held = [(np.unique(cases[:, 0]).size * pulse_motion.sample_count, len(cases)) for cases in calls]
+    held = [
+        (np.unique(cases[:, 0]).size * motion_of_two_cycles_with_vertical.sample_count, len(cases)) for cases in calls
+    ]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
     assert (found["members"] == 8).all()
 
 
 def test_opposite_azimuths_exchange_the_probabilities_of_both_fall_sides(
-    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(
         EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02)
     )
-    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
     assert nominal_outcomes["mirrored"][3:].all()
     for name in ("probability", "scramble_difference"):
         assert np.array_equal(found[f"{name}_towards"][3:], found[f"{name}_away"][:3])
@@ -329,12 +333,12 @@ def test_ensembles_whose_members_agree_converge_with_fewer_members() -> None:
 
 
 def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
-    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
-    every = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
+    every = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
     some = ensemble_statistics_of_grid(
-        pulse_motion, nominal_outcomes, members, max_fall_probability_interval_half_width=0.19
+        motion_of_two_cycles_with_vertical, nominal_outcomes, members, max_fall_probability_interval_half_width=0.19
     )
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
@@ -350,7 +354,10 @@ def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
         few = EnsembleRunner(PlanarModel(), members, max_fall_probability_interval_half_width=0.19)
         alone = few.choose_cases_and_run_their_ensembles(
-            pulse_motion, one, own, lambda cases, _: run_cases(pulse_motion, cases)
+            motion_of_two_cycles_with_vertical,
+            one,
+            own,
+            lambda cases, _: run_cases(motion_of_two_cycles_with_vertical, cases),
         )[0]
         for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
@@ -431,10 +438,12 @@ def test_intervals_with_early_stopping_cover_as_well_as_those_of_16_members() ->
 
 
 def test_ensemble_probabilities_are_missing_where_no_members_were_run(
-    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4))
-    found = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members, run_all_cells=False)
+    found = ensemble_statistics_of_grid(
+        motion_of_two_cycles_with_vertical, nominal_outcomes, members, run_all_cells=False
+    )
     chosen = mask_of_cases_for_ensemble_runs(nominal_outcomes["overturned"], choose_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
@@ -442,14 +451,17 @@ def test_ensemble_probabilities_are_missing_where_no_members_were_run(
 
 
 def test_ensemble_probabilities_do_not_depend_on_the_size_of_pieces(
-    pulse_motion: Motion, nominal_outcomes: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
+    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4, amplitude=0.1))
-    whole = ensemble_statistics_of_grid(pulse_motion, nominal_outcomes, members)
+    whole = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
     monkeypatch.setattr("overturning.study.ensemble.MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY", 1)
     reports: list[tuple[int, int]] = []
     pieces = ensemble_statistics_of_grid(
-        pulse_motion, nominal_outcomes, members, progress=lambda done, total: reports.append((done, total))
+        motion_of_two_cycles_with_vertical,
+        nominal_outcomes,
+        members,
+        progress=lambda done, total: reports.append((done, total)),
     )
     for variable in PLANE_ENSEMBLE_VARIABLES:
         assert np.array_equal(whole[variable.name], pieces[variable.name], equal_nan=True)

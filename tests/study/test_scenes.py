@@ -37,7 +37,7 @@ from tests.expect import run_overturning_and_return_printed_text
 from tests.study.small_study import simulate_study_cube, sine_cycle_record
 
 ROOT = Path(__file__).parents[2]
-POLAR_MAP_AXIS_TITLES = (
+POLAR_MAP_AND_BOUNDARY_TITLES = (
     "µ = 0.9, H = 0.636 m; radius: slenderness B/H",
     "largest B/H that falls, by azimuth of the motion",
 )
@@ -139,7 +139,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
                 with pytest.raises(ArgumentError, match="boundary: nothing to draw: none of the 24 cases"):
                     plot.overturning_boundary(one)
         assert falls is (element == "shaft")
-        assert titles == [f"S, E three-tier{whose} {axis}" for axis in POLAR_MAP_AXIS_TITLES[: 1 + falls]]
+        assert titles == [f"S, E three-tier{whose} {axis}" for axis in POLAR_MAP_AND_BOUNDARY_TITLES[: 1 + falls]]
     # The limit of West, a ≥ g B/H, lay at 0.2 g for a monolith that does not rock below 0.53 g.
     for path, element, why in (("nominal", "upper-base", "not of the upper"), ("monolith", None, "a B/H of 0.463")):
         with open_cube(paths[path], element=element) as one, pytest.raises(ArgumentError, match=f"plane: .*{why}"):

@@ -24,7 +24,7 @@ from overturning.study.load import study_from_content, study_settings_with_file_
 from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.sample import read_random_case_sample
 from overturning.study.schema import Study
-from overturning.surveys.displacements import compare_displacements
+from overturning.surveys.displacements import compare_falls_shifts_and_twists
 from overturning.surveys.stones import read_survey_table
 from tests.expect import expect_error, run_overturning_and_return_printed_text
 from tests.study.small_study import simulate_study_cube
@@ -213,7 +213,9 @@ def test_surveyed_twist_and_slip_are_compared_relative_to_the_stone_below(
     stones = tmp_path / "stones.csv"
     stones.write_text('outcome,face_azimuth_deg,count\n"shifted 6 cm, twisted 12",30,7\nstands,0,3\n', encoding="utf-8")
     shaft = select_element_and_amplitude(known, cube_file)
-    found = {one.name: one for one in compare_displacements(read_survey_table(stones), shaft).compared_statistics}
+    found = {
+        one.name: one for one in compare_falls_shifts_and_twists(read_survey_table(stones), shaft).compared_statistics
+    }
     assert (found["twist_deg"].observed, found["twist_deg"].computed) == pytest.approx((12.0, 12.0), rel=1e-6)
     assert (found["shift_m"].observed, found["shift_m"].computed) == pytest.approx((0.06, 0.005 * 12.0), rel=1e-6)
     assert (found["twisted"].observed, found["twisted"].computed, found["clockwise"].computed) == (0.7, 1.0, 1.0)

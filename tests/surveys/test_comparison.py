@@ -193,7 +193,7 @@ def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube_from_fall_
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
-def test_prediction_of_unknown_orientation_is_the_mean_over_faces(
+def test_prediction_for_unknown_face_azimuth_averages_all_face_azimuths(
     make_cube_from_fall_rules, front: float, side: float
 ) -> None:
     """Blocks fall in planes within 60° of 20°, and below B/H 0.4 in all.
@@ -660,7 +660,7 @@ def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
         compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60.rename(azimuth="orientation"))
 
 
-def test_a_compass_direction_between_two_octants_counts_half_in_each() -> None:
+def test_a_16_point_direction_between_two_octants_counts_half_in_each() -> None:
     def octant_shares_of_fall(azimuth: float, **notation: bool) -> dict[str, float]:
         found = octant_weights_of_fallen_stone(Stone(True, azimuth, **{"has_octant_direction": False, **notation}))
         return {name: round(float(share), 9) for name, share in zip(OCTANTS, found, strict=True) if share > 0}

@@ -15,7 +15,7 @@ from overturning.surveys.directions_in_space import (
     FallDirectionComparisonIn3D,
     fall_shares_by_sector_after_spreading,
 )
-from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
+from overturning.surveys.displacements import StoredDisplacementComparison, compare_falls_shifts_and_twists
 from overturning.surveys.stones import OCTANTS, read_survey_table
 from tests.surveys.test_displacements import CUBE_GRID, cube_of_standing_stones_with_given_values
 
@@ -26,7 +26,7 @@ def compare_directions_of_survey(
     """Write a survey of these rows, compare its fall directions with a 3-D cube, and return the comparison."""
     path = folder / "stones.csv"
     path.write_text(f"site,outcome,face_azimuth_deg,height_m,b_over_h,count\n{rows}", encoding="utf-8")
-    found = compare_displacements(
+    found = compare_falls_shifts_and_twists(
         read_survey_table(path), cube, sites, random_fall_direction_share=background
     ).fall_direction_comparison
     assert found is not None
@@ -77,7 +77,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
     path = tmp_path / "stones.csv"
     path.write_text("outcome,count\nfell N,3\nfell S,1\n", encoding="utf-8")
     cube = cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=0.0)
-    found = compare_displacements(read_survey_table(path), cube, random_fall_direction_share=0.0)
+    found = compare_falls_shifts_and_twists(read_survey_table(path), cube, random_fall_direction_share=0.0)
     write_result_as_json(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
     stored = read_json_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
     assert stored.all_sites_comparison.fall_direction_comparison is not None
@@ -130,7 +130,7 @@ def test_a_survey_of_stones_that_stand_has_no_directions(tmp_path: Path) -> None
     path = tmp_path / "stones.csv"
     path.write_text("outcome\nstands\nfell direction unknown\n", encoding="utf-8")
     assert (
-        compare_displacements(
+        compare_falls_shifts_and_twists(
             read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=1.0)
         ).fall_direction_comparison
         is None
@@ -172,7 +172,9 @@ def test_report_distinguishes_cells_without_outcome_from_stones_outside_the_grid
 ) -> None:
     path = tmp_path / "stones.csv"
     path.write_text(f"outcome,b_over_h\nfell N,{b_over_h}\nstands,{b_over_h}\n", encoding="utf-8")
-    found = compare_displacements(read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=np.nan))
+    found = compare_falls_shifts_and_twists(
+        read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=np.nan)
+    )
     results = survey_displacement_findings(StoredDisplacementComparison("s", "x", "a", found))
     assert sentence in render_template_as_markdown(
         SurveyCommandResults(survey_displacements=[results]), template_name="displacements"

@@ -14,7 +14,7 @@ from overturning.statistics.bootstrap import exact_median_interval
 from overturning.surveys.displacements import (
     DisplacementComparison,
     StoredDisplacementComparison,
-    compare_displacements,
+    compare_falls_shifts_and_twists,
 )
 from overturning.surveys.stones import SurveyTable, read_survey_table
 
@@ -67,7 +67,7 @@ def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> Non
         "B,twisted 6,0,0.5,0.3,1\nB,shifted,0,0.5,0.3,1\nB,shifted 4 mm,0,0.5,0.3,1\nB,broken,0,0.5,0.3,7\n",
     )
     slips = np.array([0.0, 0.03])
-    found = compare_displacements(
+    found = compare_falls_shifts_and_twists(
         stones, cube_of_standing_stones_with_given_values(residual_slip_east=-slips, residual_twist=[0.0, -8.0])
     )
     assert (found.fell, found.stood, found.standing_stones_without_standing_simulation) == (2, 9, 0)
@@ -92,7 +92,7 @@ def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path:
     cube = cube_of_standing_stones_with_given_values(residual_twist=names + 5.0)
 
     def computed_twist_and_case_count(row: str) -> tuple[float, int]:
-        found = compare_displacements(survey_table_of_rows(tmp_path, row), cube)
+        found = compare_falls_shifts_and_twists(survey_table_of_rows(tmp_path, row), cube)
         return compared_statistics_by_name(found)["twist_deg"].computed, found.similar_computed_case_count
 
     # A square looks alike every 90°: 107° is 17°, nearest to 15°.
@@ -119,14 +119,14 @@ def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(
         outcome = f'"shifted {1000 * slips[at]:.2f} mm, twisted {twists[at]:.2f}"'
         rows.append(f"A,{'fell' if falls[at] else outcome},{size}\n")
     stones = survey_table_of_rows(tmp_path, "".join(rows))
-    found = compare_displacements(stones, cube)
+    found = compare_falls_shifts_and_twists(stones, cube)
     measures = compared_statistics_by_name(found)
     assert found.similar_computed_case_count == cube["overturned"].size
     for name, one in measures.items():
         assert one.observed_low <= one.computed <= one.observed_high, name
     # A truth whose twists are all reversed is rejected.
     other = compared_statistics_by_name(
-        compare_displacements(stones, cube.assign(residual_twist=-cube["residual_twist"]))
+        compare_falls_shifts_and_twists(stones, cube.assign(residual_twist=-cube["residual_twist"]))
     )
     assert other["clockwise"].computed < other["clockwise"].observed_low
     assert other["twisted"].computed == measures["twisted"].computed
@@ -135,12 +135,12 @@ def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(
 def test_stones_that_stand_where_the_study_has_only_falls_are_counted(tmp_path: Path) -> None:
     falls = np.array([1.0, 0.0, 0.0])[:, None]
     stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\nA,shifted 2 cm,0,0.5,0.5,1\n")
-    found = compare_displacements(
+    found = compare_falls_shifts_and_twists(
         stones, cube_of_standing_stones_with_given_values(overturned=falls, residual_slip_north=0.02)
     )
     assert (found.standing_stones_without_standing_simulation, found.stood) == (2, 3)
     assert compared_statistics_by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
-    nowhere = compare_displacements(
+    nowhere = compare_falls_shifts_and_twists(
         survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\n"),
         cube_of_standing_stones_with_given_values(overturned=1.0),
     )
@@ -152,7 +152,7 @@ def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -
     stones = survey_table_of_rows(
         tmp_path, "A,stands,0,0.5,0.3,2\nA,fell,0,0.5,0.3,3\nA,stands,0,0.5,0.4,1\nA,stands,0,0.5,0.5,4\n"
     )
-    found = compare_displacements(stones, cube_of_standing_stones_with_given_values(overturned=unknown))
+    found = compare_falls_shifts_and_twists(stones, cube_of_standing_stones_with_given_values(overturned=unknown))
     assert (
         found.stones_without_computed_outcome,
         found.standing_stones_without_standing_simulation,
@@ -170,7 +170,7 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
         encoding="utf-8",
     )
     cube = cube_of_standing_stones_with_given_values(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
-    found = compare_displacements(read_survey_table(path), cube)
+    found = compare_falls_shifts_and_twists(read_survey_table(path), cube)
     assert (
         found.stones_far_outside_shape_grid,
         found.stones_without_computed_outcome,
@@ -199,7 +199,7 @@ def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_pa
     path = tmp_path / "stones.csv"
     header = "outcome,face_azimuth_deg,height_m,b_over_h,b_over_h_side,azimuth_deg"
     path.write_text(f"{header}\n{row}\n", encoding="utf-8")
-    found = compare_displacements(read_survey_table(path), cube)
+    found = compare_falls_shifts_and_twists(read_survey_table(path), cube)
     assert (found.stones_far_outside_shape_grid, found.similar_computed_case_count) == (0, 1)
     assert compared_statistics_by_name(found)["fell"].computed == 1.0
     assert found.fall_direction_comparison is not None
@@ -212,14 +212,17 @@ def test_displacements_of_each_site_are_compared_with_its_cube(tmp_path: Path) -
         cube_of_standing_stones_with_given_values(),
         cube_of_standing_stones_with_given_values(residual_slip_north=0.05),
     )
-    found = compare_displacements(stones, still, {"B": moved})
+    found = compare_falls_shifts_and_twists(stones, still, {"B": moved})
     assert compared_statistics_by_name(found)["shifted"].computed == 0.5
-    assert compared_statistics_by_name(compare_displacements(stones.select_site("B"), moved))["shifted"].computed == 1.0
+    assert (
+        compared_statistics_by_name(compare_falls_shifts_and_twists(stones.select_site("B"), moved))["shifted"].computed
+        == 1.0
+    )
 
 
 def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -> None:
     fell = compared_statistics_by_name(
-        compare_displacements(
+        compare_falls_shifts_and_twists(
             survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,4\n"),
             cube_of_standing_stones_with_given_values(overturned=1.0),
         )
@@ -228,7 +231,7 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
     assert np.isnan(fell.observed)
     both = survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,1\nA,stands,0,0.5,0.3,3\nB,fell,0,0.5,0.3,5\n")
     fell = compared_statistics_by_name(
-        compare_displacements(
+        compare_falls_shifts_and_twists(
             both,
             cube_of_standing_stones_with_given_values(),
             {"B": cube_of_standing_stones_with_given_values(overturned=1.0)},
@@ -242,14 +245,14 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
 def test_2_d_cubes_empty_surveys_and_wrong_shares_of_random_directions_are_refused(tmp_path: Path) -> None:
     stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,1\n")
     with pytest.raises(ArgumentError, match="cube: of 2-D blocks"):
-        compare_displacements(stones, cube_of_standing_stones_with_given_values().drop_vars("residual_twist"))
+        compare_falls_shifts_and_twists(stones, cube_of_standing_stones_with_given_values().drop_vars("residual_twist"))
     with pytest.raises(ArgumentError, match="stones: none counts"):
-        compare_displacements(
+        compare_falls_shifts_and_twists(
             survey_table_of_rows(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_of_standing_stones_with_given_values()
         )
     for share in (1.0, 1.5, -0.1, np.nan):
         with pytest.raises(ArgumentError, match=r"background: .*; a share from 0 to below 1"):
-            compare_displacements(
+            compare_falls_shifts_and_twists(
                 stones, cube_of_standing_stones_with_given_values(), random_fall_direction_share=share
             )
 
@@ -257,7 +260,10 @@ def test_2_d_cubes_empty_surveys_and_wrong_shares_of_random_directions_are_refus
 def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
     stones = survey_table_of_rows(tmp_path, "A,shifted 25 mm,0,0.5,0.3,8\n")
     stored = StoredDisplacementComparison(
-        "s", "x", "a", compare_displacements(stones, cube_of_standing_stones_with_given_values(residual_slip_east=0.03))
+        "s",
+        "x",
+        "a",
+        compare_falls_shifts_and_twists(stones, cube_of_standing_stones_with_given_values(residual_slip_east=0.03)),
     )
     found = survey_displacement_findings(stored)
     shift = next(one for one in found.all_sites.compared_shares_and_medians if one.share_or_median_name == "shift_m")

@@ -206,7 +206,9 @@ def test_tables_of_totals_units_or_other_layouts_are_refused_with_a_remedy(
         ("stone,true azimuth,declination\nA,120,\nB,130,0\n", None),
     ],
 )
-def test_stone_sizes_in_doubtful_units_are_read_with_a_warning(tmp_path: Path, text: str, warning: str | None) -> None:
+def test_stone_sizes_apparently_in_cm_or_as_h_over_b_are_read_with_a_warning(
+    tmp_path: Path, text: str, warning: str | None
+) -> None:
     found = write_and_read_survey_table(tmp_path, text).warnings
     assert len(found) == (warning is not None)
     assert all(re.match(str(warning), one) for one in found)

@@ -44,7 +44,7 @@ from overturning.surveys.stone_outcomes import (
 from overturning.surveys.stones import Stone
 from tests.study.small_study import sine_cycle_record
 
-ROUND_COLUMN_SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
+ROUND_COLUMN_HEIGHTS_AND_B_OVER_H = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
 
 
@@ -82,7 +82,7 @@ def outcomes_by_pgv_rule(
 def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
     """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_pgv_rule)
-    kinds = [StoneHeightAndSideRatios(*size, 0.0) for size in ROUND_COLUMN_SIZES]
+    kinds = [StoneHeightAndSideRatios(*size, 0.0) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     return SurveyInversion(
         StoneOutcomeProbabilities(
             [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)], kinds, outcome_cache_folder=tmp_path
@@ -111,7 +111,9 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
 
 
 def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outcomes: SurveyInversion) -> None:
-    chances = inversion_with_known_outcomes.outcome_probabilities(stone_of_round_column(ROUND_COLUMN_SIZES[0]))
+    chances = inversion_with_known_outcomes.outcome_probabilities(
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0])
+    )
     assert chances.shape == (2, SIMULATED_PGV_M_S.size, MOTION_ROTATION_COUNT, DIRECTION_BIN_COUNT + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
@@ -137,9 +139,9 @@ def test_without_stones_the_posterior_is_the_prior_and_pgv_is_unbounded(
 def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
     """Under the stub that replaces the kernel, the three columns fall from a PGV of 0.57, 0.82 and 1.14 m/s on."""
     stones = [
-        stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 8),
-        stone_of_round_column(ROUND_COLUMN_SIZES[1], 0, 8),
-        stone_of_round_column(ROUND_COLUMN_SIZES[2], count=8),
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 8),
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 0, 8),
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
     ]
     one = inversion_with_known_outcomes.compute_posterior(
         inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(stones)
@@ -149,7 +151,7 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
     logs = inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
-        [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth) for azimuth in (0, 20, 350, 40)]
+        [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
         inversion_with_known_outcomes.compute_posterior(
@@ -165,7 +167,7 @@ def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known
     def axis_arc_middle_and_width_of_rotated_survey(turn: float) -> tuple[float, float]:
         stones = [
             stone_of_round_column(size, (way + turn) % 360, 4)
-            for size, way in zip(ROUND_COLUMN_SIZES, (0, 10, 180), strict=True)
+            for size, way in zip(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H, (0, 10, 180), strict=True)
         ]
         return inversion_with_known_outcomes.compute_posterior(
             inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(stones)
@@ -184,7 +186,7 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
         inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
-            [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
+            [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(25, 70, 5)
     ]
@@ -199,7 +201,7 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     lost = Stone(True, math.nan, False, b_over_h=0.2, height_m=0.9, has_round_plan=True)
     ways = [
         inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
-            [stone_of_round_column(ROUND_COLUMN_SIZES[0], azimuth)]
+            [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(0, 360, 5)
     ]
@@ -218,14 +220,14 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
 
 def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [stone_of_round_column(size, 0, 6) for size in ROUND_COLUMN_SIZES]
+        "ruin.csv", [stone_of_round_column(size, 0, 6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     )
     low, high = asked.posterior.credible_interval(asked.posterior.pgv_by_motion_and_level)
     assert low > 0.6
     assert high == math.inf
     assert inferred_motion_findings(asked).has_no_upper_strength_bound
     stood = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_SIZES]
+        "ruin.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     )
     assert stood.posterior.credible_interval(stood.posterior.pgv_by_motion_and_level)[0] == 0.0
     assert inferred_motion_findings(stood).has_no_lower_strength_bound
@@ -236,10 +238,14 @@ def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_kno
 
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
     """
-    fell = [stone_of_round_column(size, azimuth, 4) for size in ROUND_COLUMN_SIZES for azimuth in (350, 0, 10)]
+    fell = [
+        stone_of_round_column(size, azimuth, 4)
+        for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H
+        for azimuth in (350, 0, 10)
+    ]
     every, some = (
         inversion_with_known_outcomes.invert_survey("ruin.csv", stones)
-        for stones in (fell, [*fell, stone_of_round_column(ROUND_COLUMN_SIZES[2])])
+        for stones in (fell, [*fell, stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2])])
     )
     assert some.credible_axis_arc_middle_and_width_deg == some.posterior.credible_axis_arc_middle_and_width_deg()
     assert (
@@ -260,7 +266,7 @@ def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_kno
     )
     assert held.mean() == pytest.approx(0.9, abs=0.01)
     nothing = inversion_with_known_outcomes.invert_survey(
-        "none.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_SIZES]
+        "none.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     )
     assert not nothing.everything_fell
 
@@ -272,26 +278,40 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
     """
     odd = inversion_with_known_outcomes.invert_survey(
         "odd.csv",
-        [stone_of_round_column(ROUND_COLUMN_SIZES[2], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[0], count=12)],
+        [
+            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 0, 12),
+            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], count=12),
+        ],
     )
     assert odd.goodness_of_fit_p_value < 0.01
     assert not inferred_motion_findings(odd).any_motion_fits
     even = inversion_with_known_outcomes.invert_survey(
         "even.csv",
-        [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 12), stone_of_round_column(ROUND_COLUMN_SIZES[2], count=12)],
+        [
+            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 12),
+            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=12),
+        ],
     )
     assert even.goodness_of_fit_p_value > 0.1
     assert inferred_motion_findings(even).any_motion_fits
 
 
-def test_missing_sizes_are_reported_and_drawn_at_random(inversion_with_known_outcomes: SurveyInversion) -> None:
+def test_missing_sizes_are_counted_and_weighted_by_the_population(
+    inversion_with_known_outcomes: SurveyInversion,
+) -> None:
     tall, shaped = (
         Stone(True, 60, False, 4, b_over_h=0.2, has_round_plan=True),
         Stone(True, 60, False, 2, height_m=0.75),
     )
-    answer = inversion_with_known_outcomes.invert_survey("x.csv", [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0)])
-    assert not inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0])]).has_assumed_sizes
-    found = inferred_motion_findings(answer, [stone_of_round_column(ROUND_COLUMN_SIZES[0]), tall, shaped])
+    answer = inversion_with_known_outcomes.invert_survey(
+        "x.csv", [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0)]
+    )
+    assert not inferred_motion_findings(
+        answer, [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0])]
+    ).has_assumed_sizes
+    found = inferred_motion_findings(
+        answer, [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0]), tall, shaped]
+    )
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (
         StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(one).size_grid_weights(StonePopulation())
@@ -307,9 +327,9 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
     Even with the setting `surveys: [{background: 0}]` no outcome is impossible.
     """
     stones = [
-        stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 8),
-        stone_of_round_column(ROUND_COLUMN_SIZES[2], 180, 1),
-        stone_of_round_column(ROUND_COLUMN_SIZES[2], count=8),
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 8),
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 180, 1),
+        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
     ]
     logs = replace(
         inversion_with_known_outcomes, random_outcome_share=0.0
@@ -325,7 +345,7 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
 
 
 def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_known_outcomes: SurveyInversion) -> None:
-    stones = [stone_of_round_column(size, count=4) for size in ROUND_COLUMN_SIZES]
+    stones = [stone_of_round_column(size, count=4) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     loose = SurveyInversion(inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.8)
     bound, less = (
         one.compute_posterior(one.fall_and_direction_log_likelihoods_of_survey(stones))
@@ -415,7 +435,7 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
         return outcomes_by_pgv_rule(one, aspect, nodes, threads)
 
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", count_and_fake_simulations)
-    one, kind = elliptic_candidate_motion(0.5), StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[0], 0.0)
+    one, kind = elliptic_candidate_motion(0.5), StoneHeightAndSideRatios(*ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0.0)
     first = StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind)
     assert np.array_equal(
         StoneOutcomeProbabilities([one], [kind], outcome_cache_folder=tmp_path).outcome_probability_table(kind), first
@@ -423,7 +443,9 @@ def test_simulated_outcomes_of_stones_are_cached_in_files(tmp_path: Path, monkey
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
     StoneOutcomeProbabilities(
-        [one], [kind, StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
+        [one],
+        [kind, StoneHeightAndSideRatios(*ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 0.0)],
+        outcome_cache_folder=tmp_path,
     )
     StoneOutcomeProbabilities([elliptic_candidate_motion(0.8)], [kind], outcome_cache_folder=tmp_path)
     assert calls[1] > 0
@@ -458,15 +480,17 @@ def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, mon
     """The count is that of the cases then simulated, without cached ones; the time grows with the duration."""
     asked: list[int] = []
 
-    def count_and_fake_cases(shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions) -> SimpleNamespace:
+    def fake_standing_results_and_count_cases(
+        shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions
+    ) -> SimpleNamespace:
         asked.append(np.size(cases.height))
         return SimpleNamespace(overturned=np.zeros(asked[-1]), fall_azimuth=np.full(asked[-1], np.nan))
 
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", count_and_fake_cases)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", fake_standing_results_and_count_cases)
     motions = [elliptic_candidate_motion(0.5), elliptic_candidate_motion(0.8)]
     kinds = [
-        StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[0], 0.0),
-        StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[1], 2.0),
+        StoneHeightAndSideRatios(*ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0.0),
+        StoneHeightAndSideRatios(*ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 2.0),
     ]
     cases, seconds = count_cases_to_simulate_and_estimate_time_s(motions, kinds, tmp_path)
     StoneOutcomeProbabilities(motions, kinds, outcome_cache_folder=tmp_path)
@@ -475,11 +499,13 @@ def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, mon
     assert seconds == pytest.approx(CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND * cases / 2 * sum(lasts))
     assert count_cases_to_simulate_and_estimate_time_s(motions, kinds, tmp_path) == (0, 0.0)
     more, _ = count_cases_to_simulate_and_estimate_time_s(
-        motions, [*kinds, StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[2], 0.0)], tmp_path
+        motions, [*kinds, StoneHeightAndSideRatios(*ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 0.0)], tmp_path
     )
     asked.clear()
     StoneOutcomeProbabilities(
-        motions, [*kinds, StoneHeightAndSideRatios(*ROUND_COLUMN_SIZES[2], 0.0)], outcome_cache_folder=tmp_path
+        motions,
+        [*kinds, StoneHeightAndSideRatios(*ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 0.0)],
+        outcome_cache_folder=tmp_path,
     )
     assert 0 < more == sum(asked)
 
@@ -535,12 +561,12 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
 ) -> None:
     """With a flat prior the posterior of independent sites is proportional to the product of their posteriors."""
     at_a = [
-        replace(stone_of_round_column(ROUND_COLUMN_SIZES[0], 0, 4), site="A"),
-        replace(stone_of_round_column(ROUND_COLUMN_SIZES[2], count=3), site="A"),
+        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 4), site="A"),
+        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=3), site="A"),
     ]
     at_b = [
-        replace(stone_of_round_column(ROUND_COLUMN_SIZES[1], 10, 2), site="B"),
-        replace(stone_of_round_column(ROUND_COLUMN_SIZES[2], count=2), site="B"),
+        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 10, 2), site="B"),
+        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=2), site="B"),
     ]
     found = inversion_with_known_outcomes.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
     alone = [inversion_with_known_outcomes.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
@@ -572,7 +598,11 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_o
     asked = SurveyInversion(
         inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.1
     ).invert_survey(
-        "ruin.csv", [stone_of_round_column(ROUND_COLUMN_SIZES[0], 0), stone_of_round_column(ROUND_COLUMN_SIZES[1])]
+        "ruin.csv",
+        [
+            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0),
+            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1]),
+        ],
     )
     write_inversion_result(asked, tmp_path / "motion.nc")
     back = read_inversion_result(tmp_path / "motion.nc")

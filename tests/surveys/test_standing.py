@@ -13,7 +13,7 @@ from scipy.stats import binomtest, norm
 from overturning.cli import main
 from overturning.statistics.fragility_files import write_fragility_csv
 from overturning.surveys.standing import (
-    FragilityCurveRow,
+    FragilityCurveParametersRow,
     HazardCurve,
     estimate_standing_probability,
     read_fragility_curves,
@@ -29,8 +29,10 @@ def power_law_hazard(k0: float, k: float, low: float, high: float, count: int = 
     return HazardCurve("PGA", "g", level, k0 * level**-k)
 
 
-def fragility_curve_row(median: float, spread: float, **more: float) -> FragilityCurveRow:
-    return FragilityCurveRow(stones="all stones", measure="PGA", unit="g", median=median, log_spread=spread, **more)
+def fragility_curve_row(median: float, spread: float, **more: float) -> FragilityCurveParametersRow:
+    return FragilityCurveParametersRow(
+        stones="all stones", measure="PGA", unit="g", median=median, log_spread=spread, **more
+    )
 
 
 @pytest.mark.parametrize(("k", "median", "spread"), [(2.0, 0.6, 0.4), (3.5, 1.2, 0.7), (1.0, 0.2, 0.05)])

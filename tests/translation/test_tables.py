@@ -114,7 +114,7 @@ def test_titles_and_questions_of_shipped_studies_are_translated(path: Path) -> N
         assert not untranslated_latin_words(translate_whole_text_by_table(text, table))
 
 
-def test_every_language_has_the_words_that_reports_need() -> None:
+def test_every_language_has_words_for_figure_table_and_azimuth() -> None:
     for language in LANGUAGES:
         assert {"to", "figure", "table", "azimuth"} <= read_translation_table(language, "labels").keys()
 

@@ -87,13 +87,13 @@ def test_comparing_cubes_of_different_studies_is_refused() -> None:
 def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
     """Cubes of stacks have no peak slip; a residual slip of 4 mm to the north and 3 mm to the west counts as 5 mm."""
 
-    def stack_cube_with_slips(one: xr.Dataset, share: float) -> xr.Dataset:
+    def stack_cube_with_scaled_residual_slips(one: xr.Dataset, share: float) -> xr.Dataset:
         """Return a cube of stacks with residual slips."""
         still = xr.zeros_like(one.peak_slip)
         north, east = (still + share * value for value in (0.004, -0.003))
         return one.drop_vars("peak_slip").assign(residual_slip_north=north, residual_slip_east=east)
 
     changes = outcome_change_texts_by_quantity(
-        stack_cube_with_slips(OLD_CUBE, 1.0), stack_cube_with_slips(OLD_CUBE, 1.1)
+        stack_cube_with_scaled_residual_slips(OLD_CUBE, 1.0), stack_cube_with_scaled_residual_slips(OLD_CUBE, 1.1)
     )
     assert changes["peak slip of what stands: change in %, median and 95 %"] == "+10, 10"

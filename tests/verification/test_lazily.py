@@ -31,7 +31,7 @@ BLOCK_GRID: dict[str, Any] = {
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.05},
     "friction": {"start": 0.3, "stop": 1.2, "step": 0.1},
 }
-GRID_BY_STUDY_KIND: dict[str, dict[str, Any]] = {
+SETTINGS_BY_STUDY_KIND: dict[str, dict[str, Any]] = {
     "planes": BLOCK_GRID | {"azimuth": {"step": 5}},
     "space": BLOCK_GRID | {"body": {"aspect": [1, 2]}, "orientation": {"step": 3}, "ensemble": {"members": 4}},
     "scene": BLOCK_GRID
@@ -90,7 +90,7 @@ def result_folders_with_few_and_many_records(
     made: dict[str, list[Path]] = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
-        for kind, grid in GRID_BY_STUDY_KIND.items():
+        for kind, grid in SETTINGS_BY_STUDY_KIND.items():
             made[kind] = [tmp_path_factory.mktemp(f"{kind}-{records}") for records in (FEW_RECORDS, MANY_RECORDS)]
             for records, folder in zip((FEW_RECORDS, MANY_RECORDS), made[kind], strict=True):
                 study = synthetic_study(records, grid)

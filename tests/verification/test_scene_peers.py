@@ -56,7 +56,7 @@ def test_scene_outcomes_differ_from_two_engines_no_more_than_these_from_each_oth
         assert min((what(rigid) != what(other)).mean() for other in (pymunk, box2d)) < mutual
 
 
-def test_some_stored_engine_outcomes_of_a_scene_are_reproduced() -> None:
+def test_pymunk_and_box2d_reproduce_some_stored_scene_outcomes() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
         skip_test_unless_skipping_is_forbidden(
             "pymunk and Box2D are not installed (`make peers`); their kept answers are compared above"

@@ -17,14 +17,14 @@ from overturning.statistics.bootstrap import (
 )
 from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import (
+    counts_and_scores_of_rectangles_by_damping_class,
     main,
     model_scores_with_intervals_and_predictions,
-    scores_of_rectangles_by_damping_class,
 )
 from verification.shaking_table.clouds import (
     PRISM_DISTRIBUTION,
     RECTANGLE_DISTRIBUTION,
-    StoneDistribution,
+    RandomStoneBoundsAndFallSimulator,
     StonesWithSimulatedOutcomes,
     is_in_any_size_neighbourhood,
     sample_stones,
@@ -40,7 +40,7 @@ from verification.shaking_table.models import (
     RECTANGLES_MODEL_NAME,
     fall_shares_by_size_neighbourhood,
     index_of_most_likely_size_neighbourhood,
-    split_odd_and_even_tests,
+    split_into_odd_learning_and_even_predicted_tests,
     splits_leaving_out_one_motion,
 )
 from verification.shaking_table.scores import (
@@ -102,7 +102,7 @@ def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
 
 
 @pytest.mark.parametrize("kind", [RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION], ids=lambda kind: kind.name)
-def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: StoneDistribution) -> None:
+def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: RandomStoneBoundsAndFallSimulator) -> None:
     rows = sample_stones(kind, 256)
     for name, (low, high) in kind.bounds_by_parameter.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
@@ -110,7 +110,9 @@ def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: StoneD
 
 
 @pytest.mark.parametrize("kind", [RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION], ids=lambda kind: kind.name)
-def test_stones_outside_all_size_neighbourhoods_do_not_change_fall_fractions(kind: StoneDistribution) -> None:
+def test_stones_outside_all_size_neighbourhoods_do_not_change_fall_fractions(
+    kind: RandomStoneBoundsAndFallSimulator,
+) -> None:
     rows = sample_stones(kind, 256)
     near, fell = is_in_any_size_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
     whole = StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
@@ -223,7 +225,7 @@ def test_every_simulated_rectangle_is_in_exactly_one_damping_class(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> None:
     tests, made = synthetic_tests_and_stones
-    found = scores_of_rectangles_by_damping_class(tests, made)
+    found = counts_and_scores_of_rectangles_by_damping_class(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
     assert sum(count for count, _ in found.values()) == made.damping_ratio_over_default.size
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
@@ -235,7 +237,7 @@ def test_no_shaking_table_test_is_predicted_from_its_own_motion(
     tests, _ = synthetic_tests_and_stones
     for learn, predict in splits_leaving_out_one_motion(tests):
         assert not set(tests.played_record_names[learn]) & set(tests.played_record_names[predict])
-    learn, predict = next(split_odd_and_even_tests(tests))
+    learn, predict = next(split_into_odd_learning_and_even_predicted_tests(tests))
     assert (tests.laboratory_test_numbers[learn] % 2 == 1).all()
     assert (tests.laboratory_test_numbers[predict] % 2 == 0).all()
 

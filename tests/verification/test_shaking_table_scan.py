@@ -15,10 +15,10 @@ from verification.shaking_table.data import SPECIMEN_NUMBERS, ShakingTableTests
 from verification.shaking_table.models import PGA_PGV_LOGISTIC_MODEL_NAME, fall_prediction_models_by_name
 from verification.shaking_table.scan import (
     BOULDER_ORIENTATIONS_DEG,
-    fall_probability_by_orientation_and_test,
     index_of_most_likely_orientation,
     read_scanned_boulder,
     simulate_falls_of_boulder_by_orientation,
+    smoothed_fall_probability_by_orientation_and_test,
     splits_into_halves_of_motions,
 )
 from verification.shaking_table.scan_page import (
@@ -58,7 +58,7 @@ def test_the_boulder_orientation_is_recovered_from_each_half_of_the_tests(
     too.
     """
     tests, fell = synthetic_tests_and_simulated_boulder_falls
-    shares = fall_probability_by_orientation_and_test(fell)
+    shares = smoothed_fall_probability_by_orientation_and_test(fell)
     assert shares.shape == (BOULDER_ORIENTATIONS_DEG.size, 240)
     assert ((shares > 0) & (shares < 1)).all()
     for learn, _ in splits_into_halves_of_motions(tests):
@@ -82,7 +82,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     synthetic_tests_and_simulated_boulder_falls: tuple[ShakingTableTests, np.ndarray],
 ) -> None:
     tests, fell = synthetic_tests_and_simulated_boulder_falls
-    shares = fall_probability_by_orientation_and_test(fell)
+    shares = smoothed_fall_probability_by_orientation_and_test(fell)
     unknown = np.full((576, 240), 0.5)
     models = {
         PGA_PGV_LOGISTIC_MODEL_NAME: fall_prediction_models_by_name(tests, unknown, unknown)[
@@ -109,7 +109,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
 def test_fall_fractions_are_averaged_over_neighbouring_orientations() -> None:
     fell = np.zeros((2, 1, BOULDER_ORIENTATIONS_DEG.size), bool)
     fell[:, 0, 0] = True
-    shares = fall_probability_by_orientation_and_test(fell)[:, 0]
+    shares = smoothed_fall_probability_by_orientation_and_test(fell)[:, 0]
     np.testing.assert_allclose(shares[[0, 1, -1, 2]], (np.array([0.5, 0.25, 0.25, 0.0]) + 0.25) / 1.5)
 
 

@@ -14,13 +14,13 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from verification.stability.cases import (
     ADVERSARIAL_MOTION_KINDS,
-    StabilityCase,
+    BlockCaseOfStabilityMap,
     cases_under_adversarial_motions,
     motion_of_case,
     space_filling_cases,
 )
 from verification.stability.checks import (
-    CheckedOutcome,
+    StabilityCheckVerdict,
     max_horizontal_to_apparent_gravity_ratio,
     name_of_first_failed_block_check,
 )
@@ -34,7 +34,9 @@ from verification.stability.maps import (
 )
 
 STEP_BUDGET = 100_000
-STABLE_CASE = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0)
+STABLE_CASE = BlockCaseOfStabilityMap(
+    1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0
+)
 
 
 @pytest.mark.long
@@ -45,15 +47,17 @@ def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
     ]
     found = collect_stability_map_rows(partial(simulate_and_check_block_case, max_block_steps=STEP_BUDGET), cases)
     assert set(found) == set(BLOCK_COLUMN_LONG_NAMES_AND_UNITS)
-    assert found[found["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING].empty
-    marked = ~np.isin(found["ending"], (CheckedOutcome.ALL_CHECKS_HOLD, CheckedOutcome.NOT_SIMULATED_AT_REST))
+    assert found[found["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING].empty
+    marked = ~np.isin(
+        found["ending"], (StabilityCheckVerdict.ALL_CHECKS_HOLD, StabilityCheckVerdict.NOT_SIMULATED_AT_REST)
+    )
     assert (found["overturned"][marked] == -128).all()
     assert (found["overturned"][~marked] != -128).all()
     assert {
-        CheckedOutcome.ALL_CHECKS_HOLD,
-        CheckedOutcome.NOT_SIMULATED_AT_REST,
-        CheckedOutcome.NUMERICALLY_UNSTABLE,
-        CheckedOutcome.OVER_STEP_BUDGET,
+        StabilityCheckVerdict.ALL_CHECKS_HOLD,
+        StabilityCheckVerdict.NOT_SIMULATED_AT_REST,
+        StabilityCheckVerdict.NUMERICALLY_UNSTABLE,
+        StabilityCheckVerdict.OVER_STEP_BUDGET,
     } <= set(found["ending"].tolist())
     # A case may finish the sample in which its budget ends.
     per_sample = found["block_steps"].max() - STEP_BUDGET
@@ -108,7 +112,7 @@ def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
 
 def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> None:
     outcome = simulate_and_check_block_case(replace(STABLE_CASE, normal_stiffness_per_corner=1e18), 0)
-    assert outcome["ending"] == CheckedOutcome.ARGUMENT_REFUSED
+    assert outcome["ending"] == StabilityCheckVerdict.ARGUMENT_REFUSED
     assert outcome["reason"] == "stiffness"
     assert outcome["overturned"] == -128
 
@@ -119,10 +123,10 @@ def test_the_figure_of_twenty_thousand_block_cases_is_a_small_file(tmp_path: Pat
     rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in DIMENSIONLESS_GROUP_NAMES}
     rows["ending"] = random.choice(
         [
-            CheckedOutcome.ALL_CHECKS_HOLD,
-            CheckedOutcome.NOT_SIMULATED_AT_REST,
-            CheckedOutcome.NUMERICALLY_UNSTABLE,
-            CheckedOutcome.OVER_STEP_BUDGET,
+            StabilityCheckVerdict.ALL_CHECKS_HOLD,
+            StabilityCheckVerdict.NOT_SIMULATED_AT_REST,
+            StabilityCheckVerdict.NUMERICALLY_UNSTABLE,
+            StabilityCheckVerdict.OVER_STEP_BUDGET,
         ],
         20_000,
     )

@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
 from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, SCENE_NAMES, sample_parameters_of_scene_cases
 from verification.stability.checks import (
-    CheckedOutcome,
+    StabilityCheckVerdict,
     min_acceleration_ratio_to_start_rocking,
     name_of_first_failed_scene_check,
 )
@@ -55,16 +55,18 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     )
     assert set(found) == set(SCENE_COLUMN_LONG_NAMES_AND_UNITS)
     assert len(found["ending"]) == len(settings) * CASE_COUNT_PER_SCENE_SETTING
-    silent = found["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
+    silent = found["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
-    answered = np.isin(found["ending"], (CheckedOutcome.ALL_CHECKS_HOLD, CheckedOutcome.NOT_SIMULATED_AT_REST))
+    answered = np.isin(
+        found["ending"], (StabilityCheckVerdict.ALL_CHECKS_HOLD, StabilityCheckVerdict.NOT_SIMULATED_AT_REST)
+    )
     assert (found["fallen"][answered] >= 0).all()
     assert (found["fallen"][~answered] == -1).all()
     assert {
-        CheckedOutcome.ALL_CHECKS_HOLD,
-        CheckedOutcome.NOT_SIMULATED_AT_REST,
-        CheckedOutcome.NUMERICALLY_UNSTABLE,
-        CheckedOutcome.OVER_STEP_BUDGET,
+        StabilityCheckVerdict.ALL_CHECKS_HOLD,
+        StabilityCheckVerdict.NOT_SIMULATED_AT_REST,
+        StabilityCheckVerdict.NUMERICALLY_UNSTABLE,
+        StabilityCheckVerdict.OVER_STEP_BUDGET,
     } <= set(found["ending"].tolist())
     assert (found["fallen"] > 1).any(), "some stacks come down"
     assert (found["as_block"][found["scene"] != "gravestone"] == -1).all()
@@ -199,5 +201,8 @@ def test_a_stone_in_the_air_when_the_simulation_ends_does_not_count_as_fallen() 
     setting = sample_parameters_of_scene_cases(160, 2, 1)[number]
     assert (setting.scene_name, setting.common_parameters.motion_kind) == ("three-tier", "vertical above g")
     ending = simulate_and_check_scene_cases(setting, number, Path(__file__).parents[2])["ending"]
-    assert (ending != CheckedOutcome.WRONG_WITHOUT_WARNING).all()
-    assert (ending[4], ending[7]) == (CheckedOutcome(CaseStatus.UNDECIDED), CheckedOutcome(CaseStatus.SIMULATED))
+    assert (ending != StabilityCheckVerdict.WRONG_WITHOUT_WARNING).all()
+    assert (ending[4], ending[7]) == (
+        StabilityCheckVerdict(CaseStatus.UNDECIDED),
+        StabilityCheckVerdict(CaseStatus.SIMULATED),
+    )

@@ -13,7 +13,7 @@ from overturning.model.stack import Stack
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.test_stack import acceleration_components_with_plateau
-from verification.stability.checks import CheckedOutcome
+from verification.stability.checks import StabilityCheckVerdict
 from verification.stability.maps import collect_stability_map_rows
 from verification.stability.stacks import (
     MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT,
@@ -32,9 +32,9 @@ def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     settings = generate_random_parameters_of_stack_cases(16, 7)
     rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
     assert set(rows) == set(STACK_COLUMN_LONG_NAMES_AND_UNITS)
-    silent = rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING
+    silent = rows["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING
     assert not silent.any(), rows["reason"][silent].tolist()
-    answered = rows["ending"].isin((CheckedOutcome.ALL_CHECKS_HOLD, CheckedOutcome.NOT_SIMULATED_AT_REST))
+    answered = rows["ending"].isin((StabilityCheckVerdict.ALL_CHECKS_HOLD, StabilityCheckVerdict.NOT_SIMULATED_AT_REST))
     assert ((rows["fallen"] >= 0) == answered).all()
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
     assert answered[rows["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT].mean() > 0.6

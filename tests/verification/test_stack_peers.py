@@ -21,13 +21,13 @@ from verification.stack_agreement import (
     topmost_stone_outcomes_in_this_program,
     trajectory_has_known_outcome,
 )
-from verification.stack_cases import StackCase, case_parameters_as_table_row, draw_random_stack_cases
+from verification.stack_cases import StackUnderScaledRecord, case_parameters_as_table_row, draw_random_stack_cases
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE
 from verification.stack_peers import outcome_and_robustness_in_solver
 
 
 @cache
-def random_stack_cases() -> list[StackCase]:
+def random_stack_cases() -> list[StackUnderScaledRecord]:
     """The random cases that the program and each other solver simulate."""
     return draw_random_stack_cases()
 
@@ -96,7 +96,7 @@ def test_nine_of_ten_stack_fall_azimuths_agree_with_the_solver(name: str) -> Non
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", OUTCOME_FILE_BY_SOLVER)
-def test_some_stored_stack_outcomes_match_the_solver(name: str) -> None:
+def test_external_engines_reproduce_some_stored_stack_outcomes(name: str) -> None:
     if find_spec(MODULE_NAME_BY_STACK_ENGINE[name]) is None:
         skip_test_unless_skipping_is_forbidden(
             f"{name} is not installed (`make peers`); its kept answers are compared with this program"

@@ -130,7 +130,7 @@ def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
     boulder = shaking_table.score_tables_by_marker(pd.read_csv(RESULT_TABLE_FOLDER / "shaking-table.csv"))
     curve = pd.read_csv(RESULT_TABLE_FOLDER / "default-step.csv")
     made = boulder | {"equal-error": experiments.cost_ratio_table_at_equal_error(curve)}
-    made["equal-agreement"] = error_page.table_of_time_at_equal_agreement(
+    made["equal-agreement"] = error_page.table_of_least_time_by_share_of_equal_outcomes(
         pd.read_csv(RESULT_TABLE_FOLDER / "work-precision.csv")
     )
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
@@ -173,7 +173,7 @@ def test_the_shortest_time_at_which_an_engine_reaches_an_agreement_is_found() ->
         "cases_of": "records, no sliding", "method": ["exact", "pymunk", "pymunk", "pymunk"], "shared": 10.0,
         "disagree": [0.0, 2.0, 1.0, 1.0], "seconds_per_case": [0.1, 1.0, 5.0, 3.0],
     })  # fmt: skip
-    head, _, *lines = error_page.table_of_time_at_equal_agreement(rows).splitlines()
+    head, _, *lines = error_page.table_of_least_time_by_share_of_equal_outcomes(rows).splitlines()
     assert head == "| agreement in 10 cases | exact | pymunk |"
     assert lines[0] == "| 90 % | 100 ms | 3e+03 ms |"
     assert lines[1] == "| 95 % | 100 ms | – |"

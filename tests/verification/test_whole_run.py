@@ -10,7 +10,7 @@ from verification.tables import ROOT, MeasuredNumber
 from verification.whole_run import (
     QUANTITY_PREFIX_WITH_FORK_SERVER,
     QUANTITY_PREFIX_WITHOUT_FORK_SERVER,
-    CostOfCommandSteps,
+    TotalCostOfCommandSteps,
     WholeRunCost,
     compare_run_costs_with_other_checkout,
     fork_server_comparison_table,
@@ -24,7 +24,7 @@ def test_measured_costs_of_workflow_steps_are_added_by_command(tmp_path: Path, h
     rows = "read\ta.nc\t0.50\t90.0\nsweep\ta.nc\t4.00\t150.0\nread\tb.nc\t0.25\t95.5\n"
     table.write_text(header + rows, encoding="utf-8")
     costs = read_step_costs(table)
-    assert costs == {"read": CostOfCommandSteps(2, 0.75, 95.5), "sweep": CostOfCommandSteps(1, 4.0, 150.0)}
+    assert costs == {"read": TotalCostOfCommandSteps(2, 0.75, 95.5), "sweep": TotalCostOfCommandSteps(1, 4.0, 150.0)}
     assert list(costs) == ["sweep", "read"], "the longest first"
 
 
@@ -55,7 +55,7 @@ def test_checkouts_are_timed_in_pairs_without_their_first_runs(tmp_path: Path, m
             wall,
             2 * wall,
             wall / 5,
-            {"sweep": CostOfCommandSteps(1, wall, 1.0), name: CostOfCommandSteps(1, 1.0, 1.0)},
+            {"sweep": TotalCostOfCommandSteps(1, wall, 1.0), name: TotalCostOfCommandSteps(1, 1.0, 1.0)},
             "",
         )
 

@@ -120,9 +120,9 @@ def checkout_with_finished_run(
 ) -> StudyWorkflowCopyWithPlanning:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""
 
-    def run_small_study(folder: Path) -> None:
+    def run_workflow_of_small_study_in_two_chunks(folder: Path) -> None:
         done = StudyWorkflowCopyWithPlanning(folder, chunks=2).run(result_file_name="")
         assert done.returncode == 0, done.stdout + done.stderr
         assert "results/small/report.html" in done.stdout
 
-    return StudyWorkflowCopyWithPlanning(make_folder_once("study", run_small_study), chunks=2)
+    return StudyWorkflowCopyWithPlanning(make_folder_once("study", run_workflow_of_small_study_in_two_chunks), chunks=2)

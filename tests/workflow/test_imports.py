@@ -23,7 +23,7 @@ HEAVY_PACKAGES = {
 
 STATISTICS_PACKAGES = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats"}
 TABLE_PACKAGES = {"xarray", "pandas", "dask", "jinja2"}
-ALLOWED_PACKAGES_BY_STEP = {
+ALLOWED_HEAVY_PACKAGES_BY_STEP = {
     "read": set(),
     "members": STATISTICS_PACKAGES,
     "sweep": {"numba"},
@@ -83,7 +83,7 @@ def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_pa
     checkout = StudyWorkflowCopyWithPlanning(tmp_path / "imports", study)
     planned = [shlex.split(re.sub(r" 2?> .*", "", command))[1:] for command in checkout.plan().commands]
     commands = sorted(
-        (words for words in planned if words[0] in ALLOWED_PACKAGES_BY_STEP),
+        (words for words in planned if words[0] in ALLOWED_HEAVY_PACKAGES_BY_STEP),
         key=lambda words: WORKFLOW_STEPS_IN_ORDER.index(words[0]),
     )
     for word in chain.from_iterable(commands):
@@ -101,9 +101,9 @@ def test_each_workflow_step_imports_only_the_heavy_packages_that_it_needs(tmp_pa
     assert done.returncode == 0, done.stderr
     answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('["')]
     imported = {name: set(found) for name, found in answers}
-    assert imported.keys() == ALLOWED_PACKAGES_BY_STEP.keys()
+    assert imported.keys() == ALLOWED_HEAVY_PACKAGES_BY_STEP.keys()
     assert {
-        name: found - ALLOWED_PACKAGES_BY_STEP[name]
+        name: found - ALLOWED_HEAVY_PACKAGES_BY_STEP[name]
         for name, found in imported.items()
-        if found - ALLOWED_PACKAGES_BY_STEP[name]
+        if found - ALLOWED_HEAVY_PACKAGES_BY_STEP[name]
     } == {}

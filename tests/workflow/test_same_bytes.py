@@ -13,14 +13,14 @@ from tests.expect import skip_test_unless_skipping_is_forbidden
 from tests.workflow.conftest import SMALL_STUDY, StudyWorkflowCopyWithPlanning, result_file_contents
 from verification import one_node_slurm
 from verification.faults.__main__ import cause_fault_and_describe_failure
-from verification.faults.kinds import FAULT_KINDS, FaultKind
-from verification.scale.same_bytes import StudyRun, run_study_on_slurm
+from verification.faults.kinds import FAULT_KINDS, InjectedFaultKind
+from verification.scale.same_bytes import StudyRunTimeAndResultHash, run_study_on_slurm
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def slurm_runs() -> Iterator[Future[list[StudyRun]]]:
+def slurm_runs() -> Iterator[Future[list[StudyRunTimeAndResultHash]]]:
     """Runs of the small study on a one-node SLURM cluster, started in the background for a later test."""
     with ThreadPoolExecutor(1) as pool:
         yield pool.submit(run_study_on_slurm, SMALL_STUDY, 2)
@@ -53,7 +53,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
         checkout_with_finished_run.cube_path.read_bytes(),
     )
     for kind in (
-        FaultKind("killed", kill_snakemake_after_first_motion_file, 1),
+        InjectedFaultKind("killed", kill_snakemake_after_first_motion_file, 1),
         faults["a byte of a partial result changed"],
     ):
         assert (
@@ -66,7 +66,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
 
 
 def test_a_study_on_slurm_gives_the_same_bytes_as_a_local_run(
-    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, slurm_runs: Future[list[StudyRun]]
+    checkout_with_finished_run: StudyWorkflowCopyWithPlanning, slurm_runs: Future[list[StudyRunTimeAndResultHash]]
 ) -> None:
     if why := one_node_slurm.slurm_unavailable_reason():
         skip_test_unless_skipping_is_forbidden(why)

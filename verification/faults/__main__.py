@@ -12,7 +12,12 @@ from typing import Annotated, Final
 import typer
 
 from overturning.study.resume import DAMAGED_FILE_LOG_PREFIX
-from verification.faults.kinds import FAULT_KINDS, FAULT_TEST_STUDY_YAML, FaultKind, unmount_results_folder_at_exit
+from verification.faults.kinds import (
+    FAULT_KINDS,
+    FAULT_TEST_STUDY_YAML,
+    InjectedFaultKind,
+    unmount_results_folder_at_exit,
+)
 from verification.project import StudyWorkflowCopy
 from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
 
@@ -20,7 +25,7 @@ SEED: Final = 18
 
 
 def cause_fault_and_describe_failure(
-    fault_kind: FaultKind,
+    fault_kind: InjectedFaultKind,
     workflow_copy: StudyWorkflowCopy,
     random_generator: random.Random,
     undisturbed_run_time_s: float,
@@ -33,7 +38,7 @@ def cause_fault_and_describe_failure(
     """
     with unmount_results_folder_at_exit(workflow_copy):
         try:
-            damaged = fault_kind.fault_function(workflow_copy, random_generator, undisturbed_run_time_s)
+            damaged = fault_kind.inject_fault(workflow_copy, random_generator, undisturbed_run_time_s)
         except AssertionError as other:
             return f"while it lasted: {other}"
         done = workflow_copy.run()
@@ -49,7 +54,7 @@ def cause_fault_and_describe_failure(
 
 
 def cause_faults_and_count_survived(
-    fault_kinds_and_repetitions: Sequence[tuple[FaultKind, int]],
+    fault_kinds_and_repetitions: Sequence[tuple[InjectedFaultKind, int]],
     folder: Path,
     seed: int = SEED,
     reuses_kernels_and_skips_further_run: bool = False,

@@ -228,11 +228,11 @@ def unmount_results_folder_at_exit(workflow_copy: StudyWorkflowCopy) -> Iterator
             pass
 
 
-class FaultKind(NamedTuple):
+class InjectedFaultKind(NamedTuple):
     """Kind of fault: its label, function, number of repetitions, and conditions."""
 
     label: str
-    fault_function: FaultFunction
+    inject_fault: FaultFunction
     trial_count: int
     needs_finished_study: bool = False
     """True: applied to a finished study; False: to one that has not begun."""
@@ -241,49 +241,55 @@ class FaultKind(NamedTuple):
 
 
 FAULT_KINDS: Final = (
-    FaultKind("disk full", fill_disk_during_run, 2, needs_root_user=True),
-    FaultKind("results read-only", run_with_read_only_results, 1, needs_finished_study=True, needs_root_user=True),
-    FaultKind("two runs at once", start_second_run_during_first, 2),
-    FaultKind("clock set back", kill_run_and_move_file_times_ahead, 2),
-    FaultKind("a worker of a dask cluster killed", run_on_dask_and_kill_worker, 2, needs_finished_study=True),
-    FaultKind(
+    InjectedFaultKind("disk full", fill_disk_during_run, 2, needs_root_user=True),
+    InjectedFaultKind(
+        "results read-only", run_with_read_only_results, 1, needs_finished_study=True, needs_root_user=True
+    ),
+    InjectedFaultKind("two runs at once", start_second_run_during_first, 2),
+    InjectedFaultKind("clock set back", kill_run_and_move_file_times_ahead, 2),
+    InjectedFaultKind("a worker of a dask cluster killed", run_on_dask_and_kill_worker, 2, needs_finished_study=True),
+    InjectedFaultKind(
         "a partial result truncated",
         fault_damaging_file(SWEEP_PART_FILE_PATTERN, "cut"),
         3,
         needs_finished_study=True,
     ),
-    FaultKind(
+    InjectedFaultKind(
         "a partial result emptied",
         fault_damaging_file(SWEEP_PART_FILE_PATTERN, "emptied"),
         2,
         needs_finished_study=True,
     ),
-    FaultKind(
+    InjectedFaultKind(
         "a byte of a partial result changed",
         fault_damaging_file(SWEEP_PART_FILE_PATTERN, "changed"),
         5,
         needs_finished_study=True,
     ),
-    FaultKind("a motion truncated", fault_damaging_file(MOTION_FILE_PATTERN, "cut"), 1, needs_finished_study=True),
-    FaultKind(
+    InjectedFaultKind(
+        "a motion truncated", fault_damaging_file(MOTION_FILE_PATTERN, "cut"), 1, needs_finished_study=True
+    ),
+    InjectedFaultKind(
         "a byte of a motion changed", fault_damaging_file(MOTION_FILE_PATTERN, "changed"), 1, needs_finished_study=True
     ),
-    FaultKind("a byte of the cube changed", fault_damaging_file("cube.nc", "changed"), 1, needs_finished_study=True),
-    FaultKind("a compiled kernel truncated", fault_damaging_file("*.nbc", "cut"), 1, needs_finished_study=True),
-    FaultKind(
+    InjectedFaultKind(
+        "a byte of the cube changed", fault_damaging_file("cube.nc", "changed"), 1, needs_finished_study=True
+    ),
+    InjectedFaultKind("a compiled kernel truncated", fault_damaging_file("*.nbc", "cut"), 1, needs_finished_study=True),
+    InjectedFaultKind(
         "a byte of a compiled kernel changed", fault_damaging_file("*.nbc", "changed"), 2, needs_finished_study=True
     ),
-    FaultKind(
+    InjectedFaultKind(
         "the index of the compiled kernels emptied",
         fault_damaging_file("*.nbi", "emptied"),
         1,
         needs_finished_study=True,
     ),
-    FaultKind("process group killed", start_run_and_kill_its_process_group, 10),
-    FaultKind(
+    InjectedFaultKind("process group killed", start_run_and_kill_its_process_group, 10),
+    InjectedFaultKind(
         "one job killed", fault_killing_job_or_snakemake(kills_snakemake=False, max_delay_after_job_start_s=1.0), 7
     ),
-    FaultKind(
+    InjectedFaultKind(
         "only Snakemake killed",
         fault_killing_job_or_snakemake(kills_snakemake=True, max_delay_after_job_start_s=0.7),
         7,

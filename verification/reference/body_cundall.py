@@ -28,8 +28,8 @@ from overturning.dem.body.base_contact import (
 )
 from overturning.dem.body.centred import (
     acceleration_of_body_centre_relative_to_base,
-    flat_landing_slip_direction_and_tilt_share,
     rim_point_position_from_centre,
+    slip_and_tilting_moment_share_in_flat_landing,
 )
 from overturning.dem.body.rules import LOOP_BY_BASE_SHAPE_TAG
 from overturning.dem.body.state import (
@@ -37,10 +37,10 @@ from overturning.dem.body.state import (
     STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     VERTEX_ROW_LAYOUT,
-    BaseContactState,
+    BaseExtremeVerticesAndFlatLandingState,
     BodyContactPointState,
     BodyEnergyAndMomentumAccount,
-    BodyPeakValues,
+    BodyPeaksAndLastUprightTick,
     BodyState,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
@@ -171,16 +171,16 @@ def apply_contact_law(
     contact_point: ContactPoint,
     point_state_before_step: BodyContactPointState,
     dashpot_per_mass_over_step: float,
-    waits_flat_landing_time_tilting: tuple[bool, bool, float, float],
+    waits_lands_flat_landing_time_tilting_share: tuple[bool, bool, float, float],
 ) -> tuple[ContactWrenchPerMass, BodyContactPointState]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
     `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
-    displacements. `waits_flat_landing_time_tilting` are True if the point carries only later, True if the body lands
-    flat, its landing time, s, if it touches now, and the tilting share of the base
-    (`BaseContactState.flat_landing_tilting_share_of_friction_moment`).
+    displacements. `waits_lands_flat_landing_time_tilting_share` are True if the point carries only later, True if the
+    body lands flat, its landing time, s, if it touches now, and the tilting share of the base
+    (`BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`).
     """
-    waiting, flat, begun, base_tilting = waits_flat_landing_time_tilting
+    waiting, flat, begun, base_tilting = waits_lands_flat_landing_time_tilting_share
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
     inside, was = depth > 0.0, point_state_before_step.penetration > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
@@ -200,7 +200,7 @@ def apply_contact_law(
         -(body.point_tangential_stiffness_per_mass * ty)
         - dashpot_per_mass_over_step * contact_point.displacement_in_step_y,
     )
-    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
+    drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
         body,
         contact_point.position_from_centre,
         body_state.velocity_relative_to_base,
@@ -273,16 +273,16 @@ def advance_body_one_step(
     body_state: BodyState,
     body_axes: Matrix3,
     contact_totals: ContactForceAndLargestPenetration,
-    peak_values: BodyPeakValues,
+    peak_values: BodyPeaksAndLastUprightTick,
     energy_and_momentum_account: BodyEnergyAndMomentumAccount,
     inertial_accelerations_in_sample: InertialAndUpwardBaseAccelerations3D,
-) -> tuple[BodyState, BodyPeakValues, BodyEnergyAndMomentumAccount]:
+) -> tuple[BodyState, BodyPeaksAndLastUprightTick, BodyEnergyAndMomentumAccount]:
     """Advance one body by one step under the contact force of the base."""
     t, dt = contact_totals.wrench, body.tick_length_s * TICKS_PER_STEP
     half = 0.5 * dt
     push = Vector3(
         base_acceleration_at_tick(
-            inertial_accelerations_in_sample.inertial_acceleration_x, body_state.ticks_since_sample_start
+            inertial_accelerations_in_sample.negative_of_base_acceleration_x, body_state.ticks_since_sample_start
         ),
         base_acceleration_at_tick(
             inertial_accelerations_in_sample.inertial_acceleration_y, body_state.ticks_since_sample_start
@@ -316,7 +316,7 @@ def advance_body_one_step(
         body_state.centre_position.x - body.centre_height * body_axes.xz,
         body_state.centre_position.y - body.centre_height * body_axes.yz,
     )
-    peak_values = BodyPeakValues(
+    peak_values = BodyPeaksAndLastUprightTick(
         updated_maximum(peak_values.peak_lean_squared_sine, lean),
         updated_maximum(peak_values.peak_squared_base_slip, bx * bx + by * by),
         updated_maximum(peak_values.peak_penetration, contact_totals.max_penetration),
@@ -352,7 +352,9 @@ def advance_body_one_step(
 load_body, load_state, load_rotation_matrix = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BaseExtremeVerticesAndFlatLandingState
+)
 CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndLargestPenetration)
 CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
 load_contact_totals, store_contact_totals, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(
@@ -363,12 +365,12 @@ load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     InertialAndUpwardBaseAccelerations3D
 ).load
 load_peaks, load_energy_and_momentum_account = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).load,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).load,
 )
 store_state, store_rotation_matrix = (STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
 store_peaks, store_energy_and_momentum_account = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues).store,
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick).store,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).store,
 )
 load_vertex, (load_memory, store_memory, _) = (
@@ -642,9 +644,9 @@ def allow_cundall_scheme_for_bodies() -> Iterator[None]:
         )
         rate, interval = planned.case_table["point_dashpot_constant_per_mass"] * modes, motion.sampling_interval
         steps = steps_per_sample(IntegrationScheme.CUNDALL, numerics.time_step, square, rate, interval)
-        planned.case_table["shortest_step_ticks"] = planned.case_table["steps_before_doubling_after_contact_change"] = (
-            1.0
-        )
+        planned.case_table["min_allowed_step_ticks"] = planned.case_table[
+            "steps_before_doubling_after_contact_change"
+        ] = 1.0
         planned.case_table["longest_step_at_rest_ticks"] = TICKS_PER_STEP
         return CundallSimulationPlan(**vars(planned) | {"steps_per_sample": steps * numerics.refinement})
 

@@ -53,7 +53,7 @@ def main(
         "lazy-space": lambda folder: large.measure_report_on_cube_larger_than_memory(
             folder, records, MILLION_CASE_3D_STUDY_SETTINGS, "synthetic cube in space"
         ),
-        "planning": lambda _: on_paper.measure_planning_per_record(),
+        "planning": lambda _: on_paper.measure_planning_per_record_and_longest_command(),
     }
     for name, measure in measures.items():
         if name in chosen:
@@ -65,17 +65,19 @@ def main(
         insert_markdown_between_markers_in_docs({"scale-on-paper": extrapolated_resource_table(figures)})
 
 
-def merge_with_stored_runs_and_store(runs: list[same_bytes.StudyRun]) -> list[same_bytes.StudyRun]:
+def merge_with_stored_runs_and_store(
+    runs: list[same_bytes.StudyRunTimeAndResultHash],
+) -> list[same_bytes.StudyRunTimeAndResultHash]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.requested_result_file): run for run in runs}
     if STUDY_RUNS_TABLE_FILE.is_file():
-        old = [same_bytes.StudyRun(*row) for row in iterate_rows(pd.read_csv(STUDY_RUNS_TABLE_FILE))]
+        old = [same_bytes.StudyRunTimeAndResultHash(*row) for row in iterate_rows(pd.read_csv(STUDY_RUNS_TABLE_FILE))]
         known = {(run.way, run.requested_result_file): run for run in old} | known
     write_csv(pd.DataFrame(list(known.values())), STUDY_RUNS_TABLE_FILE)
     return list(known.values())
 
 
-def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRun]) -> str:
+def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRunTimeAndResultHash]) -> str:
     """Return a table of runs of one study (number of cores, cluster), with the hashes of their results."""
     cores = len(os.sched_getaffinity(0))
     first = {run.requested_result_file: run.sha256_of_result for run in reversed(runs)}

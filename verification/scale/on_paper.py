@@ -46,7 +46,9 @@ def measure_planning_of_study(record_count: int) -> ResourceUse:
         )
 
 
-def measure_planning_per_record(small_record_count: int = 20, large_record_count: int = 220) -> list[MeasuredNumber]:
+def measure_planning_per_record_and_longest_command(
+    small_record_count: int = 20, large_record_count: int = 220
+) -> list[MeasuredNumber]:
     """Measure time and memory of planning per additional record, from two studies, and the longest command."""
     less, more = measure_planning_of_study(small_record_count), measure_planning_of_study(large_record_count)
     per_record = {
@@ -66,7 +68,7 @@ def measure_planning_per_record(small_record_count: int = 20, large_record_count
 def extrapolate_resources_to_large_study(measured_number_by_quantity: Mapping[str, float]) -> list[MeasuredNumber]:
     """Return the resources that a far larger study needs, extrapolated from measured numbers.
 
-    The figures are those of `large` and `measure_planning_per_record`.
+    The figures are those of `large` and `measure_planning_per_record_and_longest_command`.
     """
     cases = EXTRAPOLATED_RECORD_COUNT * EXTRAPOLATED_CASE_COUNT_PER_RECORD
     per_case = (

@@ -53,7 +53,7 @@ SLURM_OPTIONS: Final = (
 The executor polls a job after its expected end; each time it is still running, the interval grows by ten seconds."""
 
 
-class StudyRun(NamedTuple):
+class StudyRunTimeAndResultHash(NamedTuple):
     """Result of running the study in one way, such as on two cores or on a cluster."""
 
     way: str
@@ -72,14 +72,14 @@ def temporary_project_with_study(study_yaml: str) -> Iterator[StudyWorkflowCopy]
 
 def run_study_up_to_result_file(
     workflow_copy: StudyWorkflowCopy, run_label: str, *options: str, result_file_name: str = CUBE_FILE_NAME
-) -> StudyRun:
+) -> StudyRunTimeAndResultHash:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = workflow_copy.run(*options, result_file_name=result_file_name)
     if done.returncode:
         raise RuntimeError(f"{run_label}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
     seconds, kept = time.perf_counter() - begin, len(list(workflow_copy.results.glob("sweep/*/*.nc")))
-    return StudyRun(
+    return StudyRunTimeAndResultHash(
         run_label,
         result_file_name,
         seconds,
@@ -90,7 +90,7 @@ def run_study_up_to_result_file(
 
 def run_study_locally(
     study_yaml: str, core_count: int, chunk_count_per_record: int, result_file_name: str = CUBE_FILE_NAME
-) -> StudyRun:
+) -> StudyRunTimeAndResultHash:
     """Run a study on some cores of this machine."""
     words = f"{core_count} core{'s' * (core_count > 1)}" + (
         f", {chunk_count_per_record} chunks of each record" if chunk_count_per_record > 1 else ""
@@ -111,7 +111,7 @@ def run_study_on_slurm(
     study_yaml: str = STUDY_YAML,
     chunk_count_per_record: int = 3,
     result_file_names: tuple[str, ...] = (CUBE_FILE_NAME,),
-) -> list[StudyRun]:
+) -> list[StudyRunTimeAndResultHash]:
     """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
     if slurm_unavailable_reason():
         return []
@@ -127,7 +127,7 @@ def run_study_on_slurm(
 
 def simulate_study_without_snakemake(
     workflow_copy: StudyWorkflowCopy, run_label: str, dask_client: object = None
-) -> StudyRun:
+) -> StudyRunTimeAndResultHash:
     """Simulate a study with the package alone, from the motion files of a workflow run, and hash its cube.
 
     With `dask_client` on a dask cluster.
@@ -149,12 +149,12 @@ def simulate_study_without_snakemake(
         )
     merge_outcome_files_into_cube(settings, records, parts, workflow_copy.folder / "cube.nc")
     content = (workflow_copy.folder / "cube.nc").read_bytes()
-    return StudyRun(
+    return StudyRunTimeAndResultHash(
         run_label, CUBE_FILE_NAME, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts)
     )
 
 
-def run_study_on_dask(study_yaml: str, worker_count: int = 2) -> StudyRun:
+def run_study_on_dask(study_yaml: str, worker_count: int = 2) -> StudyRunTimeAndResultHash:
     """Run a study on a dask cluster."""
     from distributed import Client, LocalCluster
 
@@ -165,7 +165,7 @@ def run_study_on_dask(study_yaml: str, worker_count: int = 2) -> StudyRun:
             return simulate_study_without_snakemake(folder, f"dask, {worker_count} workers, without Snakemake", client)
 
 
-def run_study_in_every_local_way(study_yaml: str = STUDY_YAML) -> list[StudyRun]:
+def run_study_in_every_local_way(study_yaml: str = STUDY_YAML) -> list[StudyRunTimeAndResultHash]:
     """Run the study in every way that needs no SLURM cluster; make its report once, on one core."""
     cubes = [run_study_locally(study_yaml, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
     return [*cubes, run_study_on_dask(study_yaml), run_study_locally(study_yaml, 1, 1, REPORT_FILE_NAME)]

@@ -30,7 +30,7 @@ from verification.shaking_table.models import (
     fall_prediction_models_by_name,
     fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
-    split_odd_and_even_tests,
+    split_into_odd_learning_and_even_predicted_tests,
     splits_leaving_out_one_motion,
 )
 from verification.shaking_table.scores import (
@@ -43,7 +43,7 @@ from verification.shaking_table.scores import (
 from verification.tables import RESULT_TABLE_FOLDER, ROOT, insert_markdown_between_markers_in_docs, write_csv
 
 TEST_SPLIT_FUNCTION_BY_NAME = {
-    "odd to even": split_odd_and_even_tests,
+    "odd to even": split_into_odd_learning_and_even_predicted_tests,
     "motion left out": splits_leaving_out_one_motion,
 }
 _LOW, _HIGH = (DEFAULT_CONTACT_DAMPING_RATIO * end for end in RECTANGLE_DISTRIBUTION.bounds_by_parameter["damping"])
@@ -96,7 +96,7 @@ def model_scores_with_intervals_and_predictions(
     return pd.DataFrame(rows), probabilities
 
 
-def scores_of_rectangles_by_damping_class(
+def counts_and_scores_of_rectangles_by_damping_class(
     tests: ShakingTableTests, stones: StonesWithSimulatedOutcomes
 ) -> dict[str, tuple[int, FloatArray]]:
     """Return, by class of damping ratio, number and scores, shape (specimens, scores), of random rectangles."""
@@ -114,7 +114,9 @@ def scores_of_rectangles_by_damping_class(
         model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[RECTANGLES_MODEL_NAME], []
         for specimen in SPECIMEN_NUMBERS:
             fell = tests.fell_by_specimen[specimen]
-            p = predict_unseen_tests(model, specimen, split_odd_and_even_tests(tests), fell.size)
+            p = predict_unseen_tests(
+                model, specimen, split_into_odd_learning_and_even_predicted_tests(tests), fell.size
+            )
             rows.append(f1_auc_and_brier_score(p[np.isfinite(p)], fell[np.isfinite(p)]))
         found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
     return found
@@ -144,7 +146,9 @@ def main(
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
     insert_markdown_between_markers_in_docs(
         page.markdown_by_marker(tests, fractions, rows)
-        | page.damping_score_table_by_marker(scores_of_rectangles_by_damping_class(tests, made[RECTANGLES_MODEL_NAME]))
+        | page.damping_score_table_by_marker(
+            counts_and_scores_of_rectangles_by_damping_class(tests, made[RECTANGLES_MODEL_NAME])
+        )
     )
 
 

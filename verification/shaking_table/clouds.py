@@ -38,7 +38,7 @@ NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT: Final = np.log(1.65)
 StoneParameters = dict[str, FloatArray]
 
 
-class StoneDistribution(NamedTuple):
+class RandomStoneBoundsAndFallSimulator(NamedTuple):
     """Distribution of random stones: their number, bounds of each parameter, and function that simulates them."""
 
     name: str
@@ -87,10 +87,10 @@ def _prisms_fall(motion: Motion, stone_values_by_parameter_name: StoneParameters
 _COMMON_PARAMETER_BOUNDS: Final[dict[str, tuple[float, float]]] = {
     "friction": (0.4, 1.0), "damping": (0.3, 3.0), "amplitude": AMPLITUDE_FACTOR_RANGE,
 }  # fmt: skip
-RECTANGLE_DISTRIBUTION: Final = StoneDistribution(
+RECTANGLE_DISTRIBUTION: Final = RandomStoneBoundsAndFallSimulator(
     "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_COMMON_PARAMETER_BOUNDS}, _rectangles_fall
 )
-PRISM_DISTRIBUTION: Final = StoneDistribution(
+PRISM_DISTRIBUTION: Final = RandomStoneBoundsAndFallSimulator(
     "prisms", 384,
     {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_COMMON_PARAMETER_BOUNDS, "orientation": (0.0, 90.0)},
     _prisms_fall,
@@ -101,7 +101,7 @@ _UNIFORMLY_DISTRIBUTED_PARAMETERS: Final = ("friction", "orientation")
 """Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
-def sample_stones(distribution: StoneDistribution, stone_count: int) -> StoneParameters:
+def sample_stones(distribution: RandomStoneBoundsAndFallSimulator, stone_count: int) -> StoneParameters:
     """Return parameters of random stones: scrambled Sobol points within the bounds of each parameter."""
     unit = qmc.Sobol(len(distribution.bounds_by_parameter), seed=SEED).random(stone_count).T
     return {
@@ -126,7 +126,7 @@ def is_in_any_size_neighbourhood(stone_values_by_parameter_name: StoneParameters
 
 
 def simulate_random_stones_or_read_outcomes(
-    distribution: StoneDistribution,
+    distribution: RandomStoneBoundsAndFallSimulator,
     tests: ShakingTableTests,
     cache_folder: Path | None = None,
     *,
@@ -137,7 +137,7 @@ def simulate_random_stones_or_read_outcomes(
 
     Parameters
     ----------
-    distribution : StoneDistribution
+    distribution : RandomStoneBoundsAndFallSimulator
         Kind of stone.
     tests : ShakingTableTests
         The tests.

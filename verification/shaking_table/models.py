@@ -142,7 +142,9 @@ def _fall_probabilities_by_logistic_regression(
     return fit.fall_probability(predictors_by_test[predicted_tests])
 
 
-def split_odd_and_even_tests(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
+def split_into_odd_learning_and_even_predicted_tests(
+    tests: ShakingTableTests,
+) -> Iterator[tuple[TestIndices, TestIndices]]:
     """Yield one split: learn from the odd-numbered tests and predict the even ones, as in the published results."""
     odd = tests.laboratory_test_numbers % 2 == 1
     yield np.flatnonzero(odd), np.flatnonzero(~odd)

@@ -106,7 +106,7 @@ def markdown_by_marker(
 def score_tables_by_marker(one_score_per_row: pd.DataFrame) -> dict[str, str]:
     """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
     return {
-        "shaking-table-scores": _score_table(one_score_per_row),
+        "shaking-table-scores": _table_of_scores_by_split_specimen_and_model(one_score_per_row),
         "shaking-table-improvement": _count_table_of_scores_better_than_logistic(one_score_per_row),
     }
 
@@ -127,7 +127,7 @@ def damping_score_table_by_marker(
     return {"shaking-table-damping": markdown_table(head, lines)}
 
 
-def _score_table(one_score_per_row: pd.DataFrame) -> str:
+def _table_of_scores_by_split_specimen_and_model(one_score_per_row: pd.DataFrame) -> str:
     """Return the table of scores of each split, specimen and model."""
     lines = []
     for (split, specimen, model), own in one_score_per_row.groupby(["split", "specimen", "model"], sort=False):

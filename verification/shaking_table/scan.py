@@ -140,11 +140,15 @@ def _fall_outcomes_by_test_and_orientation(
             rows.append(row)
             if (index + 1) % 49 == 0:
                 spent = time.monotonic() - begin
-                print(f"relief {1000 * stone.base_relief_m:g} mm: {index + 1} tests, {spent:.0f} s", flush=True)
+                print(
+                    f"relief {1000 * stone.max_load_bearing_base_point_height_m:g} mm: {index + 1} tests, {spent:.0f} "
+                    f"s",
+                    flush=True,
+                )
     return np.array(rows)
 
 
-def fall_probability_by_orientation_and_test(
+def smoothed_fall_probability_by_orientation_and_test(
     fell_by_load_bearing_height_test_orientation: NDArray[np.bool_],
 ) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
@@ -164,10 +168,12 @@ def fall_probability_by_orientation_and_test(
 
 
 def index_of_most_likely_orientation(
-    fall_probability_by_orientation_and_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
+    smoothed_fall_probability_by_orientation_and_test: FloatArray,
+    fell_by_test: NDArray[np.bool_],
+    learning_tests: TestIndices,
 ) -> int:
     """Return the index of the orientation that best predicts the outcomes of the tests to learn from."""
-    p, y = fall_probability_by_orientation_and_test[:, learning_tests], fell_by_test[learning_tests]
+    p, y = smoothed_fall_probability_by_orientation_and_test[:, learning_tests], fell_by_test[learning_tests]
     return int(np.argmax(np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)))
 
 

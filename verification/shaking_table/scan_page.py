@@ -29,16 +29,16 @@ from verification.shaking_table.models import (
     fall_prediction_models_by_name,
     fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
-    split_odd_and_even_tests,
+    split_into_odd_learning_and_even_predicted_tests,
 )
 from verification.shaking_table.scan import (
     BOULDER_ORIENTATIONS_DEG,
     SIMULATED_BASE_RELIEFS_M,
     SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,
-    fall_probability_by_orientation_and_test,
     index_of_most_likely_orientation,
     read_scanned_boulder,
     simulate_falls_of_boulder_by_orientation,
+    smoothed_fall_probability_by_orientation_and_test,
     splits_into_halves_of_motions,
 )
 from verification.shaking_table.scores import (
@@ -58,7 +58,10 @@ from verification.tables import (
 SCAN_MODEL_NAME: Final = "scan, orientation fitted"
 TEST_SPLIT_FUNCTION_BY_NAME: Final[
     dict[str, Callable[[ShakingTableTests], Iterator[tuple[TestIndices, TestIndices]]]]
-] = {"half of the motions": splits_into_halves_of_motions, "odd to even": split_odd_and_even_tests}
+] = {
+    "half of the motions": splits_into_halves_of_motions,
+    "odd to even": split_into_odd_learning_and_even_predicted_tests,
+}
 """Splits into tests for fitting and for prediction, by name."""
 
 FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
@@ -71,11 +74,11 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 
 
 def model_with_best_fitting_orientation(
-    tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
+    tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> FallPredictionModel:
     """Return the model that predicts the simulated fall probability in the orientation that fits other tests best.
 
-    `fall_probability_by_orientation_and_test` has shape (orientations, tests).
+    `smoothed_fall_probability_by_orientation_and_test` has shape (orientations, tests).
     """
 
     def predict_with_best_orientation(
@@ -83,9 +86,11 @@ def model_with_best_fitting_orientation(
     ) -> FloatArray:
         """Predict fall probabilities in the orientation that best fits the tests to learn from."""
         return np.asarray(
-            fall_probability_by_orientation_and_test[
+            smoothed_fall_probability_by_orientation_and_test[
                 index_of_most_likely_orientation(
-                    fall_probability_by_orientation_and_test, tests.fell_by_specimen[specimen_number], learning_tests
+                    smoothed_fall_probability_by_orientation_and_test,
+                    tests.fell_by_specimen[specimen_number],
+                    learning_tests,
                 )
             ][predicted_tests]
         )
@@ -130,11 +135,11 @@ def score_table(one_score_per_row: pd.DataFrame) -> str:
 
 
 def table_of_orientation_chosen_by_each_fit(
-    tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
+    tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> str:
     """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
     names = {
-        "odd-numbered tests": next(split_odd_and_even_tests(tests))[0],
+        "odd-numbered tests": next(split_into_odd_learning_and_even_predicted_tests(tests))[0],
         **{
             f"{number} half of the motions": learn
             for number, (learn, _) in zip(("first", "second"), splits_into_halves_of_motions(tests), strict=True)
@@ -145,7 +150,9 @@ def table_of_orientation_chosen_by_each_fit(
     def fitted_orientation_text(specimen_number: int, learning_tests: TestIndices) -> str:
         """Return the orientation that fits some tests of a specimen best, with its unit."""
         fell = tests.fell_by_specimen[specimen_number]
-        index = index_of_most_likely_orientation(fall_probability_by_orientation_and_test, fell, learning_tests)
+        index = index_of_most_likely_orientation(
+            smoothed_fall_probability_by_orientation_and_test, fell, learning_tests
+        )
         return f"{BOULDER_ORIENTATIONS_DEG[index]:g}°"
 
     lines = [
@@ -155,11 +162,11 @@ def table_of_orientation_chosen_by_each_fit(
 
 
 def score_table_of_all_orientations(
-    tests: ShakingTableTests, fall_probability_by_orientation_and_test: FloatArray
+    tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> str:
     """Return a table of the scores of all orientations on all tests, without any fit."""
     lines = []
-    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, fall_probability_by_orientation_and_test, strict=True):
+    for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, smoothed_fall_probability_by_orientation_and_test, strict=True):
         found = [f1_auc_and_brier_score(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
         lines.append((f"{yaw:g}°", *(f"{value:.3f}" for scores in found for value in scores)))
     heads = (f"{what}, specimen {one}" for one in SPECIMEN_NUMBERS for what in SCORE_NAMES)
@@ -177,7 +184,7 @@ def fall_share_table_by_max_bearing_height(
     for relief, own in sorted(falls_by_max_height_of_bearing_points.items()):
         best = []
         for specimen in SPECIMEN_NUMBERS:
-            shares = fall_probability_by_orientation_and_test(own[None])
+            shares = smoothed_fall_probability_by_orientation_and_test(own[None])
             chosen = index_of_most_likely_orientation(
                 shares, tests.fell_by_specimen[specimen], np.arange(tests.laboratory_test_numbers.size)
             )
@@ -226,7 +233,7 @@ def main(
         **dict(zip(SIMULATED_BASE_RELIEFS_M, fell, strict=True)),
         SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: small,
     }
-    shares = fall_probability_by_orientation_and_test(fell)
+    shares = smoothed_fall_probability_by_orientation_and_test(fell)
     others = {
         name: fall_shares_by_size_neighbourhood(
             simulate_random_stones_or_read_outcomes(kind, tests, kept, threads=threads)

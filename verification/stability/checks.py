@@ -25,7 +25,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.stability.cases import StabilityCase
+from verification.stability.cases import BlockCaseOfStabilityMap
 
 RIGHT_ANGLE_RAD: Final = 0.5 * np.pi
 """Rotation that turns an upright face down, rad."""
@@ -37,7 +37,7 @@ MAX_ROUNDING_SLIP_PER_METRE: Final = 1e-9
 """Largest slip of a block at rest due to rounding, per metre of its size."""
 
 
-class CheckedOutcome(IntEnum):
+class StabilityCheckVerdict(IntEnum):
     """Outcome of a case of the map of stability after the checks."""
 
     ALL_CHECKS_HOLD = 0
@@ -148,12 +148,12 @@ def max_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
     return float(np.max(np.abs(motion.north) / weight))
 
 
-def static_penetration(case: StabilityCase) -> float:
+def static_penetration(case: BlockCaseOfStabilityMap) -> float:
     """Return the static penetration δ = m g/(2 K_n), m."""
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.normal_stiffness_per_corner)
 
 
-def name_of_first_failed_block_check(case: StabilityCase, motion: Motion, results: CaseResults) -> str:
+def name_of_first_failed_block_check(case: BlockCaseOfStabilityMap, motion: Motion, results: CaseResults) -> str:
     """Return the first failed check of a single block (see `name_of_first_failed_check`); empty if all hold.
 
     Falls below the threshold are checked only if µ is below half of B/H.

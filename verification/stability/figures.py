@@ -9,16 +9,16 @@ import pandas as pd
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import save_figure_files
 from verification.stability.cases import SCENE_NAMES
-from verification.stability.checks import CheckedOutcome
+from verification.stability.checks import StabilityCheckVerdict
 
 _LABELS_AND_COLOURS_OF_OUTCOMES: Final = (
-    ("right", (CheckedOutcome.ALL_CHECKS_HOLD,), "#9ecae1"),
-    ("at rest", (CheckedOutcome.NOT_SIMULATED_AT_REST,), "#cfcfca"),
-    ("undecided", (CheckedOutcome.UNDECIDED_AT_END_TIME,), "#009e73"),
-    ("unstable", (CheckedOutcome.NUMERICALLY_UNSTABLE, CheckedOutcome.STOPPED_BY_ERROR), "#d55e00"),
-    ("over budget", (CheckedOutcome.OVER_STEP_BUDGET,), "#cc79a7"),
-    ("refused", (CheckedOutcome.ARGUMENT_REFUSED,), "#222222"),
-    ("silent", (CheckedOutcome.WRONG_WITHOUT_WARNING,), "#ff0000"),
+    ("right", (StabilityCheckVerdict.ALL_CHECKS_HOLD,), "#9ecae1"),
+    ("at rest", (StabilityCheckVerdict.NOT_SIMULATED_AT_REST,), "#cfcfca"),
+    ("undecided", (StabilityCheckVerdict.UNDECIDED_AT_END_TIME,), "#009e73"),
+    ("unstable", (StabilityCheckVerdict.NUMERICALLY_UNSTABLE, StabilityCheckVerdict.STOPPED_BY_ERROR), "#d55e00"),
+    ("over budget", (StabilityCheckVerdict.OVER_STEP_BUDGET,), "#cc79a7"),
+    ("refused", (StabilityCheckVerdict.ARGUMENT_REFUSED,), "#222222"),
+    ("silent", (StabilityCheckVerdict.WRONG_WITHOUT_WARNING,), "#ff0000"),
 )
 _AXIS_LABEL_BY_DIMENSIONLESS_GROUP: Final = {
     "penetration_ratio": "δ/B",

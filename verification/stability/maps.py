@@ -34,13 +34,13 @@ from verification.stability.cases import (
     ADVERSARIAL_MOTION_KINDS,
     CASE_COUNT_PER_SCENE_SETTING,
     ORIGINAL_PAPER_DASHPOT_N_S_PER_M,
+    BlockCaseOfStabilityMap,
     ParametersOfSceneCases,
-    StabilityCase,
     motion_of_case,
     scene_with_contact_law_of_case_parameters,
 )
 from verification.stability.checks import (
-    CheckedOutcome,
+    StabilityCheckVerdict,
     max_static_penetration,
     min_acceleration_ratio_to_start_rocking,
     name_of_first_failed_block_check,
@@ -68,7 +68,7 @@ _COMMON_COLUMN_LONG_NAMES_AND_UNITS: Final = {
     "peak": ("largest horizontal acceleration", "m s-2"),
     "scheme": ("integration scheme", ""),
     "motion": ("kind of motion", ""),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.label}" for e in CheckedOutcome), "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.label}" for e in StabilityCheckVerdict), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "energy_error": ("residual of work and energy", "1"),
     "step_ratio": ("time step over the stable one", "1"),
@@ -109,7 +109,7 @@ SCENE_COLUMN_LONG_NAMES_AND_UNITS: Final = _COMMON_COLUMN_LONG_NAMES_AND_UNITS |
 """Long name and unit of the columns of the map of scenes."""
 
 
-def contact_law_of_block_case(case: StabilityCase) -> Contact:
+def contact_law_of_block_case(case: BlockCaseOfStabilityMap) -> Contact:
     """Return the contact of a case of the map."""
     if np.isnan(case.heave_damping_ratio):
         return Contact(stiffness=case.normal_stiffness_per_corner, damping=ORIGINAL_PAPER_DASHPOT_N_S_PER_M)
@@ -117,7 +117,7 @@ def contact_law_of_block_case(case: StabilityCase) -> Contact:
 
 
 def simulate_and_check_block_case(
-    case: StabilityCase, case_index_on_map: int, max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE
+    case: BlockCaseOfStabilityMap, case_index_on_map: int, max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE
 ) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
@@ -125,7 +125,7 @@ def simulate_and_check_block_case(
     """
     motion, contact = motion_of_case(case, case_index_on_map), contact_law_of_block_case(case)
     row: dict[str, Any] = case.parameters_as_map_columns() | {
-        "ending": CheckedOutcome.ARGUMENT_REFUSED,
+        "ending": StabilityCheckVerdict.ARGUMENT_REFUSED,
         "reason": "",
         "overturned": INT8_MISSING,
         "block_steps": 0,
@@ -140,7 +140,9 @@ def simulate_and_check_block_case(
         return row | {"reason": str(error).partition(":")[0]}
     reason = name_of_first_failed_block_check(case, motion, found)
     return row | {
-        "ending": CheckedOutcome.WRONG_WITHOUT_WARNING if reason else CheckedOutcome(int(found.status[0])),
+        "ending": StabilityCheckVerdict.WRONG_WITHOUT_WARNING
+        if reason
+        else StabilityCheckVerdict(int(found.status[0])),
         "reason": reason,
         "overturned": int(found.overturned[0]),
         "energy_error": float(found.energy_error[0]),
@@ -151,7 +153,7 @@ def simulate_and_check_block_case(
     }
 
 
-def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
+def _dimensionless_groups_of_block(case: BlockCaseOfStabilityMap, contact: Contact, motion: Motion) -> dict[str, float]:
     """Return the dimensionless groups of a case of a block by name, such as damping ratio and Δt/Δt_stable."""
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
     normal, tangential, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(width, height, case.density)
@@ -170,7 +172,7 @@ def _dimensionless_groups_of_block(case: StabilityCase, contact: Contact, motion
 
 
 def _ratio_of_time_step_to_stable_step(
-    case: StabilityCase,
+    case: BlockCaseOfStabilityMap,
     largest_spring_eigenvalue_of_case: FloatArray,
     largest_dashpot_eigenvalue: FloatArray,
     sampling_interval: float,
@@ -224,7 +226,7 @@ def simulate_and_check_scene_cases(
     alike = {
         "scene": setting.scene_name, "motion": case.motion_kind, "scheme": case.scheme, "height": case.height,
         "b_over_h": ratio,
-        "ending": np.int8(CheckedOutcome.ARGUMENT_REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),
+        "ending": np.int8(StabilityCheckVerdict.ARGUMENT_REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1),
         "energy_error": np.nan, "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {
@@ -257,7 +259,7 @@ def simulate_and_check_scene_cases(
         reason = name_of_first_failed_scene_check(
             prepared, float(friction), motion.scaled_by(float(factor)), found, row
         )
-        rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
+        rows["ending"][row] = StabilityCheckVerdict.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).trajectory_has_known_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])

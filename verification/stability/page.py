@@ -11,13 +11,13 @@ from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.numerics import DEFAULT_MAX_BLOCK_STEPS_PER_CASE
 from overturning.model.contact import MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO
 from verification.stability.cases import ADVERSARIAL_MOTION_KINDS, SCENE_NAMES
-from verification.stability.checks import CheckedOutcome
+from verification.stability.checks import StabilityCheckVerdict
 from verification.tables import MeasuredNumber, markdown_table, wrap_text
 
 MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
 
-_OUTCOME_COLUMN_HEADERS: Final = tuple(ending.label.replace("_", " ") for ending in CheckedOutcome)
+_OUTCOME_COLUMN_HEADERS: Final = tuple(ending.label.replace("_", " ") for ending in StabilityCheckVerdict)
 
 
 def markdown_by_marker(block_rows: pd.DataFrame, scene_rows: pd.DataFrame, stack_rows: pd.DataFrame) -> dict[str, str]:
@@ -36,8 +36,8 @@ def stability_numbers_for_summary_table(
     made = []
     for name, rows in (("blocks", block_rows), ("scenes", scene_rows), ("stacks", stack_rows)):
         silent, right = (
-            rows["ending"] == CheckedOutcome.WRONG_WITHOUT_WARNING,
-            rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD,
+            rows["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING,
+            rows["ending"] == StabilityCheckVerdict.ALL_CHECKS_HOLD,
         )
         energy = float(rows["energy_error"][right].max())
         made += [
@@ -46,7 +46,7 @@ def stability_numbers_for_summary_table(
             MeasuredNumber(f"map of stability, {name}: largest residual of work and energy", energy),
         ]
     stiff = block_rows["ending"][block_rows["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT]
-    marked = 100 * float((stiff == CheckedOutcome.NUMERICALLY_UNSTABLE).mean())
+    marked = 100 * float((stiff == StabilityCheckVerdict.NUMERICALLY_UNSTABLE).mean())
     made.append(
         MeasuredNumber(
             f"map of stability, blocks: marked, δ/B below {MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT:g}", marked, "%"
@@ -62,21 +62,21 @@ def _outcome_count_table(
     lines = []
     for name, chosen in row_mask_by_case_kind.items():
         endings = rows["ending"][chosen]
-        lines.append((name, len(endings), *((endings == ending).sum() for ending in CheckedOutcome)))
+        lines.append((name, len(endings), *((endings == ending).sum() for ending in StabilityCheckVerdict)))
     return markdown_table((first_column_header, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
 
-def _paragraph_on_check_results(rows: pd.DataFrame, check_count_in_words: str = "six") -> str:
+def _paragraph_on_energy_refusals_and_silent_errors(rows: pd.DataFrame, check_count_in_words: str = "six") -> str:
     """Return a paragraph on energy errors, refused inputs, and wrong outcomes without a warning."""
-    energy = rows["energy_error"][rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD]
-    reasons = rows["reason"][rows["ending"] == CheckedOutcome.ARGUMENT_REFUSED].value_counts().sort_index()
+    energy = rows["energy_error"][rows["ending"] == StabilityCheckVerdict.ALL_CHECKS_HOLD]
+    reasons = rows["reason"][rows["ending"] == StabilityCheckVerdict.ARGUMENT_REFUSED].value_counts().sort_index()
     refusals = " or ".join(f"`{name}` ({count} inputs)" for name, count in reasons.items())
     named = f", with an error that names the argument {refusals}" if refusals else ""
     return (
         f"Among the {len(energy)} cases that pass all {check_count_in_words} checks, the largest residual of work and "
         f"energy is {energy.max():.4f} and the median residual {energy.median():.2g}. The program refused "
         f"{reasons.sum()} inputs{named}. The number of cases with the label *silent* (a wrong outcome without warning) "
-        f"is {(rows['ending'] == CheckedOutcome.WRONG_WITHOUT_WARNING).sum()}."
+        f"is {(rows['ending'] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING).sum()}."
     )
 
 
@@ -88,7 +88,8 @@ def _block_outcome_tables(rows: pd.DataFrame) -> str:
     by_motion = _outcome_count_table("motion", kinds, rows)
     by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
     budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
-    return f"{by_motion}\n\n{wrap_text(f'{budget} {_paragraph_on_check_results(rows)}')}\n\n{by_penetration}"
+    paragraph = wrap_text(f"{budget} {_paragraph_on_energy_refusals_and_silent_errors(rows)}")
+    return f"{by_motion}\n\n{paragraph}\n\n{by_penetration}"
 
 
 def _outcome_share_table_by_penetration(rows: pd.DataFrame, penetration_to_width_ratio_edges: tuple[float, ...]) -> str:
@@ -96,7 +97,7 @@ def _outcome_share_table_by_penetration(rows: pd.DataFrame, penetration_to_width
     lines = []
     for low, high in itertools.pairwise(penetration_to_width_ratio_edges):
         endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
-        shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in CheckedOutcome]
+        shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in StabilityCheckVerdict]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     return markdown_table(("δ/B", "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
@@ -112,7 +113,7 @@ def _scene_outcome_table(rows: pd.DataFrame) -> str:
     summary = (
         f"The table counts {len(rows)} cases of scenes. A case may use at most {rows.attrs['budget']:.3g} time steps, "
         f"or {rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions (chosen to make the program "
-        f"fail). {_paragraph_on_check_results(rows)} "
+        f"fail). {_paragraph_on_energy_refusals_and_silent_errors(rows)} "
         f"The {len(compared)} cases of gravestones that do not slide off the ground were also run with the program for "
         f"single blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
@@ -126,13 +127,14 @@ def _stack_outcome_tables_by_motion_and_stone_count(rows: pd.DataFrame) -> str:
         for head, column in (("motion", "motion"), ("stones", "stones"), ("kind of stack", "kind"))
     ]
     right, unstable = (
-        rows["ending"] == CheckedOutcome.ALL_CHECKS_HOLD,
-        rows["ending"] == CheckedOutcome.NUMERICALLY_UNSTABLE,
+        rows["ending"] == StabilityCheckVerdict.ALL_CHECKS_HOLD,
+        rows["ending"] == StabilityCheckVerdict.NUMERICALLY_UNSTABLE,
     )
     falls = rows["vertical"] > 1.0
     summary = (
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
-        f"{_paragraph_on_check_results(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the cases at least "
+        f"{_paragraph_on_energy_refusals_and_silent_errors(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the "
+        f"cases at least "
         f"one stone of the stack falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one falls. "
         f"The ground accelerates downwards by more than 1 g in {_percent_text(falls[unstable])} of the "
         f"{int(unstable.sum())} unstable cases, and in {_percent_text(falls[right])} of the {int(right.sum())} cases "
@@ -147,19 +149,24 @@ def _paragraphs_on_inputs_without_outcome(block_rows: pd.DataFrame, scene_rows: 
     """Return a paragraph on each kind of input for which the program gives no outcome, with its share in this run."""
     ending, ratio = block_rows["ending"], block_rows["penetration_ratio"]
     soft = ratio > 0.1
-    unstable = (ending == CheckedOutcome.NUMERICALLY_UNSTABLE) & (ratio < 1e-2)
+    unstable = (ending == StabilityCheckVerdict.NUMERICALLY_UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
     sunk = block_rows["penetration"] > 0.5 * MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(
         1.0, 1.0 / block_rows["b_over_h"]
     )
-    over, undecided = ending == CheckedOutcome.OVER_STEP_BUDGET, ending == CheckedOutcome.UNDECIDED_AT_END_TIME
-    in_scenes = (scene_rows["ending"] == CheckedOutcome.NUMERICALLY_UNSTABLE) & (scene_rows["penetration_ratio"] < 1e-2)
+    over, undecided = (
+        ending == StabilityCheckVerdict.OVER_STEP_BUDGET,
+        ending == StabilityCheckVerdict.UNDECIDED_AT_END_TIME,
+    )
+    in_scenes = (scene_rows["ending"] == StabilityCheckVerdict.NUMERICALLY_UNSTABLE) & (
+        scene_rows["penetration_ratio"] < 1e-2
+    )
     lines = [
         "Very soft contacts have a penetration δ at rest above a tenth of the width B or, in a scene, of the smaller "
         "side of the element. If the contacts are very soft, the weight of the block presses its corners so deep "
         "into the base that the contact law no longer applies. "
         f"Of the {int(soft.sum())} blocks with δ/B above 0.1, "
-        f"{_percent_text(ending[soft] == CheckedOutcome.NUMERICALLY_UNSTABLE)} are marked `unstable`.",
+        f"{_percent_text(ending[soft] == StabilityCheckVerdict.NUMERICALLY_UNSTABLE)} are marked `unstable`.",
         "Very stiff contacts have a penetration δ at rest below "
         f"{MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO * np.finfo(float).eps:.1g} H, where "
         "H is the height: double precision cannot resolve such a penetration. The program refuses a block or "

@@ -33,10 +33,10 @@ from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
     CASE_COUNT_PER_SCENE_SETTING,
     SPACE_FILLING_MOTION_KINDS,
-    StabilityCase,
+    BlockCaseOfStabilityMap,
     motion_of_case,
 )
-from verification.stability.checks import CheckedOutcome
+from verification.stability.checks import StabilityCheckVerdict
 
 MAX_STEPS_OF_STACK_CASE: Final = 500_000
 """Largest number of time steps of a case."""
@@ -61,7 +61,7 @@ STACK_COLUMN_LONG_NAMES_AND_UNITS: Final = {
     "peak": ("largest horizontal acceleration", "m s-2"),
     "vertical": ("largest downward acceleration over g", "1"),
     "acceleration_ratio": ("largest horizontal acceleration over the least that opens or slides a joint", "1"),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.label}" for e in CheckedOutcome), "1"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.label}" for e in StabilityCheckVerdict), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "fallen": ("number of stones that fall; -1: no answer", "1"),
     "energy_error": ("residual of work and energy", "1"),
@@ -81,7 +81,7 @@ class ParametersOfStackCases:
     static_penetration_to_width_ratio: float
     """Static penetration over the width of each contact."""
     contact_damping_ratio: float
-    motion_parameters: StabilityCase
+    motion_parameters: BlockCaseOfStabilityMap
     """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
     friction_by_case: FloatArray
     amplitude_factor_by_case: FloatArray
@@ -90,7 +90,7 @@ class ParametersOfStackCases:
     """Plan of each stone; empty: all are boxes. A stone of another plan than a rectangle is as deep as it is wide."""
 
     @property
-    def stack_kind(self) -> str:
+    def boxes_prisms_or_drums(self) -> str:
         """Kind of stack: boxes, prisms, or drums."""
         return (
             "boxes" if not self.plan_shape_by_stone else "drums" if np.ptp(self.stone_sizes[:, 0]) == 0.0 else "prisms"
@@ -148,7 +148,7 @@ def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> 
     depth = width * draw_log_uniform(0.5, 2.0, stones)
     height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), MIN_STONE_HEIGHT_M)
     kind = ("vertical above g", *SPACE_FILLING_MOTION_KINDS)[int(generator.integers(4))]
-    shaking = StabilityCase(
+    shaking = BlockCaseOfStabilityMap(
         normal_stiffness_per_corner=1.0, heave_damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0,
         scheme="centred", requested_step_to_stable_step_ratio=float("nan"),
         peak_horizontal_acceleration=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
@@ -268,11 +268,11 @@ def simulate_and_check_stack_cases(
     above = np.cumsum(setting.stone_masses[::-1])[::-1] - setting.stone_masses
     relative = setting.stone_sizes[:, 2] / setting.stone_sizes[:, :2].min(axis=1)
     alike = {
-        "stones": stones, "kind": setting.stack_kind, "motion": setting.motion_parameters.motion_kind,
+        "stones": stones, "kind": setting.boxes_prisms_or_drums, "motion": setting.motion_parameters.motion_kind,
         "sampling_interval": setting.motion_parameters.sampling_interval,
         "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.stone_masses).max(),
         "penetration_ratio": setting.static_penetration_to_width_ratio, "damping": setting.contact_damping_ratio,
-        "ending": np.int8(CheckedOutcome.ARGUMENT_REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
+        "ending": np.int8(StabilityCheckVerdict.ARGUMENT_REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
         "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {
@@ -304,7 +304,7 @@ def simulate_and_check_stack_cases(
         return rows
     for row in range(CASE_COUNT_PER_SCENE_SETTING):
         reason = name_of_first_failed_stack_check(setting, motion, found, row)
-        rows["ending"][row] = CheckedOutcome.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
+        rows["ending"][row] = StabilityCheckVerdict.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason
         if not reason and CaseStatus(found.status[row]).trajectory_has_known_outcome:
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])

@@ -33,7 +33,7 @@ RELATIVE_BOUNDARY_RESOLUTION: Final = 2 * RELATIVE_BRACKET_HALF_WIDTH / 2**BISEC
 """Width of the last bracket, as a share of B/H; a smaller shift counts as 0."""
 
 
-class OverturningBoundary(NamedTuple):
+class OverturningBoundaryAlongBOverH(NamedTuple):
     """Overturning boundary between a falling case and its standing neighbour along B/H."""
 
     case_group_index: int
@@ -46,12 +46,12 @@ class OverturningBoundary(NamedTuple):
 
 def boundaries_between_falling_and_standing_cases(
     groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int
-) -> list[OverturningBoundary]:
+) -> list[OverturningBoundaryAlongBOverH]:
     """Return boundaries: falling cases whose next larger B/H stands, at most `max_count_per_group` in each group.
 
     `flags` are those of all groups, in order.
     """
-    found: list[OverturningBoundary] = []
+    found: list[OverturningBoundaryAlongBOverH] = []
     begin = 0
     for number, group in enumerate(groups):
         names = ("azimuth_deg", "height", "friction", "b_over_h")
@@ -64,17 +64,17 @@ def boundaries_between_falling_and_standing_cases(
             same = np.array_equal(rows[falls, :3], rows[stands, :3])
             if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < max_count_per_group:
                 case = dict(zip(names, rows[falls].tolist(), strict=True))
-                found.append(OverturningBoundary(number, case, float(rows[stands, 3])))
+                found.append(OverturningBoundaryAlongBOverH(number, case, float(rows[stands, 3])))
                 here += 1
     return found
 
 
 def boundary_b_over_h_by_usual_and_finest_numerics(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[OverturningBoundary],
+    boundaries: Sequence[OverturningBoundaryAlongBOverH],
     usual_run_cases_arguments: RunCasesArguments,
     finest_run_cases_arguments: RunCasesArguments,
-    relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
+    relative_half_width_of_search_bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the B/H of overturning boundaries by usual numerics, and by the finest ones within a bracket around it."""
     near = bisect_boundaries(
@@ -88,12 +88,14 @@ def boundary_b_over_h_by_usual_and_finest_numerics(
         groups,
         boundaries,
         finest_run_cases_arguments,
-        near * (1 - relative_bracket_half_width),
-        near * (1 + relative_bracket_half_width),
+        near * (1 - relative_half_width_of_search_bracket),
+        near * (1 + relative_half_width_of_search_bracket),
     )
 
 
-def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> tuple[FloatArray, FloatArray]:
+def falling_and_standing_b_over_h(
+    boundaries: Sequence[OverturningBoundaryAlongBOverH],
+) -> tuple[FloatArray, FloatArray]:
     """Return B/H of the falling cases and of their standing neighbours."""
     return np.array([place.parameters_of_falling_case["b_over_h"] for place in boundaries]), np.array(
         [place.b_over_h_of_standing_neighbour for place in boundaries]
@@ -102,7 +104,7 @@ def falling_and_standing_b_over_h(boundaries: Sequence[OverturningBoundary]) -> 
 
 def bisect_boundaries(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[OverturningBoundary],
+    boundaries: Sequence[OverturningBoundaryAlongBOverH],
     run_cases_arguments: RunCasesArguments,
     falling_b_over_h_by_boundary: FloatArray,
     standing_b_over_h_by_boundary: FloatArray,
@@ -152,7 +154,7 @@ def bisect_boundaries(
 
 def _blocks_fall(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[OverturningBoundary],
+    boundaries: Sequence[OverturningBoundaryAlongBOverH],
     run_cases_arguments: RunCasesArguments,
     b_over_h_by_trial_and_boundary: FloatArray,
 ) -> NDArray[np.bool_]:
@@ -179,11 +181,11 @@ def _blocks_fall(
 
 def median_relative_boundary_shift(
     groups: Sequence[CaseGroup],
-    boundaries: Sequence[OverturningBoundary],
+    boundaries: Sequence[OverturningBoundaryAlongBOverH],
     run_cases_arguments: RunCasesArguments,
     bracket_centre_b_over_h: FloatArray,
     reference_boundary_b_over_h: FloatArray,
-    relative_bracket_half_width: float = RELATIVE_BRACKET_HALF_WIDTH,
+    relative_half_width_of_search_bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> float:
     """Return the median absolute shift of boundaries over their B/H in a reference.
 
@@ -200,13 +202,15 @@ def median_relative_boundary_shift(
         groups,
         chosen,
         run_cases_arguments,
-        bracket_centre_b_over_h[usable] * (1 - relative_bracket_half_width),
-        bracket_centre_b_over_h[usable] * (1 + relative_bracket_half_width),
+        bracket_centre_b_over_h[usable] * (1 - relative_half_width_of_search_bracket),
+        bracket_centre_b_over_h[usable] * (1 + relative_half_width_of_search_bracket),
     )
     return float(
         np.median(
             np.where(
-                np.isnan(found), relative_bracket_half_width, np.abs(found / reference_boundary_b_over_h[usable] - 1.0)
+                np.isnan(found),
+                relative_half_width_of_search_bracket,
+                np.abs(found / reference_boundary_b_over_h[usable] - 1.0),
             )
         )
     )

@@ -55,7 +55,12 @@ def draw_errors_against_finer_steps_or_stiffer_springs(rows: pd.DataFrame, path:
             axes[0, column].set_title(f"six records, {friction}")
             axes[-1, column].set_xlabel(_X_AXIS_LABELS["seconds_per_case"])
         methods = _SCHEME_LABELS | {"stiffness": "centred, δ/B 2e-3 to 2e-8, against 2e-8"}
-        figure.legend(handles=_legend_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
+        figure.legend(
+            handles=_method_hollow_mark_and_ring_legend_handles(methods),
+            loc="lower center",
+            ncols=2,
+            bbox_to_anchor=(0.5, 0.0),
+        )
         figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
         save_figure_files(figure, path)
 
@@ -89,7 +94,7 @@ def draw_errors_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
             name: text for name, text in methods.items() if (rows["method"] == name).any() or name == "stiffness"
         }
         methods |= {"exact": "exact rigid block, over orders"}
-        figure.legend(handles=_legend_handles(methods), loc="outside lower center", ncols=2)
+        figure.legend(handles=_method_hollow_mark_and_ring_legend_handles(methods), loc="outside lower center", ncols=2)
         save_figure_files(figure, path)
 
 
@@ -122,7 +127,7 @@ def _draw_error_panel(
         axes.set_ylabel(_Y_AXIS_LABELS[error_column])
 
 
-def _legend_handles(label_by_method: Mapping[str, str]) -> list[Any]:
+def _method_hollow_mark_and_ring_legend_handles(label_by_method: Mapping[str, str]) -> list[Any]:
     """Return the legend: methods, and the meaning of hollow marks and rings."""
     from matplotlib.lines import Line2D
 

@@ -67,8 +67,8 @@ def markdown_by_marker(
             convergence_order_by_measure_and_scheme, convergence_orders(rows, (1.0, 0.0))
         ),
         "stiffness": _stiffness_error_table(rows),
-        "rigid": _rigid_error_table(rows),
-        "equal-agreement": table_of_time_at_equal_agreement(rows),
+        "rigid": _table_of_errors_against_rigid_solutions(rows),
+        "equal-agreement": table_of_least_time_by_share_of_equal_outcomes(rows),
     }
 
 
@@ -142,7 +142,7 @@ def _row_mask_of_time_steps_shown_in_docs(rows: pd.DataFrame) -> "pd.Series[bool
     )
 
 
-def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
+def table_of_least_time_by_share_of_equal_outcomes(rows: pd.DataFrame) -> str:
     """Return a table of the least time per case at which each method reaches given shares of equal outcomes.
 
     The outcomes are compared with those of the rigid rocking block; the last row has the highest share reached.
@@ -151,16 +151,16 @@ def table_of_time_at_equal_agreement(rows: pd.DataFrame) -> str:
     agreement = 1.0 - of["disagree"] / of["shared"]
     most = {name: agreement[of["method"] == name].max() for name in COMPARED_METHODS if (of["method"] == name).any()}
 
-    def shortest_time_text(method_name: str, min_agreement_share: float) -> str:
+    def least_time_per_case_text(method_name: str, min_agreement_share: float) -> str:
         """Return the least time per case, ms, at which a method agrees in a share of the cases, as text; or "–"."""
         seconds = of["seconds_per_case"][(of["method"] == method_name) & (agreement >= min_agreement_share)].min()
         return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else "–"
 
     lines = [
-        (f"{100 * least:g} %", *(shortest_time_text(name, least) for name in most))
+        (f"{100 * least:g} %", *(least_time_per_case_text(name, least) for name in most))
         for least in COMPARED_AGREEMENT_SHARES
     ]
-    best = [f"{100 * share:.1f} % in {shortest_time_text(name, share)}" for name, share in most.items()]
+    best = [f"{100 * share:.1f} % in {least_time_per_case_text(name, share)}" for name, share in most.items()]
     return markdown_table(
         (f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("highest agreement", *best)]
     )
@@ -205,7 +205,7 @@ def _stiffness_error_table(rows: pd.DataFrame) -> str:
     return markdown_table(("cases", "δ/B", "s per case", "against", *_ERROR_HEADERS), lines)
 
 
-def _rigid_error_table(rows: pd.DataFrame) -> str:
+def _table_of_errors_against_rigid_solutions(rows: pd.DataFrame) -> str:
     """Return the table of errors against rigid rocking and sliding, engines included."""
     head = (
         "cases",

@@ -309,21 +309,21 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
         groups, right = amplitude_robust_cases_and_their_outcomes(every)
         for setting in (*scheme_and_step_settings(0.05), *others):
             found, spent = setting.run_and_measure_cost_per_case(groups)
-            common = case_and_wrong_counts_of_engine_subset(name, groups, found.overturned, right[0])
+            common = counts_of_all_and_wrong_cases_engines_simulate(name, groups, found.overturned, right[0])
             yield setting.error_table_row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in TAYLOR_SERIES_ORDERS:
             (flags, peaks), seconds = run_and_measure_min_processor_time(
                 partial(run_rigid_rocking_blocks, groups, order)
             )
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= wrong_flag_and_side_counts(flags, right[0]) | case_and_wrong_counts_of_engine_subset(
+            own |= wrong_flag_and_side_counts(flags, right[0]) | counts_of_all_and_wrong_cases_engines_simulate(
                 name, groups, flags, right[0]
             )
             own["rotation_error"] = median_peak_rotation_error_over_alpha(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == TAYLOR_SERIES_ORDER} | own
 
 
-def case_and_wrong_counts_of_engine_subset(
+def counts_of_all_and_wrong_cases_engines_simulate(
     case_set_name: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
 ) -> ErrorTableRow:
     """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
@@ -337,7 +337,7 @@ def case_and_wrong_counts_of_engine_subset(
     return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
-def measure_slip_errors_against_exact_sliding() -> Iterator[ErrorTableRow]:
+def measure_peak_slip_errors_against_exact_block() -> Iterator[ErrorTableRow]:
     """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
     groups = sliding_block_case_groups()
     exact = np.array([
@@ -413,7 +413,7 @@ MEASUREMENT_FUNCTIONS_BY_PART: Final[dict[str, Sequence[Callable[[], Iterator[Er
     "rocking": [partial(measure_errors_against_finer_steps, "rocking")],
     "sliding": [partial(measure_errors_against_finer_steps, "sliding")],
     "stiffness": [partial(measure_errors_over_stiffness, "rocking"), partial(measure_errors_over_stiffness, "sliding")],
-    "rigid": [measure_errors_against_rigid_rocking, measure_slip_errors_against_exact_sliding],
+    "rigid": [measure_errors_against_rigid_rocking, measure_peak_slip_errors_against_exact_block],
     "energy": [measure_energy_balance],
     "peers": [measure_engine_errors_against_rigid_rocking],
 }

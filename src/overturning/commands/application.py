@@ -14,7 +14,7 @@ from overturning.commands import cube, records, study, surveys, workflow
 from overturning.commands.explore import write_interactive_cube_page
 from overturning.commands.one import simulate_stone_or_scene_under_one_record
 from overturning.errors import OverturningError
-from overturning.files import os_error_message_with_known_remedy
+from overturning.files import os_error_message_or_empty_without_remedy
 
 _INTERRUPTED_EXIT_STATUS = 130
 """Exit status of a command stopped by Ctrl-C."""
@@ -124,7 +124,7 @@ def run_command_line(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
-        if not (said := os_error_message_with_known_remedy(error)):
+        if not (said := os_error_message_or_empty_without_remedy(error)):
             raise
         print(f"error: {said}", file=sys.stderr)
         sys.exit(1)

@@ -56,7 +56,7 @@ def draw_figure(
     from overturning.figures.write import (
         parse_figure_width_inches,
         parse_font_family_and_size,
-        save_figure_and_return_warning,
+        save_figure_and_return_text_layout_warning,
         set_figure_title,
     )
     from overturning.files import check_output_path
@@ -99,7 +99,7 @@ def draw_figure(
         drawn = draw_study_figure(kind, cube)
     set_figure_title(drawn, title)
     with use_translation_language(language or (study.language if study else None)):
-        warning = save_figure_and_return_warning(
+        warning = save_figure_and_return_text_layout_warning(
             drawn, output, dpi=dpi, width_inches=inches, font_family_and_size_text=font
         )
     print(output)

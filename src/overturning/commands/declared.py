@@ -47,7 +47,7 @@ def expand_dataclass_parameters_to_options(command: Callable[..., None]) -> Call
     return build_dataclasses_and_call_command
 
 
-def _option_name_of_field(field_name: str) -> str:
+def _option_name_without_unit_of_field(field_name: str) -> str:
     """Return the command-line option for a field of `RecordFileOptions`, such as --azimuths for ``azimuths_deg``."""
     return f"--{field_name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
@@ -55,7 +55,7 @@ def _option_name_of_field(field_name: str) -> str:
 def _option_for_record_file_property(property_name: str, option_flag: str = "") -> Any:
     """Return the command-line option for a property of record files, with the help text of this property."""
     return typer.Option(
-        option_flag or _option_name_of_field(property_name),
+        option_flag or _option_name_without_unit_of_field(property_name),
         help=FilePropertiesInTableRow.model_fields[property_name].description,
         show_default=False,
     )
@@ -86,7 +86,9 @@ class RecordFileOptions:
             return DeclaredFileProperties(**given)
         except ArgumentError as problem:
             raise ArgumentError(
-                re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_name_of_field(key[2]), str(problem))
+                re.sub(
+                    r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_name_without_unit_of_field(key[2]), str(problem)
+                )
             ) from None
 
 

@@ -55,10 +55,12 @@ def simulate_stone_or_scene_under_one_record(
     if is_stack:
         _refuse_azimuth_or_body_options_for_stack(planar_model_options, body_options)
     elif not body_options.body:
-        _check_azimuth_without_body_options(planar_model_options, body_options)
+        _check_options_of_2d_simulation(planar_model_options, body_options)
     shift, factor = start_offset_from_file_start_s(record), motion_options.amplitude_factor
     if body_options.body:
-        found = _simulate_body(motion, factor, body_options, stone_options, shift, planar_model_options.density)
+        found = _simulate_body_at_each_orientation(
+            motion, factor, body_options, stone_options, shift, planar_model_options.density
+        )
     elif is_stack:
         found = _simulate_stack(
             motion, factor, planar_model_options, body_options.orientation or [], stone_options, shift
@@ -161,7 +163,7 @@ def _refuse_azimuth_or_body_options_for_stack(
         )
 
 
-def _check_azimuth_without_body_options(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_options_of_2d_simulation(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
     """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 
@@ -186,8 +188,8 @@ def _simulate_stack(
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import (
         SIMULATED_TIME_AFTER_OUTCOME_S,
+        azimuth_heading_of_film_panel,
         outcome_sentence,
-        panel_heading_of_trajectory,
     )
     from overturning.model.stack import Stack
 
@@ -208,7 +210,7 @@ def _simulate_stack(
     what = f"{stones.title or stones.name} in 3-D, B/H = {sizes['b_over_h']:.3g}, H = {sizes['height']:.3g} m, "
     return _SimulatedTrajectories(
         what + f"µ = {f'{friction:g}' if stones.has_contact_with_unset_friction else 'that of the scene'}",
-        [*level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)], paths, model,
+        [*level, *(f"{azimuth_heading_of_film_panel(path)}: {outcome_sentence(path)}" for path in paths)], paths, model,
         sizes | {"friction": friction},
     )  # fmt: skip
 
@@ -267,7 +269,7 @@ def _simulate_planar_scene(
     return _SimulatedTrajectories(what, lines, paths, PlanarModel(stones), block)
 
 
-def _simulate_body(
+def _simulate_body_at_each_orientation(
     motion: "Motion",
     amplitude_factor: float,
     body_options: BodyOptions,
@@ -278,7 +280,7 @@ def _simulate_body(
     """Simulate a 3-D body at each orientation; times count from the first sample of the record file."""
     from overturning.commands.body_shape import create_body_shape_and_scan_description_lines
     from overturning.dem.trajectory import trajectory
-    from overturning.figures.film_of_trajectory import outcome_sentence, panel_heading_of_trajectory
+    from overturning.figures.film_of_trajectory import azimuth_heading_of_film_panel, outcome_sentence
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
 
@@ -302,7 +304,7 @@ def _simulate_body(
     sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.depth_over_width_is_parameter else ""
     return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
-        [*about_scan, *level, *(f"{panel_heading_of_trajectory(path)}: {outcome_sentence(path)}" for path in paths)],
+        [*about_scan, *level, *(f"{azimuth_heading_of_film_panel(path)}: {outcome_sentence(path)}" for path in paths)],
         paths,
         Body(shape, contact),
         {name: float(sizes[name]) for name in ("height", "b_over_h")}

@@ -81,7 +81,7 @@ def summarise_or_compare_survey(
         {"--figure": figure, "--rose": rose, "--output": output}, [stones, *cubes.values()]
     )
     table = read_survey_table(stones, declination)
-    _check_survey_has_counted_stones_and_cube_sites(table, stones, cubes)
+    _check_stones_to_compare_and_site_cube_names(table, stones, cubes)
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
@@ -110,7 +110,7 @@ def _parse_cube_path_by_site(site_cube_option_texts: Sequence[str]) -> dict[str,
     return found
 
 
-def _check_survey_has_counted_stones_and_cube_sites(
+def _check_stones_to_compare_and_site_cube_names(
     survey_table: "SurveyTable", survey_path: Path, cube_path_by_site: Mapping[str, Path]
 ) -> None:
     """Raise an error if a survey has no stone to compare, or the option --site-cube names a site that no stone has.
@@ -221,7 +221,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
     from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.stored import write_result_as_json
     from overturning.surveys.comparison import survey_file_hash_and_user_comments
-    from overturning.surveys.displacements import StoredDisplacementComparison, compare_displacements
+    from overturning.surveys.displacements import StoredDisplacementComparison, compare_falls_shifts_and_twists
     from overturning.surveys.observed import summarise_survey
 
     default, by_site = pair_of_default_cube_and_cube_by_site
@@ -232,7 +232,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
         survey_file_name=survey_path.name,
         sha256=sha256,
         record=record,
-        all_sites_comparison=compare_displacements(
+        all_sites_comparison=compare_falls_shifts_and_twists(
             survey_table, default, by_site, random_fall_direction_share=random_outcome_share
         ),
         survey_warnings=survey_table.warnings,
@@ -240,7 +240,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
         comparisons_by_site=tuple(
             (
                 site,
-                compare_displacements(
+                compare_falls_shifts_and_twists(
                     part, by_site.get(site, default), random_fall_direction_share=random_outcome_share
                 ),
             )

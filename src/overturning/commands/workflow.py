@@ -109,8 +109,8 @@ def add_station_event_and_site_to_motions(
     """Add station, event and site from the record table to the stored motions of all records."""
     from overturning.records import read
     from overturning.records.store import (
+        read_record_before_processing_if_processed,
         read_record_from_motion_file,
-        read_unprocessed_record_from_motion_file,
         write_record_to_motion_file,
     )
     from overturning.study.load import load_study_from_file_or_json, read_record_table_rows_of_study
@@ -118,7 +118,7 @@ def add_station_event_and_site_to_motions(
     settings = load_study_from_file_or_json(study)
     for name, entry in read_record_table_rows_of_study(settings, settings.name).items():
         path = motions / f"{name}.nc"
-        before = read_unprocessed_record_from_motion_file(path)
+        before = read_record_before_processing_if_processed(path)
         labelled = None if before is None else read.copy_record_with_metadata_of_table_row(before, entry)
         write_record_to_motion_file(
             read.copy_record_with_metadata_of_table_row(read_record_from_motion_file(path), entry),

@@ -25,9 +25,9 @@ def simulate_grid_and_2d_face_planes_of_rectangle(
 ) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; if the body is a rectangle in 3-D, also in the vertical planes of its faces.
 
-    The arrays are those of `simulate_grid` and the model's `study_variables_besides_outcomes`. A rectangle is also
-    simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If it
-    falls in both, `fall_flag_and_azimuth_from_planes` decides. ``block_steps`` includes these simulations.
+    The arrays are those of `simulate_grid` and the model's `outcome_variables_of_2d_runs_in_face_planes`. A rectangle
+    is also simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If
+    it falls in both, `fall_flag_and_azimuth_from_planes` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.depth_over_width_is_parameter:

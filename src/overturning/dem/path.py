@@ -32,12 +32,12 @@ def dataset_variable_tuple(
 
 
 @dataclass(frozen=True)
-class PlanarTrajectory:
+class PlanarSceneTrajectory:
     """Motion of all elements of a scene over time in one case, with the contact forces."""
 
     scene: Scene
     placed_elements: list[PlacedElement]
-    critical_angles: FloatArray  # shape (elements,): α of each free element, rad
+    critical_angles_by_free_element: FloatArray  # shape (elements,): α of each free element, rad
     time: FloatArray  # shape (rows,): time after the start of the record, s
     base_acceleration_towards_azimuth: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
     poses_and_rates: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
@@ -95,7 +95,9 @@ class PlanarTrajectory:
             "contact_on": ("contact", [on for on, _ in self.contact_element_names]),
             "contact_by": ("contact", [by for _, by in self.contact_element_names]),
             "kind": ("element", [item.element.kind for item in self.placed_elements]),
-            "critical_angle": dataset_variable_tuple("element", self.critical_angles, "rad", "critical angle"),
+            "critical_angle": dataset_variable_tuple(
+                "element", self.critical_angles_by_free_element, "rad", "critical angle"
+            ),
             "fallen_angle": dataset_variable_tuple(
                 "element side",
                 [

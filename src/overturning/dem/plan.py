@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_until_energy_balances_or_mark_unstable
-from overturning.dem.kernel.ground import GroundMotion, max_acceleration_in_window_by_rest_check
-from overturning.dem.kernel.queue import SettingsOfParallelCases, run_case_queue
+from overturning.dem.kernel.ground import BaseAccelerationsWithMaximaAhead, max_acceleration_in_window_by_rest_check
+from overturning.dem.kernel.queue import SettingsCommonToParallelCases, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -62,7 +62,7 @@ class SimulationPlan(ABC):
     """Function that runs a queue of cases."""
     result_dtype: ClassVar[Any]
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
-    trajectory_dtype: ClassVar[Any]
+    trajectory_row_dtype: ClassVar[Any]
     """Dtype of a row of the path; if structured, it has a column `time`."""
     index_or_field_name_of_trajectory_time: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
@@ -247,7 +247,7 @@ class SimulationPlan(ABC):
         cases, steps = self.case_table[case_numbers], int(self.steps_per_sample[case_numbers[0]]) * step_divisor
         # The shortest step is given in ticks, and a tick is shorter by the same factor.
         cases["steps_before_doubling_after_contact_change"] *= step_divisor
-        settings = SettingsOfParallelCases(
+        settings = SettingsCommonToParallelCases(
             sample_count=self.motion.sample_count,
             sampling_interval=self.motion.sampling_interval,
             ticks_per_sample=ticks_per_whole_step * steps,
@@ -258,7 +258,7 @@ class SimulationPlan(ABC):
             parallel_case_count=parallel_case_count,
         )
         ground, row = (
-            GroundMotion(
+            BaseAccelerationsWithMaximaAhead(
                 self.base_accelerations,
                 self.unscaled_upward_acceleration,
                 *self.max_horizontal_and_vertical_by_rest_check_m_s2,
@@ -299,11 +299,11 @@ class SimulationPlan(ABC):
         """Return a buffer for a trajectory: with a row per sample, or without rows if no trajectory is recorded."""
         rows = self.motion.sample_count if is_recorded else 0
         check_trajectory_size(rows * self.dataset_values_per_trajectory_row)
-        return np.zeros(rows, self.trajectory_dtype)
+        return np.zeros(rows, self.trajectory_row_dtype)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[Any]:
         """Return trajectory rows of the model at rest, one for each of the first `sample_count` samples."""
-        rows = np.zeros(sample_count, self.trajectory_dtype)
+        rows = np.zeros(sample_count, self.trajectory_row_dtype)
         rows["time"] = np.arange(sample_count) * self.motion.sampling_interval
         return rows
 

@@ -8,14 +8,14 @@ from overturning.arrays import FloatArray
 from overturning.figures.answer import PlottedEstimate, fault_normal_alignment_by_earthquake_figure
 from overturning.figures.style import SERIES_COLOURS, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.earthquakes import FallAlignmentWithReferences, FallAxisSummary
+from overturning.statistics.earthquakes import FallAxisAndAlignmentOverEarthquakes, MeanFallAlignmentByBOverH
 
 MAX_EARTHQUAKES_OF_HOLLOW_MARKER = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
 def fault_normal_alignment_figure_from_fall_axes(
-    fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, FallAxisSummary]
+    fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, FallAxisAndAlignmentOverEarthquakes]
 ) -> Figure:
     """Draw each earthquake's alignment of falls with the fault normal, one panel per group of records."""
     values = {
@@ -40,7 +40,7 @@ def convert_mean_to_plotted_estimate(earthquake_mean: MeanOverEarthquakes) -> Pl
 
 
 def fall_alignment_by_b_over_h_figure(
-    alignment_with_references_by_group: dict[str, FallAlignmentWithReferences], b_over_h_values: FloatArray
+    alignment_with_references_by_group: dict[str, MeanFallAlignmentByBOverH], b_over_h_values: FloatArray
 ) -> Figure:
     """Draw the alignment of falls with reference directions against B/H, one column of panels per group of records.
 

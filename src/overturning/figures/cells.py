@@ -19,14 +19,14 @@ def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     """Extend the azimuths of a results cube to the full circle by adding the opposite azimuth of each case.
 
     Gaps between azimuths that were not simulated are filled with missing values; see
-    `simulated_and_opposite_azimuths_deg`.
+    `azimuths_simulated_or_known_by_symmetry_deg`.
     """
     whole = cube_with_opposite_azimuths(cube)
     unknown = azimuths_one_step_into_unsimulated_gaps(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
-def simulated_and_opposite_azimuths_deg(cube: xr.Dataset) -> FloatArray:
+def azimuths_simulated_or_known_by_symmetry_deg(cube: xr.Dataset) -> FloatArray:
     """Return the simulated azimuths, degrees, including opposite azimuths whose outcome follows by mirror symmetry."""
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
     if plane_azimuth_period_deg(cube) != PLANE_SYMMETRY_PERIOD_DEG:

@@ -164,10 +164,13 @@ def labels_of_rings_at_round_radii(max_ring_radius: float) -> dict[float, str]:
     return {round(float(radius), decimals): f"{radius:.{decimals}f}" for radius in radii}
 
 
-def b_over_h_ring_labels(rim_b_over_h: float, fallback_b_over_h: float) -> dict[float, str]:
-    """Return labels of rings at round B/H, keyed by B/H; only `fallback_b_over_h` if none is below the rim."""
+def b_over_h_ring_labels(rim_b_over_h: float, ring_b_over_h_if_no_round_one_fits: float) -> dict[float, str]:
+    """Return labels of rings at round B/H, keyed by B/H.
+
+    Only `ring_b_over_h_if_no_round_one_fits` if none is below the rim.
+    """
     steps = (0.1, 0.2, 0.3) if rim_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
-    rings = [step for step in steps if step < rim_b_over_h] or [round(fallback_b_over_h, 2)]
+    rings = [step for step in steps if step < rim_b_over_h] or [round(ring_b_over_h_if_no_round_one_fits, 2)]
     return {ring: f"{ring:g}" for ring in rings}
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
-from overturning.statistics.earthquakes import FallAlignmentWithReferences, mean_fall_directions_and_axes_by_record
+from overturning.statistics.earthquakes import MeanFallAlignmentByBOverH, mean_fall_directions_and_axes_by_record
 from overturning.statistics.falls import overturning_indicator
 from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2
 from overturning.units import GAL
@@ -69,7 +69,7 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
 
 
 def check_has_fall_alignment(
-    cube: xr.Dataset, alignment_with_references_by_group: dict[str, FallAlignmentWithReferences]
+    cube: xr.Dataset, alignment_with_references_by_group: dict[str, MeanFallAlignmentByBOverH]
 ) -> None:
     """Raise an ArgumentError if the alignment of falls is known for no record, since the figure would be empty."""
     means = [

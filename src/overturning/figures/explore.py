@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
+    azimuths_simulated_or_known_by_symmetry_deg,
     b_over_h_cell_edges,
     cell_edges,
     extend_azimuths_to_full_circle,
-    simulated_and_opposite_azimuths_deg,
     trim_rings_without_falls_except_innermost,
 )
 from overturning.figures.explore_cells import (
@@ -131,7 +131,7 @@ def explorer_page_data(
         "rings": rings,
         "direction": _list_with_nine_decimals(direction),
         "computed": np.isin(direction,
-        simulated_and_opposite_azimuths_deg(cube) if model.is_planar else direction).tolist(),
+        azimuths_simulated_or_known_by_symmetry_deg(cube) if model.is_planar else direction).tolist(),
         **{name: _list_with_nine_decimals(one[name].to_numpy())
            for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],

@@ -94,11 +94,11 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
 def stack_tilts_quaternions_positions_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return tilt (2), quaternion (4) and position (3, m) of all stones of a stack, shape (times, 9 × stones)."""
     return np.concatenate(
-        [tilt_components_quaternion_and_position_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1
+        [tilt_north_east_quaternion_and_position_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1
     )
 
 
-def tilt_components_quaternion_and_position_by_time(trajectory: "xr.Dataset") -> FloatArray:
+def tilt_north_east_quaternion_and_position_by_time(trajectory: "xr.Dataset") -> FloatArray:
     """Return the tilt components north and east, quaternion and position (m) of a 3-D body, shape (times, 9)."""
     return np.column_stack(
         [trajectory["tilt_north"], trajectory["tilt_east"], trajectory["quaternion"], trajectory["place"]]

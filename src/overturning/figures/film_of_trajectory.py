@@ -19,14 +19,14 @@ from overturning.figures.film_of_body import (
     body_outcome_sentence,
     stack_outcome_sentence,
     stack_tilts_quaternions_positions_by_time,
-    tilt_components_quaternion_and_position_by_time,
+    tilt_north_east_quaternion_and_position_by_time,
 )
 from overturning.figures.film_of_plane import free_element_poses_by_time, scene_film_panel, scene_outcome_sentence
 from overturning.figures.film_words import (
     NO_OUTCOME_SENTENCE_BY_STATUS,
     REFERENCE_FRAME_NOTE,
     VIEW_ROTATION_HINT,
-    panel_heading_with_bearing,
+    panel_heading_with_motion_or_front_azimuth,
 )
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -41,10 +41,10 @@ LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO: Final = 0.1
 """Share of the largest movement of a stone that stands, below which its film ends."""
 
 
-def panel_heading_of_trajectory(trajectory: "xr.Dataset") -> str:
+def azimuth_heading_of_film_panel(trajectory: "xr.Dataset") -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body faces (3-D)."""
     display = _film_functions_for_trajectory(trajectory)
-    return panel_heading_with_bearing(
+    return panel_heading_with_motion_or_front_azimuth(
         float(trajectory.attrs[display.trajectory_direction_attribute_name]),
         is_3d=display is not _FILM_FUNCTIONS_2D_SCENE,
     )
@@ -164,7 +164,7 @@ def film_of_trajectories(
     if not trajectories:
         raise ArgumentError("trajectories: none given; a film needs at least one trajectory")
     each = [motions] * len(trajectories) if isinstance(motions, Motion) else list(motions)
-    names = list(headings) or [panel_heading_of_trajectory(trajectory) for trajectory in trajectories]
+    names = list(headings) or [azimuth_heading_of_film_panel(trajectory) for trajectory in trajectories]
     if not len(each) == len(names) == len(trajectories):
         raise ArgumentError(
             f"motions, headings: {len(each)} and {len(names)}; give one for each of {len(trajectories)} trajectories"
@@ -204,7 +204,7 @@ _FILM_FUNCTIONS_2D_SCENE: Final = _FilmFunctionsOfModelKind(
 _FILM_FUNCTIONS_3D_BODY: Final = _FilmFunctionsOfModelKind(
     "orientation_deg",
     body_outcome_sentence,
-    tilt_components_quaternion_and_position_by_time,
+    tilt_north_east_quaternion_and_position_by_time,
     body_or_stack_film_panel,
     VIEW_ROTATION_HINT,
 )

@@ -111,14 +111,14 @@ def film_strip_figure(film: Film, *, has_title: bool = True) -> "Figure":
     return figure
 
 
-def _caption_below_frame_row(panel: FilmPanel, panel_count: int) -> str:
+def _caption_below_frame_row(panel: FilmPanel, film_panel_count: int) -> str:
     """Return the text below a panel's row of frames: directions of left and right, panel heading, and outcome."""
     sides = (
         f"← {panel.left_and_right_bearings[0]}    {panel.left_and_right_bearings[1]} →      "
         if panel.left_and_right_bearings[0]
         else ""
     )
-    return sides + (f"{panel.title}: " if panel_count > 1 else "") + panel.outcome_sentence
+    return sides + (f"{panel.title}: " if film_panel_count > 1 else "") + panel.outcome_sentence
 
 
 def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, fractional_frame_index: float) -> None:

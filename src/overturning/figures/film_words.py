@@ -147,7 +147,7 @@ def movie_title_with_speed(film_title: str, speed_label: str) -> str:
     return f"{film_title} (at {speed_label} of its speed)"
 
 
-def panel_heading_with_bearing(azimuth_or_orientation_deg: float, *, is_3d: bool) -> str:
+def panel_heading_with_motion_or_front_azimuth(azimuth_or_orientation_deg: float, *, is_3d: bool) -> str:
     """Return the heading of a film panel: azimuth of the motion (2-D), or azimuth that the body's front faces (3-D)."""
     return f"{'facing' if is_3d else 'motion along'} {compass_bearing_text(azimuth_or_orientation_deg)}"
 

@@ -80,7 +80,7 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     for criterion, (color, dashes) in (
         zip(OVERTURNING_CRITERIA, CRITERION_LINE_STYLES, strict=True) if draws_published_criteria else ()
     ):
-        limit = criterion.pga_limit_m_s2_function(height, b_over_h, y)
+        limit = criterion.pga_limit_from_height_b_over_h_pgv_over_pga(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
     if logistic_fit is not None and abs(logistic_fit.coefficient_estimates[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.

@@ -17,12 +17,12 @@ from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import (
     azimuth_cell_edges_rad,
+    azimuths_simulated_or_known_by_symmetry_deg,
     b_over_h_cell_edges,
     count_b_over_h_rings_to_draw,
     extend_azimuths_to_full_circle,
     isolated_curve_point_indices,
     panel_row_and_column_counts,
-    simulated_and_opposite_azimuths_deg,
     symmetric_polar_curve_angles_rad_and_radii,
 )
 from overturning.figures.compass import COLOUR_BAR_AXES_LABEL, b_over_h_ring_labels, create_compass_grid
@@ -194,7 +194,7 @@ def _create_map_panels_by_record_height_and_friction(
         record_cubes, chance, either, falls, [*peak_velocities_by_azimuth, *len(record_cubes) * [None]], strict=False
     ):
         shown = one.assign(stands=(any_run == 0) & ~(fell > 0)).isel(b_over_h=slice(None, rings))
-        simulated = np.isin(shown["azimuth"].to_numpy(), simulated_and_opposite_azimuths_deg(cube))
+        simulated = np.isin(shown["azimuth"].to_numpy(), azimuths_simulated_or_known_by_symmetry_deg(cube))
         marks = (
             float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
             float(azimuth_away_from_epicentre(cube)),

@@ -147,12 +147,12 @@ def _are_coordinates_known(latitude_and_longitude: tuple[float, float]) -> bool:
 def figures_with_several_earthquake_maps(earthquakes: Sequence[EarthquakeMapContent]) -> Iterator[Figure]:
     """Yield figures with maps of all earthquakes, with at most `MAX_EARTHQUAKES_PER_FIGURE` maps per figure."""
     yield from (
-        earthquake_maps_in_one_figure(earthquakes[first : first + MAX_EARTHQUAKES_PER_FIGURE])
+        draw_station_and_fall_axis_maps_of_earthquakes(earthquakes[first : first + MAX_EARTHQUAKES_PER_FIGURE])
         for first in range(0, len(earthquakes), MAX_EARTHQUAKES_PER_FIGURE)
     )
 
 
-def earthquake_maps_in_one_figure(earthquakes: Sequence[EarthquakeMapContent]) -> Figure:
+def draw_station_and_fall_axis_maps_of_earthquakes(earthquakes: Sequence[EarthquakeMapContent]) -> Figure:
     """Draw a map of each earthquake: stations, epicentre, fault, and arrows along the mean axes of the falls.
 
     North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no

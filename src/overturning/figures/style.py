@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.svg_translation import break_lines_and_widen_to_max_line_count
-from overturning.model.planes import azimuth_gap_mask_and_step
+from overturning.model.planes import mask_of_azimuths_before_gap_and_grid_step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,7 +166,7 @@ def create_figure(width_inches: float, height_inches: float, layout_engine: Any 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    def png_image() -> bytes:
+    def render_figure_as_png() -> bytes:
         data = BytesIO()
         with use_package_matplotlib_settings():
             figure.savefig(data, format="png", metadata=REMOVED_FILE_METADATA["png"])
@@ -174,7 +174,7 @@ def create_figure(width_inches: float, height_inches: float, layout_engine: Any 
 
     figure = Figure(figsize=(width_inches, height_inches), layout=layout_engine)
     FigureCanvasAgg(figure)
-    figure._repr_png_ = png_image  # type: ignore[attr-defined]
+    figure._repr_png_ = render_figure_as_png  # type: ignore[attr-defined]
     return figure
 
 
@@ -354,7 +354,7 @@ def azimuths_one_step_into_unsimulated_gaps(simulated_azimuths_deg: FloatArray) 
             azimuth + AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG,
         ]
         return np.asarray(np.round(np.concatenate(around) % 360.0, 10))
-    not_computed, step = azimuth_gap_mask_and_step(azimuth, 360.0)
+    not_computed, step = mask_of_azimuths_before_gap_and_grid_step(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 

@@ -240,7 +240,7 @@ def parse_figure_width_inches(width_text: str) -> float | None:
     return None if metres is None else metres / 0.0254
 
 
-def save_figure_and_return_warning(
+def save_figure_and_return_text_layout_warning(
     figure: "Figure", path: Path, *, dpi: float, width_inches: float | None, font_family_and_size_text: str = ""
 ) -> str:
     """Write a figure to a file, and return a warning if texts are cut off or overlap; "" if there is no problem.
@@ -314,7 +314,7 @@ def compute_layout_at_first_drawing_or_on_request(figure: "Figure") -> Callable[
 
     draw, due = figure.draw, [True]
 
-    def compute_layout_on_first_draw(renderer: Any) -> None:
+    def compute_layout_if_due_instead_of_drawing(renderer: Any) -> None:
         """Compute the layout of the figure if it is due, without drawing.
 
         Draw the figure once Matplotlib has removed the layout engine.
@@ -330,5 +330,5 @@ def compute_layout_at_first_drawing_or_on_request(figure: "Figure") -> Callable[
         """Request that the layout of the figure is computed again at its next drawing."""
         due[0] = True
 
-    figure.draw = compute_layout_on_first_draw  # type: ignore[method-assign]
+    figure.draw = compute_layout_if_due_instead_of_drawing  # type: ignore[method-assign]
     return request_layout_at_next_drawing

@@ -36,7 +36,7 @@ class LogisticCoefficient(FindingBaseClass):
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class FallProbabilityIfHalfBeforeDoubling(FindingBaseClass):
+class DoublingEffectOnFallProbabilityOfHalf(FindingBaseClass):
     """Probability, with interval, to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
 
     doubled_quantity: str
@@ -60,7 +60,7 @@ class LogisticFitFindings(FindingBaseClass):
     """Number of earthquakes."""
     confidence_level: float
     """Probability of the intervals."""
-    fall_probabilities_after_doubling: list[FallProbabilityIfHalfBeforeDoubling]
+    fall_probabilities_after_doubling: list[DoublingEffectOnFallProbabilityOfHalf]
     """Factors on the odds as probabilities, for the predictors whose interval excludes no effect."""
     reason_for_missing_fit_or_interval: str
     """Reason why there is no fit or no interval; otherwise empty."""
@@ -115,7 +115,7 @@ class CriteriaFindings(FindingBaseClass):
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
-class PublishedOutcomeComparison(FindingBaseClass):
+class PublishedAndComputedBlockOutcome(FindingBaseClass):
     """Published and computed outcome of one block under one record along one azimuth."""
 
     variant: str
@@ -177,7 +177,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 
 def _fall_probability_if_quantity_doubles(
     doubled_quantity: str, coefficient: LogisticCoefficient
-) -> FallProbabilityIfHalfBeforeDoubling | None:
+) -> DoublingEffectOnFallProbabilityOfHalf | None:
     """Return the probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles.
 
     None if the effect is not significant: the interval of the factor on the odds includes 1.
@@ -187,7 +187,7 @@ def _fall_probability_if_quantity_doubles(
     if len(known) < len(odds) or known[1] <= 1.0 <= known[2]:
         return None
     value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
-    return FallProbabilityIfHalfBeforeDoubling(
+    return DoublingEffectOnFallProbabilityOfHalf(
         doubled_quantity=doubled_quantity,
         fall_probability_if_half_before=value,
         fall_probability_if_half_before_low=low,
@@ -258,7 +258,7 @@ def _insignificant_skill_differences(
     return differences
 
 
-def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutcomeComparison]:
+def compare_outcomes_with_published(results: StudyResults) -> list[PublishedAndComputedBlockOutcome]:
     """Compare computed outcomes with published ones, for each variant, height and friction of the study.
 
     Empty if the study names no published outcomes.
@@ -266,7 +266,7 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedOutc
     if not results.study.published:
         return []
     return [
-        PublishedOutcomeComparison(
+        PublishedAndComputedBlockOutcome(
             variant=variant,
             record=row.record,
             motion_azimuth_deg=row.azimuth,

@@ -11,14 +11,14 @@ from overturning.files import convert_argument_to_path, write_text
 from overturning.findings.causes import (
     CriteriaFindings,
     LogisticFitFindings,
-    PublishedOutcomeComparison,
+    PublishedAndComputedBlockOutcome,
     compare_outcomes_with_published,
     logistic_fit_findings,
     skill_of_published_criteria,
 )
 from overturning.findings.contrast import (
     ElementFallOutcomes,
-    SiteFallRates,
+    SoilProfileFallRatesAtAmplitude,
     VariantContrast,
     compare_study_with_variants,
     element_fall_findings,
@@ -27,7 +27,7 @@ from overturning.findings.contrast import (
     population_fall_rates_by_soil_and_amplitude,
 )
 from overturning.findings.direction import (
-    FallDirection,
+    FallDirectionRelativeToFaultNormal,
     PlanarModelAgreement,
     RecordGroupReferenceAlignment,
     fall_alignments_with_references,
@@ -46,18 +46,18 @@ from overturning.findings.exactness import (
 from overturning.findings.extent import (
     CaseCountOfStatus,
     RecordSourceAndLicence,
-    ReportMaps,
-    StudyCounts,
+    ReportMapSelection,
+    StudyExtentSummary,
     case_counts_by_status,
     choose_fall_maps_for_report,
     count_records_and_blocks_with_direction_range,
     source_and_licence_of_records,
 )
-from overturning.findings.inferred_motion import InferredMotion, all_inferred_motion_findings
-from overturning.findings.population import PopulationFindings, population_findings
-from overturning.findings.processing import RecordNotes, summarise_record_notes_and_doubts
+from overturning.findings.inferred_motion import InferredMotionOfSurvey, all_inferred_motion_findings
+from overturning.findings.population import StonePopulationFindings, population_findings
+from overturning.findings.processing import DoubtsAboutRecordData, summarise_record_notes_and_doubts
 from overturning.findings.published import (
-    BlockAgreementWithPublished,
+    BlockCountAgreeingWithPublished,
     PublishedPeakComparison,
     compare_peaks_with_published,
     count_fully_agreeing_published_blocks_by_variant,
@@ -65,8 +65,8 @@ from overturning.findings.published import (
 from overturning.findings.results import StudyResults, note_on_findings_missing_without_study_file, open_study_results
 from overturning.findings.study import (
     CaseCounts,
-    NumericalQuality,
-    RecordFacts,
+    EnergyErrorPenetrationAndSoftwareVersions,
+    RecordPeaksAndFallDirection,
     StudyQuestionAndParameters,
     case_counts_and_overturned_shares,
     numerical_errors_and_software_versions,
@@ -85,10 +85,10 @@ class Findings(FindingBaseClass):
 
     study: StudyQuestionAndParameters
     """Question and grid."""
-    study_counts: StudyCounts
+    study_counts: StudyExtentSummary
     cases: CaseCounts
     """Number of cases and their outcomes."""
-    direction: FallDirection
+    direction: FallDirectionRelativeToFaultNormal
     """Direction of falls relative to the fault normal."""
     contrasts: list[VariantContrast]
     """Comparison with each variant."""
@@ -100,7 +100,7 @@ class Findings(FindingBaseClass):
     """Falls of each element of scenes of several elements."""
     element_displacements: list[ElementDisplacementFindings]
     """Final slip and twist of each element of 3-D scenes."""
-    site_fall_rates: list[SiteFallRates]
+    site_fall_rates: list[SoilProfileFallRatesAtAmplitude]
     """Falls of the population on each soil."""
     unconverged_soil_responses: list[str]
     """Soil computations that did not converge."""
@@ -110,15 +110,15 @@ class Findings(FindingBaseClass):
     """Comparison of each survey of fallen stones with the prediction."""
     survey_displacements: list[SurveyDisplacementFindings] = Field(default_factory=list)
     """Comparison of each survey with the displacements computed in a 3-D study."""
-    inferred_motions: list[InferredMotion]
+    inferred_motions: list[InferredMotionOfSurvey]
     """Motion inferred from each survey."""
     published_peaks: list[PublishedPeakComparison]
     """Published peaks of the motions and computed ones."""
-    published_agreement: list[BlockAgreementWithPublished]
+    published_agreement: list[BlockCountAgreeingWithPublished]
     """Blocks for which all published outcomes are found."""
-    published_comparisons: list[PublishedOutcomeComparison]
+    published_comparisons: list[PublishedAndComputedBlockOutcome]
     """Outcomes next to published ones."""
-    population: PopulationFindings | None
+    population: StonePopulationFindings | None
     """Falls of the population of stones."""
     logistic_fit: LogisticFitFindings | None
     """Logistic fit of the probability of overturning."""
@@ -130,14 +130,14 @@ class Findings(FindingBaseClass):
     """Cells whose repeated runs disagree."""
     convergence: ConvergenceFindings | None
     """Cases that change in a second, finer computation."""
-    maps: ReportMaps
-    records: list[RecordFacts]
+    maps: ReportMapSelection
+    records: list[RecordPeaksAndFallDirection]
     """Records and the falls under each."""
-    record_notes: RecordNotes
+    record_notes: DoubtsAboutRecordData
     """Notes and doubts about the data of the records."""
     status_case_counts: list[CaseCountOfStatus]
     sources: list[RecordSourceAndLicence]
-    numerical_quality: NumericalQuality
+    numerical_quality: EnergyErrorPenetrationAndSoftwareVersions
     """Energy error, penetration and versions."""
 
 

@@ -24,7 +24,7 @@ class ChangedCaseCountAndShare(FindingBaseClass):
     high: OptionalNumber
 
 
-class ComparisonWithSecondComputation(FindingBaseClass):
+class ComparisonWithMoreExactComputation(FindingBaseClass):
     """Changes of outcomes if cases are computed again with shorter steps, stiffer contacts or a rigid block."""
 
     second_computation_kind: str
@@ -63,7 +63,9 @@ def share_of_changed_cases(
     )
 
 
-def comparisons_with_second_computations(convergence: ConvergenceCheckResult) -> list[ComparisonWithSecondComputation]:
+def comparisons_with_second_computations(
+    convergence: ConvergenceCheckResult,
+) -> list[ComparisonWithMoreExactComputation]:
     """Return how many outcomes change if cases are computed again, for each second computation of the check.
 
     Second computations use shorter time steps, stiffer contacts, or the exact solution for rigid blocks.
@@ -81,7 +83,7 @@ def comparisons_with_second_computations(convergence: ConvergenceCheckResult) ->
         if not part.changes_by_element:
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
-                ComparisonWithSecondComputation(
+                ComparisonWithMoreExactComputation(
                     second_computation_kind=name, step_count_or_stiffness_factor=factor, element="",
                     refusal_reason=part.refusal_reason,
                     fall_or_stand_changes=none,
@@ -104,9 +106,9 @@ def _comparison_of_element_with_second_computation(
     step_count_or_stiffness_factor: float,
     element_changes: OutcomeChangesOfElement,
     compared_cases_are_random_sample: bool,
-) -> ComparisonWithSecondComputation:
+) -> ComparisonWithMoreExactComputation:
     """Return how many outcomes of one scene element change in a second computation, such as with shorter steps."""
-    return ComparisonWithSecondComputation(
+    return ComparisonWithMoreExactComputation(
         second_computation_kind=second_computation_kind,
         step_count_or_stiffness_factor=step_count_or_stiffness_factor,
         element=element_changes.element,

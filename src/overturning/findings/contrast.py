@@ -127,7 +127,7 @@ class SoilLayerSummary(FindingBaseClass):
     """Shear-wave velocity, m/s."""
 
 
-class SiteFallRates(FindingBaseClass):
+class SoilProfileFallRatesAtAmplitude(FindingBaseClass):
     """Share of a stone population that falls at a site with one soil profile, at one amplitude factor."""
 
     variant: str
@@ -157,7 +157,7 @@ SHARE_OVERTURNED_DESCRIPTION = "share of the cases that overturn"
 FALL_RATE_DESCRIPTION = "share of the stones of a cemetery that fall under the records as they are"
 
 
-def indices_of_records_to_compare_with_variant(results: StudyResults, variant: str) -> NDArray[np.intp]:
+def indices_of_records_where_variant_can_differ(results: StudyResults, variant: str) -> NDArray[np.intp]:
     """Return the indices of the records under which outcomes of the study and of its variant `variant` are compared.
 
     If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
@@ -172,7 +172,7 @@ def indices_of_records_to_compare_with_variant(results: StudyResults, variant: s
 
 def compare_study_with_variants(results: StudyResults) -> list[VariantContrast]:
     """Compare the outcomes of the study with those of each variant that has records to compare."""
-    places = {name: indices_of_records_to_compare_with_variant(results, name) for name in results.study.variants}
+    places = {name: indices_of_records_where_variant_can_differ(results, name) for name in results.study.variants}
     return [_compare_study_with_variant(results, name, some) for name, some in places.items() if some.size]
 
 
@@ -319,7 +319,7 @@ def _fall_outcomes_of_element(
     )  # fmt: skip
 
 
-def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[SiteFallRates]:
+def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[SoilProfileFallRatesAtAmplitude]:
     """Compute the fall rates of a stone population by soil and amplitude; empty without soil variant or population."""
     sites: dict[str, SoilSite | None] = {NOMINAL_VARIANT: None}
     sites |= {name: settings_changed_by_variant(results.study, name).site for name in results.study.variants}
@@ -336,7 +336,7 @@ def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[S
             angles = angles_between_fall_axes_deg(*rates) if has_two_axes else np.empty(0)
             layers = site.layers if site is not None else ()
             found.append(
-                SiteFallRates(
+                SoilProfileFallRatesAtAmplitude(
                     variant=name,
                     layers=[
                         SoilLayerSummary(thickness_m=one.thickness_m, shear_wave_velocity_m_s=one.velocity_m_s)

@@ -14,7 +14,7 @@ from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import (
     block_selection_rule_for_cube,
-    count_changed_and_all_neighbour_pairs,
+    count_differing_and_all_neighbour_pairs,
     overturning_indicator,
 )
 from overturning.statistics.space import shares_of_agreeing_2d_and_3d_outcomes
@@ -87,7 +87,7 @@ class RecordGroupFallAxisAndAlignment(FindingBaseClass):
     rule_intervals_excluding_zero: int
 
 
-class FallDirection(FindingBaseClass):
+class FallDirectionRelativeToFaultNormal(FindingBaseClass):
     """Direction of the falls of a study relative to the fault normal, by group of records."""
 
     has_fall_axis_comparable_with_fault: bool
@@ -198,7 +198,7 @@ def _reason_for_no_comparable_fall_axis(results: StudyResults) -> str:
         return "uneven planes" if np.unique(_plane_azimuths_modulo_180_deg(results)).size > 1 else "one plane"
     if results.is_2d_and_every_case_overturns:
         return "falls in every plane"
-    imposed = bool(results.ids_of_records_with_imposed_fall_axis)
+    imposed = bool(results.ids_of_records_with_fall_axis_due_to_gaps)
     if not results.any_record_has_fall_axis:
         return "unknown outcomes" if imposed else "every direction or none"
     if results.has_falls_with_known_fault_normal:
@@ -226,7 +226,7 @@ def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfP
     return shares
 
 
-def fall_direction_findings(results: StudyResults) -> FallDirection:
+def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFaultNormal:
     """Compute the axis of falls relative to the fault normal, and their mean cos 2Δ from it, by group of records."""
     cube, groups = results.reference_element_cube, []
     lengths, own = (
@@ -284,10 +284,10 @@ def fall_direction_findings(results: StudyResults) -> FallDirection:
         )
     changes = dict[str, OptionalNumber]()
     for dim in (results.model.direction_dimension_name, "b_over_h"):
-        changed, pairs = count_changed_and_all_neighbour_pairs(cube, dim)
+        changed, pairs = count_differing_and_all_neighbour_pairs(cube, dim)
         changes[dim] = changed / pairs if pairs else None
     difference, reason = results.first_minus_second_record_group_alignment, _reason_for_no_comparable_fall_axis(results)
-    return FallDirection(
+    return FallDirectionRelativeToFaultNormal(
         has_fall_axis_comparable_with_fault=results.has_fall_axis_comparable_with_fault_normal,
         reason_for_no_axis_comparable_with_fault=reason,
         groups=groups,

@@ -9,11 +9,11 @@ import xarray as xr
 
 from overturning.findings.comparison import (
     ChangedCaseCountAndShare,
-    ComparisonWithSecondComputation,
+    ComparisonWithMoreExactComputation,
     comparisons_with_second_computations,
     share_of_changed_cases,
 )
-from overturning.findings.relief import BaseReliefFindings, share_of_fall_variance_due_to_base_relief
+from overturning.findings.relief import FallSharesByBaseRelief, share_of_fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
@@ -22,11 +22,11 @@ from overturning.statistics.by_record import apply_to_record_batches_and_join
 from overturning.statistics.space import abs_twist_deg_of_moved_standing_stones, summarise_twists_sorting_in_place
 from overturning.statistics.spread import (
     RunCountStatistic,
-    estimate_statistic_of_first_run_batch,
+    average_first_batch_statistic_over_run_orders,
     indicator_that_most_runs_fall_and_sides_differ,
     indicator_that_runs_disagree_on_fall,
 )
-from overturning.study.convergence import ConvergenceCheckResult, FinerStepChangesOfRecord
+from overturning.study.convergence import ConvergenceCheckResult, FinerStepOutcomeChangeCountOfRecord
 from overturning.study.ensemble import MEMBERS_PER_BATCH
 
 MIN_COMPARED_CASES_PER_RECORD: Final = 20
@@ -56,14 +56,14 @@ class EnsembleFindings(FindingBaseClass):
     share_of_repeated_cells_falling_to_both_sides: OptionalNumber
     """Estimated share of the repeated cells in which most runs of the first batch fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
-    base_relief: BaseReliefFindings | None = None
+    base_relief: FallSharesByBaseRelief | None = None
     """Share of the variance of outcomes that the relief of a scanned base explains; None unless the relief varies.
 
     The relief is the height above the lowest point of the base up to which its points bear load.
     """
 
 
-class FinerStepChangesUnderRecord(FindingBaseClass):
+class FinerStepChangeFindingOfRecord(FindingBaseClass):
     """Cases of one record whose outcome changes with finer time steps."""
 
     record: str
@@ -80,7 +80,7 @@ class ConvergenceFindings(FindingBaseClass):
     """Counts of the convergence check (`convergence.json`)."""
     reruns_random_sample_only: bool
     """True if a random sample of the cases was run again, False if all were."""
-    comparisons: list[ComparisonWithSecondComputation]
+    comparisons: list[ComparisonWithMoreExactComputation]
     """Cases that change in each second computation."""
     share_below_rocking_and_sliding_thresholds: OptionalNumber
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
@@ -88,7 +88,7 @@ class ConvergenceFindings(FindingBaseClass):
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
     fall_azimuth_changes_with_amplitude: ChangedCaseCountAndShare | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
-    records_with_most_changes: list[FinerStepChangesUnderRecord]
+    records_with_most_changes: list[FinerStepChangeFindingOfRecord]
     """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
 
     The lower end of the 95 % interval of the record's share lies above the share over all records; records with fewer
@@ -133,8 +133,8 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
 
 
 def _records_with_unusually_many_outcome_changes(
-    step_changes_of_each_record: list[FinerStepChangesOfRecord],
-) -> list[FinerStepChangesUnderRecord]:
+    step_changes_of_each_record: list[FinerStepOutcomeChangeCountOfRecord],
+) -> list[FinerStepChangeFindingOfRecord]:
     """Return the records under which significantly more outcomes change with finer steps than over all records."""
     changed, cases = (
         sum(one.changed_cases for one in step_changes_of_each_record),
@@ -144,7 +144,7 @@ def _records_with_unusually_many_outcome_changes(
     for one in step_changes_of_each_record:
         changes = share_of_changed_cases(one.changed_cases, one.cases, compared_cases_are_random_sample=True)
         if one.cases >= MIN_COMPARED_CASES_PER_RECORD and (changes.low or 0.0) * cases > changed:
-            found.append(FinerStepChangesUnderRecord(record=one.record, changes=changes))
+            found.append(FinerStepChangeFindingOfRecord(record=one.record, changes=changes))
     return sorted(found, key=lambda one: -(one.changes.value or 0.0))
 
 
@@ -216,7 +216,7 @@ def count_ensemble_cases_and_runs_by_record(
     def estimate_first_run_batch_statistic_by_case(run_statistic: RunCountStatistic) -> xr.DataArray:
         """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
         return run.copy(
-            data=estimate_statistic_of_first_run_batch(
+            data=average_first_batch_statistic_over_run_orders(
                 run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings
             )
         )

@@ -16,7 +16,7 @@ from overturning.study.cube import default_figure_values_by_dimension_name, elem
 from overturning.study.scenes import variant_scene
 
 
-class StudyCounts(FindingBaseClass):
+class StudyExtentSummary(FindingBaseClass):
     """Numbers of records, earthquakes, blocks and azimuths or orientations, and properties of the motions."""
 
     records: int
@@ -59,7 +59,7 @@ class StudyCounts(FindingBaseClass):
     """Number of other factors under which each record was computed."""
 
 
-class ChosenMap(FindingBaseClass):
+class RecordChosenForMap(FindingBaseClass):
     """Record whose map the report shows, and the reason why it was chosen."""
 
     record: str
@@ -72,13 +72,13 @@ class ChosenMap(FindingBaseClass):
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
 
-class ReportMaps(FindingBaseClass):
+class ReportMapSelection(FindingBaseClass):
     """Records whose polar maps the report shows, with the height, friction and smallest B/H of these maps."""
 
     height_m: OptionalNumber
     friction: OptionalNumber
     smallest_b_over_h: float
-    records: list[ChosenMap]
+    records: list[RecordChosenForMap]
 
 
 class CaseCountOfStatus(FindingBaseClass):
@@ -96,7 +96,7 @@ class RecordSourceAndLicence(FindingBaseClass):
     licence: str
 
 
-def count_records_and_blocks_with_direction_range(results: StudyResults) -> StudyCounts:
+def count_records_and_blocks_with_direction_range(results: StudyResults) -> StudyExtentSummary:
     """Return the numbers of records, earthquakes and blocks of a study, and the range of azimuths or orientations."""
     study, cube, model = results.study, results.reference_element_cube, results.model
     sizes = {name: int(cube.sizes[name]) for name in ("height", "b_over_h", "friction")}
@@ -107,7 +107,7 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
     neither = ~np.any(groups, axis=0)
     mirrored = not model.is_planar or plane_azimuth_period_deg(cube) == PLANE_SYMMETRY_PERIOD_DEG
     plan = study.body
-    return StudyCounts(
+    return StudyExtentSummary(
         records=len(results.record_ids_and_names),
         earthquakes=results.earthquake_count,
         earthquakes_in_several_groups=sum(number > 1 for number in Counter(in_group).values()),
@@ -119,7 +119,7 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
         smallest_azimuth_or_orientation_deg=directions.min(),
         largest_azimuth_or_orientation_deg=directions.max(),
         unsimulated_azimuth_ranges_deg=unsimulated_azimuth_ranges_deg(cube),
-        records_with_imposed_fall_axis=results.ids_of_records_with_imposed_fall_axis,
+        records_with_imposed_fall_axis=results.ids_of_records_with_fall_axis_due_to_gaps,
         has_mirrored_falls=mirrored,
         free_elements=len(variant_scene(study).free_element_names),
         reported_element=element_name_to_show(cube),
@@ -137,7 +137,7 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
     )
 
 
-def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
+def choose_fall_maps_for_report(results: StudyResults) -> ReportMapSelection:
     """Choose the records of which the report shows polar maps of falls, and the height and friction of these maps."""
     cube, means = results.reference_element_cube, results.mean_fall_directions_and_axes_by_record
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
@@ -145,12 +145,12 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMaps:
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
     block = default_figure_values_by_dimension_name(cube, results.study)
     names, shares = results.record_ids_and_names, overturned_shares_by_record(cube).to_numpy()
-    return ReportMaps(
+    return ReportMapSelection(
         height_m=block["height"][0] if "height" in block else float("nan"),
         friction=block["friction"][0] if "friction" in block else float("nan"),
         smallest_b_over_h=float(cube["b_over_h"].min()),
         records=[
-            ChosenMap(
+            RecordChosenForMap(
                 record=names[place].id,
                 station=names[place].station_name,
                 event=names[place].earthquake_name,

@@ -71,7 +71,7 @@ class InferredMotionOfSite(FindingBaseClass):
     """False if the check rejects every motion."""
 
 
-class InferredMotion(FindingBaseClass):
+class InferredMotionOfSurvey(FindingBaseClass):
     """Axis and strength of the ground motion that are inferred from the fallen stones of a survey."""
 
     survey_file_name: str
@@ -125,12 +125,14 @@ class InferredMotion(FindingBaseClass):
 MAX_LISTED_MOTIONS = 12
 
 
-def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotion]:
+def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotionOfSurvey]:
     """Return, for each survey of a study, the report's numbers on the inferred ground motion."""
     return [inferred_motion_findings(one) for one in results.inferred_motions]
 
 
-def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()) -> InferredMotion:
+def inferred_motion_findings(
+    inversion_result: SurveyInversionResult, stones: Sequence[Stone] = ()
+) -> InferredMotionOfSurvey:
     """Return the report's numbers on the ground motion that is inferred from a survey.
 
     `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
@@ -143,13 +145,13 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     assumed = StonePopulation()
     shares, prior = one.posterior_probability_of_each_motion(), one.prior_probability.sum(axis=(1, 2))
     order = (-shares).argsort(kind="stable")[:MAX_LISTED_MOTIONS]
-    return InferredMotion(
+    return InferredMotionOfSurvey(
         survey_file_name=inversion_result.survey_or_site_name,
         fell=inversion_result.fell,
         stood=inversion_result.stood,
         peak_velocity_axis_credible_arc_middle_deg=middle,
         velocity_axis_credible_arc_width_deg=width,
-        strengths=_intensity_measure_credible_intervals(inversion_result),
+        strengths=_prior_and_posterior_intensity_intervals(inversion_result),
         everything_fell=inversion_result.everything_fell,
         velocity_axis_credible_arc_half_width_deg=width / 2,
         posterior_probability_of_weakest_pgv_level=weakest,
@@ -179,7 +181,9 @@ def inferred_motion_findings(inversion_result: SurveyInversionResult, stones: Se
     )
 
 
-def _intensity_measure_credible_intervals(inversion_result: SurveyInversionResult) -> list[IntensityCredibleIntervals]:
+def _prior_and_posterior_intensity_intervals(
+    inversion_result: SurveyInversionResult,
+) -> list[IntensityCredibleIntervals]:
     """Return the credible intervals of each intensity measure without (prior) and with the survey (posterior)."""
     one, strengths = inversion_result.posterior, []
     for name, values in inversion_result.pgv_and_pga_by_motion_and_level.items():
@@ -207,7 +211,7 @@ def _inferred_motion_of_site(site_result: SurveyInversionResult) -> InferredMoti
         site=site_result.survey_or_site_name,
         fell=site_result.fell,
         stood=site_result.stood,
-        strengths=_intensity_measure_credible_intervals(site_result),
+        strengths=_prior_and_posterior_intensity_intervals(site_result),
         peak_velocity_axis_credible_arc_middle_deg=middle,
         velocity_axis_credible_arc_width_deg=width,
         velocity_axis_credible_arc_half_width_deg=width / 2,

@@ -45,7 +45,7 @@ class MotionCount(FindingBaseClass):
     """Number of their earthquakes."""
 
 
-class ShareOfMotions(FindingBaseClass):
+class ShareOfMotionsWithInterval(FindingBaseClass):
     """Share of motions that agree with a survey rule, with its 95 % interval over earthquakes."""
 
     value: OptionalNumber
@@ -56,7 +56,7 @@ class ShareOfMotions(FindingBaseClass):
     """Upper end of the interval."""
 
 
-class FallRateAtIntensity(FindingBaseClass):
+class MedianFallRateAtJmaDegree(FindingBaseClass):
     """Median share of stones that fall, over the motions of one degree of the JMA intensity scale."""
 
     jma_degree: str
@@ -80,11 +80,11 @@ class JmaSurveyRuleCheck(FindingBaseClass):
     """Median of the instrumental intensity of these motions."""
     count: MotionCount
     """Number of motions with such a share."""
-    share_agreeing: ShareOfMotions
+    share_agreeing: ShareOfMotionsWithInterval
     """Share of these motions whose intensity is of the inferred degree."""
-    share_with_higher_intensity: ShareOfMotions | None
+    share_with_higher_intensity: ShareOfMotionsWithInterval | None
     """Share with a higher intensity; None for the highest degree."""
-    share_agreeing_with_vertical_increment: ShareOfMotions | None
+    share_agreeing_with_vertical_increment: ShareOfMotionsWithInterval | None
     """Share that agrees if `jma_intensity_increment_by_vertical_motion` is added for a missing vertical component."""
 
 
@@ -142,7 +142,7 @@ class RecordFallRate(FindingBaseClass):
     """Share of the stones that fall towards this octant."""
 
 
-class PopulationFindings(FindingBaseClass):
+class StonePopulationFindings(FindingBaseClass):
     """Shares of a random stone population that fall under the records of a study, and its fragility curves."""
 
     stones: int
@@ -177,7 +177,7 @@ class PopulationFindings(FindingBaseClass):
     """Number of records without a vertical component."""
     jma_intensity_increment_by_vertical_motion: float = JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION
     """Instrumental intensity that a vertical component usually adds."""
-    by_intensity: list[FallRateAtIntensity]
+    by_intensity: list[MedianFallRateAtJmaDegree]
     """Fall rate for each degree of the JMA scale."""
     survey_rules: list[JmaSurveyRuleCheck]
     """Check of each rule that infers an intensity from the share of the stones not fixed to their base that fall."""
@@ -185,7 +185,7 @@ class PopulationFindings(FindingBaseClass):
     """Lognormal fragility curves of the stones that are not fixed to their base."""
 
 
-def population_findings(results: StudyResults) -> PopulationFindings | None:
+def population_findings(results: StudyResults) -> StonePopulationFindings | None:
     """Compute the shares of a stone population that fall, and fragility curves; None without a population."""
     stones = results.study.population
     if stones is None:
@@ -198,7 +198,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
     rates, free_rates = found["fall_rate"].to_numpy(), found["free_fall_rate"].to_numpy()
     events = found["event"].to_numpy().astype(str)
     known = np.isfinite(jma) & np.isfinite(rates)
-    return PopulationFindings(
+    return StonePopulationFindings(
         stones=stones.stones,
         share_fixed=stones.fixed,
         share_outside_grid=float(found.attrs["outside"]),
@@ -221,7 +221,7 @@ def population_findings(results: StudyResults) -> PopulationFindings | None:
         ],
         records_without_vertical_motion=int(horizontal.sum()),
         by_intensity=[
-            FallRateAtIntensity(
+            MedianFallRateAtJmaDegree(
                 jma_degree=degree,
                 median_fall_rate=float(np.median(rates[at])),
                 count=_count_motions_records_and_earthquakes(at, events),
@@ -322,11 +322,13 @@ def _compare_jma_survey_rule_with_motions(
         inferred_jma_degree=text,
         median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))),
         count=_count_motions_records_and_earthquakes(selected, earthquake_by_record),
-        share_agreeing=share_of_agreeing_motions(agreeing, selected, earthquake_by_record),
-        share_with_higher_intensity=share_of_agreeing_motions(above, selected, earthquake_by_record)
+        share_agreeing=share_of_motions_agreeing_with_survey_rule(agreeing, selected, earthquake_by_record),
+        share_with_higher_intensity=share_of_motions_agreeing_with_survey_rule(above, selected, earthquake_by_record)
         if math.isfinite(most) and most < 99
         else None,
-        share_agreeing_with_vertical_increment=share_of_agreeing_motions(agreeing_more, selected, earthquake_by_record)
+        share_agreeing_with_vertical_increment=share_of_motions_agreeing_with_survey_rule(
+            agreeing_more, selected, earthquake_by_record
+        )
         if lacking
         else None,
     )
@@ -347,9 +349,9 @@ def _count_motions_records_and_earthquakes(
     )
 
 
-def share_of_agreeing_motions(
+def share_of_motions_agreeing_with_survey_rule(
     mask_of_agreeing_motions: BoolArray, mask_of_all_compared_motions: BoolArray, earthquake_by_record: StrArray
-) -> ShareOfMotions:
+) -> ShareOfMotionsWithInterval:
     """Return the share of the compared motions that agree with a published survey rule, and its 95 % interval.
 
     Both masks have shape (records, amplitudes). The rule infers
@@ -369,6 +371,6 @@ def share_of_agreeing_motions(
             lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts, statistic_bounds=(0.0, 1.0)
         )
     )
-    return ShareOfMotions(
+    return ShareOfMotionsWithInterval(
         value=mask_of_agreeing_motions.sum() / mask_of_all_compared_motions.sum(), low=interval.low, high=interval.high
     )

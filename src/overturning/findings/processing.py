@@ -66,7 +66,7 @@ class DoubtfulRecords(FindingBaseClass):
     """Identifiers of these records."""
 
 
-class RecordNotes(FindingBaseClass):
+class DoubtsAboutRecordData(FindingBaseClass):
     """Number of records with notes on their data, and the records with each kind of doubt."""
 
     records_with_notes: int
@@ -126,14 +126,16 @@ def processing_findings_by_record_id(results: StudyResults) -> dict[str, RecordP
     }
 
 
-def summarise_record_notes_and_doubts(processing_by_record_id: Mapping[str, RecordProcessing | None]) -> RecordNotes:
+def summarise_record_notes_and_doubts(
+    processing_by_record_id: Mapping[str, RecordProcessing | None],
+) -> DoubtsAboutRecordData:
     """Count the records with notes on their data, and list the records with each kind of doubt."""
     known = {name: one for name, one in processing_by_record_id.items() if one is not None}
     named = {
         kind: [name for name, one in known.items() if kind in one.doubts]
         for kind in (*NOTE_PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)
     }
-    return RecordNotes(
+    return DoubtsAboutRecordData(
         records_with_notes=sum(
             bool(one.user_declared_properties or one.contradictions_trusted_by_user or one.notes or one.drift_evidence)
             for one in known.values()

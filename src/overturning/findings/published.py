@@ -30,7 +30,7 @@ class PublishedPeakComparison(FindingBaseClass):
     agrees: bool
 
 
-class BlockAgreementWithPublished(FindingBaseClass):
+class BlockCountAgreeingWithPublished(FindingBaseClass):
     """Number of blocks, in one variant of a study, whose outcomes all agree with published outcomes."""
 
     variant: str
@@ -66,7 +66,7 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
     return rows
 
 
-def count_fully_agreeing_published_blocks_by_variant(results: StudyResults) -> list[BlockAgreementWithPublished]:
+def count_fully_agreeing_published_blocks_by_variant(results: StudyResults) -> list[BlockCountAgreeingWithPublished]:
     """Count, for each variant, the blocks (height and friction) whose outcomes all agree with published ones.
 
     A block is a height and friction.
@@ -77,7 +77,7 @@ def count_fully_agreeing_published_blocks_by_variant(results: StudyResults) -> l
         found = published_cases_recomputed_by_height_and_friction(results, variant)
         agreeing = [block for block, overturns in found.items() if overturns == wanted]
         rows.append(
-            BlockAgreementWithPublished(
+            BlockCountAgreeingWithPublished(
                 variant=variant,
                 blocks=len(found),
                 fully_agreeing_block_count=len(agreeing),

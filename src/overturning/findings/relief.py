@@ -15,7 +15,7 @@ from overturning.statistics.by_record import apply_to_record_batches_and_join
 _LOW, _HIGH = (variable.name for variable in RELIEF_ENSEMBLE_VARIABLES)
 
 
-class BaseReliefFindings(FindingBaseClass):
+class FallSharesByBaseRelief(FindingBaseClass):
     """Falls of a scanned stone in ensemble runs with a low and with a high relief of its base.
 
     The relief is the height above the lowest point of the base up to which its points bear load.
@@ -31,7 +31,7 @@ class BaseReliefFindings(FindingBaseClass):
     """Share of the variance of the outcome (1 fall, 0 stand) within ensembles that lies between both halves of runs."""
 
 
-def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> BaseReliefFindings | None:
+def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> FallSharesByBaseRelief | None:
     """Compute the share of the variance of falls within ensembles that is due to the relief of a scanned stone's base.
 
     The relief is the height above the lowest point of the base up to which its points bear load. None unless it varies
@@ -41,10 +41,12 @@ def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> BaseReli
     if relief is None or _LOW not in results.reference_element_cube:
         return None
     found = apply_to_record_batches_and_join(
-        _fall_share_and_variance_sums_by_record, results.reference_element_cube, (_LOW, _HIGH, "members", "overturned")
+        _sum_fall_shares_and_variances_by_relief_half,
+        results.reference_element_cube,
+        (_LOW, _HIGH, "members", "overturned"),
     ).sum()
     cells, total = float(found["cells"]), float(found["total"])
-    return BaseReliefFindings(
+    return FallSharesByBaseRelief(
         midrange_base_relief_mm=500.0 * (relief.low + relief.high),
         share_of_low_relief_runs_falling=float(found["low"]) / cells if cells else float("nan"),
         share_of_high_relief_runs_falling=float(found["high"]) / cells if cells else float("nan"),
@@ -54,7 +56,7 @@ def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> BaseReli
     )
 
 
-def _fall_share_and_variance_sums_by_record(cube: xr.Dataset) -> xr.Dataset:
+def _sum_fall_shares_and_variances_by_relief_half(cube: xr.Dataset) -> xr.Dataset:
     """Return, by record, sums over cases with ensemble runs: number, fall shares and variances of the outcome.
 
     The fall shares ``low`` and ``high`` are of the runs with the lower and with the higher half of the reliefs; the

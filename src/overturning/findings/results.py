@@ -195,7 +195,7 @@ class StudyResults:
         return earthquakes.fall_axes_from_fault_normal_by_group(self.reference_element_cube)
 
     @cached_property
-    def fall_axis_summary_by_record_group(self) -> dict[str, earthquakes.FallAxisSummary]:
+    def fall_axis_summary_by_record_group(self) -> dict[str, earthquakes.FallAxisAndAlignmentOverEarthquakes]:
         """Summary over earthquakes of the fall axes relative to the fault normals, by name of the group of records."""
         return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_record_group.items()}
 
@@ -215,7 +215,7 @@ class StudyResults:
     @cached_property
     def fall_alignments_by_group_and_b_over_h_labels(
         self,
-    ) -> tuple[dict[str, earthquakes.FallAlignmentWithReferences], list[str]]:
+    ) -> tuple[dict[str, earthquakes.MeanFallAlignmentByBOverH], list[str]]:
         """Alignments of falls with reference directions, by name of the group of records; and labels of B/H ranges.
 
         The first alignment is over all B/H, those after it over the ranges with these labels.
@@ -266,7 +266,7 @@ class StudyResults:
         return bool((resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION).any())
 
     @property
-    def ids_of_records_with_imposed_fall_axis(self) -> list[str]:
+    def ids_of_records_with_fall_axis_due_to_gaps(self) -> list[str]:
         """Ids of the records whose mean fall axis may reflect only at which azimuths outcomes are unknown."""
         imposed = self.mean_fall_directions_and_axes_by_record["is_imposed"].to_numpy()
         return [name.id for name, one in zip(self.record_ids_and_names, imposed, strict=True) if one]
@@ -345,7 +345,7 @@ def open_study_results(
     cube_path = folder_or_cube_path / "cube.nc" if os.path.isdir(folder_or_cube_path) else folder_or_cube_path
     folder, changed = cube_path.parent, list[str]()
 
-    def open_cube_and_note_changes(variant_name: str) -> xr.Dataset:
+    def open_cube_and_list_if_outcomes_changed(variant_name: str) -> xr.Dataset:
         """Open the cube of the study or of a variant; add its name to `changed` if outcomes changed after the run."""
         path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
         outcome_hash = stated_or_computed_hash_of_cube_outcomes(path)
@@ -362,7 +362,7 @@ def open_study_results(
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
-        nominal = open_cube_and_note_changes(NOMINAL_VARIANT)
+        nominal = open_cube_and_list_if_outcomes_changed(NOMINAL_VARIANT)
         if not (measures := folder / "intensity.nc").is_file():
             raise ResultError(f"{measures}: no intensity measures; {cube_path.name} must be in its folder of results")
         intensity = stack.enter_context(xr.open_dataset(measures))
@@ -374,7 +374,9 @@ def open_study_results(
         )
         own = {name: getattr(presented, name) for name in STUDY_KEYS_NOT_AFFECTING_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
-        whole = {NOMINAL_VARIANT: nominal} | {name: open_cube_and_note_changes(name) for name in study.variants}
+        whole = {NOMINAL_VARIANT: nominal} | {
+            name: open_cube_and_list_if_outcomes_changed(name) for name in study.variants
+        }
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         in_space = study.body is not None or study.is_stack

@@ -97,7 +97,7 @@ def survival_findings(
     bound = upper_bound_of_annual_fall_rate(survival.exposure_time_years) if stood and not fell else math.nan
     return StoneSurvivalUnderHazardFindings(
         exposure_time_years=survival.exposure_time_years,
-        hazard_unit_warnings=_check_hazard_units_and_list_warnings(survival),
+        hazard_unit_warnings=_check_hazard_levels_and_list_unit_warnings(survival),
         survival_of_stone_classes=[
             _survival_finding_of_stone_class(survival, place, bound)
             for place in range(len(survival.curves_with_standing_probabilities))
@@ -116,7 +116,7 @@ def survival_findings(
     )
 
 
-def _check_hazard_units_and_list_warnings(survival: SurvivalProbabilityByStoneClass) -> list[str]:
+def _check_hazard_levels_and_list_unit_warnings(survival: SurvivalProbabilityByStoneClass) -> list[str]:
     """Return a warning for each hazard curve whose intensity levels are implausible in its unit.
 
     A `ResultError` is raised if the unit of a curve is doubtful and most falls come from shaking outside the range of

@@ -89,7 +89,7 @@ class CaseCounts(FindingBaseClass):
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
-class RecordFacts(FindingBaseClass):
+class RecordPeaksAndFallDirection(FindingBaseClass):
     """Peaks of one record, and mean direction and axis of the falls under it (azimuths clockwise from north)."""
 
     id: str
@@ -139,7 +139,7 @@ class RecordFacts(FindingBaseClass):
     """Origin, processing and notes of the record; None if the cube does not state them."""
 
 
-class NumericalQuality(FindingBaseClass):
+class EnergyErrorPenetrationAndSoftwareVersions(FindingBaseClass):
     """Energy error and contact penetration of the cases, hash of the results cube, and software versions."""
 
     mean_energy_error_share_of_input: OptionalNumber
@@ -224,7 +224,7 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     )
 
 
-def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFacts]:
+def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordPeaksAndFallDirection]:
     """Return, for each record, its names, peaks and processing, and mean direction and axis of the falls under it."""
     cube, intensity, found = (
         results.reference_element_cube,
@@ -251,7 +251,7 @@ def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFa
         mean = {kind: float(angles[kind][index]) if clear[kind] else math.nan for kind in angles}
         pulse = float(cube["pulse"].to_numpy()[index])
         records.append(
-            RecordFacts(
+            RecordPeaksAndFallDirection(
                 id=name.id,
                 station=name.station_name,
                 event=name.earthquake_name,
@@ -276,12 +276,12 @@ def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordFa
     return records
 
 
-def numerical_errors_and_software_versions(results: StudyResults) -> NumericalQuality:
+def numerical_errors_and_software_versions(results: StudyResults) -> EnergyErrorPenetrationAndSoftwareVersions:
     """Return energy error (share of the input) and penetration (m) of the cases, cube hash and software versions."""
     cube = results.reference_element_cube
     simulated = cube["status"] == CaseStatus.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
-    return NumericalQuality(
+    return EnergyErrorPenetrationAndSoftwareVersions(
         mean_energy_error_share_of_input=float(energy.mean().compute()),
         largest_energy_error_share_of_input=float(energy.max().compute()),
         largest_penetration_m=float(depth.max().compute()),

@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from overturning.findings.inferred_motion import InferredMotion
+from overturning.findings.inferred_motion import InferredMotionOfSurvey
 from overturning.findings.observed import ObservedSurveyFindings
 from overturning.findings.survey_displacements import SurveyDisplacementFindings
 from overturning.findings.surveys import SurveyFindings
@@ -14,5 +14,5 @@ class SurveyCommandResults(FindingBaseClass):
 
     observed_surveys: list[ObservedSurveyFindings] = Field(default_factory=list)
     surveys: list[SurveyFindings] = Field(default_factory=list)
-    inferred_motions: list[InferredMotion] = Field(default_factory=list)
+    inferred_motions: list[InferredMotionOfSurvey] = Field(default_factory=list)
     survey_displacements: list[SurveyDisplacementFindings] = Field(default_factory=list)

@@ -5,7 +5,7 @@ import math
 from pydantic import Field
 
 from overturning.findings.results import StudyResults
-from overturning.findings.surveys import CemeteryGroundFinding, soil_findings_of_survey_sites
+from overturning.findings.surveys import SurveySiteSoilAmplification, soil_findings_of_survey_sites
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
@@ -131,7 +131,7 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """All sites together."""
     sites: list[SiteDisplacementFindings] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
-    cemetery_soil_findings: list[CemeteryGroundFinding] = Field(default_factory=list)
+    cemetery_soil_findings: list[SurveySiteSoilAmplification] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 

@@ -43,7 +43,7 @@ class FallShareWithRangeOverHeightsAndFrictions(FindingBaseClass):
     """Largest share of a height and friction; None if the share is the same for all of them."""
 
 
-class CemeteryGroundFinding(FindingBaseClass):
+class SurveySiteSoilAmplification(FindingBaseClass):
     """Soil layers below a survey site, and the PGA of the record before and after propagation through them."""
 
     site: str
@@ -181,7 +181,7 @@ class SurveyFindings(FindingBaseClass):
     """Assumed share of the stones that fall in a random direction."""
     sites: list[SurveySiteFindings] = Field(default_factory=list)
     """Comparison for each site by itself, with the same record; empty if the survey has only one site."""
-    cemetery_soil_findings: list[CemeteryGroundFinding] = Field(default_factory=list)
+    cemetery_soil_findings: list[SurveySiteSoilAmplification] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
@@ -280,10 +280,10 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
 
 def soil_findings_of_survey_sites(
     site_names_and_soils: Sequence[tuple[str, SoilBelowSurveySite]],
-) -> list[CemeteryGroundFinding]:
+) -> list[SurveySiteSoilAmplification]:
     """Return the report's numbers on the soil layers below the sites of a survey."""
     return [
-        CemeteryGroundFinding(
+        SurveySiteSoilAmplification(
             site=site,
             soil_thickness_m=ground.thickness_m,
             mean_shear_wave_velocity_m_s=ground.mean_shear_wave_velocity_m_s,

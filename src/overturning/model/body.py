@@ -113,7 +113,7 @@ class Body(ThreeDimensionalModel):
 
     @property
     @override
-    def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
+    def outcome_variables_of_2d_runs_in_face_planes(self) -> tuple[OutcomeVariable, ...]:
         """Outcome variables of the 2-D simulations in the vertical planes of a rectangular body's faces.
 
         Empty for other shapes.
@@ -151,11 +151,11 @@ class Body(ThreeDimensionalModel):
             raise ArgumentError(f"aspect: {depth_over_width.tolist()}; only a rectangle has one")
         return np.array([self.shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in depth_over_width])
 
-    def with_base_relief(self, base_relief_m: float) -> "Body":
+    def with_base_relief(self, max_load_bearing_base_point_height_m: float) -> "Body":
         """Return a copy of a scanned stone with another relief, the height (m) up to which base points bear load."""
         if not isinstance(self.shape, ScannedStone):
             raise ArgumentError(f"relief: a {self.shape.name} has none; only a scanned stone has")
-        return replace(self, shape=self.shape.with_base_relief(base_relief_m))
+        return replace(self, shape=self.shape.with_base_relief(max_load_bearing_base_point_height_m))
 
     @override
     def with_stiffness_factor(self, stiffness_factor: float) -> "Body":

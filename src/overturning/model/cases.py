@@ -83,7 +83,7 @@ class Cases:
             if wrong.any():
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
-        check_stone_heights(self.height)
+        check_stone_heights_within_allowed_range(self.height)
         check_direction_magnitudes("azimuth_deg", np.asarray(self.azimuth_deg))
         check_case_count(self.case_count)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
@@ -102,7 +102,7 @@ def check_direction_magnitudes(argument_name: str, direction_deg: FloatArray) ->
         raise ArgumentError(f"{argument_name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
 
 
-def check_stone_heights(height: ArrayLike) -> None:
+def check_stone_heights_within_allowed_range(height: ArrayLike) -> None:
     """Raise an `ArgumentError` if a stone height (m) is outside the allowed range, which suggests a wrong unit."""
     for value in np.unique(np.asarray(height, dtype=np.float64)):
         if not MIN_STONE_HEIGHT_M <= value <= MAX_STONE_HEIGHT_M:
@@ -114,7 +114,7 @@ def check_stone_heights(height: ArrayLike) -> None:
 
 def checked_stone_height(height: float) -> float:
     """Return a stone height (m) unchanged; raise an `ArgumentError` if it is outside the allowed range."""
-    check_stone_heights(height)
+    check_stone_heights_within_allowed_range(height)
     return height
 
 

@@ -97,7 +97,7 @@ class ConvexPiecePair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PossibleContactPoint:
+class ContactPointGeometry:
     """Possible contact of two elements: an end of the segment along which their nearest faces overlap."""
 
     signed_gap: float  # m, negative if the elements overlap; infinite if there is no common segment
@@ -111,7 +111,7 @@ class TouchingContactPoint(NamedTuple):
 
     piece_pair_index: int
     point_index_in_pair: int  # 0 or 1
-    contact_point: PossibleContactPoint
+    contact_point: ContactPointGeometry
 
 
 def place_elements(
@@ -243,7 +243,7 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
 
 def possible_contact_points_of_elements(
     first_element: PlacedElement, second_element: PlacedElement
-) -> tuple[PossibleContactPoint, PossibleContactPoint]:
+) -> tuple[ContactPointGeometry, ContactPointGeometry]:
     """Return both possible contact points of two convex elements: the ends of the overlap of their faces.
 
     At each end, the inner one of the two vertices counts.
@@ -261,7 +261,7 @@ def possible_contact_points_of_elements(
         opposite_face_table_row: FloatArray,
         sign_of_normal_towards_first_element: float,
         one_if_vertex_can_bear_load: float,
-    ) -> tuple[float, PossibleContactPoint]:
+    ) -> tuple[float, ContactPointGeometry]:
         """Return a vertex's position (m) along the opposite face, and the contact point there."""
         x, z = vertex_from_own_centre + centre_offset_from_opposite_element
         gap = opposite_face_table_row[4] * x + opposite_face_table_row[5] * z - opposite_face_table_row[6]
@@ -273,7 +273,7 @@ def possible_contact_points_of_elements(
         )
         can_bear_load = one_if_vertex_can_bear_load * opposite_face_table_row[11] > 0
         is_possible = can_bear_load and abs(along) <= opposite_face_table_row[8]
-        return along, PossibleContactPoint(
+        return along, ContactPointGeometry(
             float(gap) if is_possible else np.inf,
             point,
             (nx, nz),

@@ -150,7 +150,7 @@ def _remove_degenerate_triangles(face_vertex_positions: Any, triangle_vertex_ind
 
 
 def read_scanned_stone(
-    path: Path | str, unit: MeshLengthUnit | None = None, base_relief_m: float | None = None
+    path: Path | str, unit: MeshLengthUnit | None = None, max_load_bearing_base_point_height_m: float | None = None
 ) -> ScanResult:
     """Read a scanned stone from a mesh file, and rotate it to the nearest pose in which it can stand.
 
@@ -160,7 +160,7 @@ def read_scanned_stone(
         Mesh file: .obj, .ply or .stl; z up.
     unit : {"m", "cm", "mm"}, optional
         Unit of the file's coordinates; metres if not given.
-    base_relief_m : float, optional
+    max_load_bearing_base_point_height_m : float, optional
         Height above the lowest point up to which the points of the base bear, m; default
         `overturning.model.scan.DEFAULT_LOAD_BEARING_BASE_RELIEF_M`.
 
@@ -171,6 +171,8 @@ def read_scanned_stone(
     """
     surface = read_mesh_surface(path, unit)
     try:
-        return stone_from_surface(*repair_surface_and_close_base(surface), Path(path).stem, base_relief_m)
+        return stone_from_surface(
+            *repair_surface_and_close_base(surface), Path(path).stem, max_load_bearing_base_point_height_m
+        )
     except ArgumentError as error:
         raise ArgumentError(f"{path}: {error}") from None

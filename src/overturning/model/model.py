@@ -110,7 +110,7 @@ class Model(ABC):
         """Return a copy of the model whose contact stiffness is multiplied by `stiffness_factor`."""
 
     @property
-    def study_variables_besides_outcomes(self) -> tuple[OutcomeVariable, ...]:
+    def outcome_variables_of_2d_runs_in_face_planes(self) -> tuple[OutcomeVariable, ...]:
         """Variables that a study adds to its results dataset, next to the outcome variables; none by default."""
         return ()
 

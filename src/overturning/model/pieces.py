@@ -168,7 +168,7 @@ def convex_piece_vertex_indices(outline_vertices: FloatArray) -> list[list[int]]
     while merged:
         merged = False
         for one, other in combinations(pieces, 2):
-            joined = _merge_pieces_at_shared_diagonal(one, other)
+            joined = _merge_pieces_if_they_share_a_diagonal(one, other)
             if joined and all(
                 signed_doubled_triangle_area(
                     outline_vertices[joined[k - 1]],
@@ -221,7 +221,7 @@ def _can_cut_off_triangle(
     )
 
 
-def _merge_pieces_at_shared_diagonal(
+def _merge_pieces_if_they_share_a_diagonal(
     first_piece_vertex_indices: list[int], second_piece_vertex_indices: list[int]
 ) -> list[int] | None:
     """Return the vertex indices of two polygon pieces merged at their common diagonal; None if there is none."""

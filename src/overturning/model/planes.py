@@ -71,7 +71,7 @@ def distinct_plane_indices(
     return nearest_simulated_directions(azimuth, planes, symmetry_period_deg).simulated_direction_index
 
 
-def azimuth_gap_mask_and_step(
+def mask_of_azimuths_before_gap_and_grid_step(
     plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> tuple[NDArray[np.bool_], float]:
     """Return a mask of the azimuths that a gap in the grid of azimuths follows, and the step of the grid, degrees.
@@ -109,8 +109,8 @@ def plane_weights_by_azimuth_spacing(
     """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of the azimuths beside them,
-    so that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gap_mask_and_step`)
-    represent half a step of it, since the outcome in the gap is unknown.
+    so that a study's extra azimuths do not count twice. The planes next to a gap
+    (`mask_of_azimuths_before_gap_and_grid_step`) represent half a step of it, since the outcome in the gap is unknown.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def plane_weights_by_azimuth_spacing(
     gap = np.diff(plane, append=plane[:1] + symmetry_period_deg)
     represented = symmetry_period_deg
     if not divide_gaps_between_neighbours:
-        not_computed, step = azimuth_gap_mask_and_step(plane, symmetry_period_deg)
+        not_computed, step = mask_of_azimuths_before_gap_and_grid_step(plane, symmetry_period_deg)
         represented -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
     return (gap + np.roll(gap, 1)) / (2.0 * represented)

@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
-from overturning.model.cases import check_stone_heights
+from overturning.model.cases import check_stone_heights_within_allowed_range
 from overturning.model.outline import simplified_convex_hull_vertices
 from overturning.model.polyhedron import hull_with_origin_at_centre_of_mass, solid_from_hull
 from overturning.model.rest import FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO, mask_of_resting_faces
@@ -71,7 +71,7 @@ class ScannedStone(Shape):
         Centre of mass of the whole volume in the same axes, m.
     inertia_moments_and_products_per_mass : array_like, shape (6,)
         Moments of inertia about the centre per mass, xx, yy, zz, and products xy, xz, yz (integrals of xy, …), m².
-    base_relief_m : float
+    max_load_bearing_base_point_height_m : float
         Height above the lowest point up to which the points of the base bear, m.
     name : str
         Name in datasets.
@@ -87,7 +87,7 @@ class ScannedStone(Shape):
     vertices: ArrayLike
     centre_of_mass: ArrayLike
     inertia_moments_and_products_per_mass: ArrayLike
-    base_relief_m: float = DEFAULT_LOAD_BEARING_BASE_RELIEF_M
+    max_load_bearing_base_point_height_m: float = DEFAULT_LOAD_BEARING_BASE_RELIEF_M
     name: str = "scan"
     hull_tolerance_to_size_ratio: float = HULL_TOLERANCE_TO_BODY_SIZE_RATIO
     slenderness_is_parameter: ClassVar[bool] = False
@@ -99,9 +99,10 @@ class ScannedStone(Shape):
             ("inertia_moments_and_products_per_mass", (6,)),
         ):
             object.__setattr__(self, name, convert_argument_to_finite_array(name, getattr(self, name), shape))
-        if not 0.0 <= self.base_relief_m <= MAX_LOAD_BEARING_BASE_RELIEF_M:
+        if not 0.0 <= self.max_load_bearing_base_point_height_m <= MAX_LOAD_BEARING_BASE_RELIEF_M:
             raise ArgumentError(
-                f"relief: {self.base_relief_m:g} m; it must be from 0 to {MAX_LOAD_BEARING_BASE_RELIEF_M:g} m"
+                f"relief: {self.max_load_bearing_base_point_height_m:g} m; it must be from 0 to "
+                f"{MAX_LOAD_BEARING_BASE_RELIEF_M:g} m"
             )
         moments = np.linalg.eigvalsh(self.inertia_matrix_per_mass)
         if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-6)):
@@ -134,12 +135,12 @@ class ScannedStone(Shape):
     @cached_property
     def possible_ground_contact_points(self) -> FloatArray:
         """Points of the stone that can touch the ground, with the footprint in one plane, shape (n, 3), m."""
-        return _flatten_footprint_at_lowest_level(np.asarray(self.vertices), self.base_relief_m)
+        return _flatten_footprint_at_lowest_level(np.asarray(self.vertices), self.max_load_bearing_base_point_height_m)
 
     @cached_property
     def unscaled_solid(self) -> RigidSolid:
         """Rigid body of the stone as scanned."""
-        check_stone_heights(self.unscaled_height)
+        check_stone_heights_within_allowed_range(self.unscaled_height)
         properties = np.asarray(self.centre_of_mass), self.inertia_matrix_per_mass
         size = float(np.ptp(np.asarray(self.vertices), axis=0).max())
         base = np.flatnonzero(
@@ -156,12 +157,16 @@ class ScannedStone(Shape):
                     raise
                 tolerance *= 2.0
 
-    def with_base_relief(self, base_relief_m: float) -> Self:
+    def with_base_relief(self, max_load_bearing_base_point_height_m: float) -> Self:
         """Return a copy with another relief: the height (m) above its lowest point up to which its points bear load."""
-        known: dict[float, Self] = self.__dict__.setdefault("_of_relief", {self.base_relief_m: self})
-        if base_relief_m not in known:
-            known[base_relief_m] = replace(self, base_relief_m=base_relief_m)
-        return known[base_relief_m]
+        known: dict[float, Self] = self.__dict__.setdefault(
+            "_of_relief", {self.max_load_bearing_base_point_height_m: self}
+        )
+        if max_load_bearing_base_point_height_m not in known:
+            known[max_load_bearing_base_point_height_m] = replace(
+                self, max_load_bearing_base_point_height_m=max_load_bearing_base_point_height_m
+            )
+        return known[max_load_bearing_base_point_height_m]
 
     @override
     def solid(self, height: float, b_over_h: float, depth_over_width: float) -> RigidSolid:
@@ -175,20 +180,22 @@ class ScannedStone(Shape):
         return (points - np.asarray(self.centre_of_mass)) * (height / self.unscaled_height), edges.astype(np.int64)
 
 
-def _flatten_footprint_at_lowest_level(points: FloatArray, base_relief_m: float) -> FloatArray:
+def _flatten_footprint_at_lowest_level(points: FloatArray, max_load_bearing_base_point_height_m: float) -> FloatArray:
     """Lower the footprint (convex outline of the points up to the relief) to the lowest level; keep all higher points.
 
     The result has the corners of the footprint first; shape (n, 3), m.
     """
     size = float(np.ptp(points, axis=0).max())
     bottom = float(points[:, 2].min())
-    low = points[:, 2] <= bottom + max(base_relief_m, FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size)
+    low = points[:, 2] <= bottom + max(
+        max_load_bearing_base_point_height_m, FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * size
+    )
     try:
         outline = simplified_convex_hull_vertices(points[low, :2], FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO * size)
     except (scipy.spatial.QhullError, ValueError):
         raise ArgumentError(
             f"body: fewer than three points, or points on one line, bear within a relief of "
-            f"{1000 * base_relief_m:g} mm; give a larger relief"
+            f"{1000 * max_load_bearing_base_point_height_m:g} mm; give a larger relief"
         ) from None
     return np.concatenate([np.column_stack([outline, np.full(len(outline), bottom)]), points[~low]])
 
@@ -299,7 +306,8 @@ class ScanResult(NamedTuple):
         if isinstance(self.shape, ScannedStone):
             solid = self.shape.unscaled_solid
             lines.append(
-                f"footprint within a relief of {1000 * self.shape.base_relief_m:.3g} mm: {solid.base_vertex_count} "
+                f"footprint within a relief of {1000 * self.shape.max_load_bearing_base_point_height_m:.3g} mm: "
+                f"{solid.base_vertex_count} "
                 "corners, nearest edge "
                 f"{1000 * solid.min_base_edge_distance_from_centre:.3g} mm from the foot of the centre of mass"
             )
@@ -307,7 +315,10 @@ class ScanResult(NamedTuple):
 
 
 def stone_from_surface(
-    surface: TriangleSurface, mesh_change_notes: list[str], stone_name: str, base_relief_m: float | None = None
+    surface: TriangleSurface,
+    mesh_change_notes: list[str],
+    stone_name: str,
+    max_load_bearing_base_point_height_m: float | None = None,
 ) -> ScanResult:
     """Return the stone bounded by a closed surface, rotated to the nearest pose in which it can stand.
 
@@ -322,7 +333,7 @@ def stone_from_surface(
     used = surface.vertices[np.unique(surface.triangles)]
     pose = nearest_stable_pose(used, found.centre_of_mass)
     if (
-        base_relief_m is None
+        max_load_bearing_base_point_height_m is None
         and pose.scan_tilt_from_stable_pose_deg == 0.0
         and (solid := _scan_as_polyhedron_if_convex(used, found, stone_name)) is not None
     ):
@@ -339,7 +350,9 @@ def stone_from_surface(
             pose.rotation_matrix_from_scan_axes @ found.centre_of_mass - origin, STORED_POSITION_DECIMALS_OF_METRE
         ),
         np.round(six, 9),
-        DEFAULT_LOAD_BEARING_BASE_RELIEF_M if base_relief_m is None else base_relief_m,
+        DEFAULT_LOAD_BEARING_BASE_RELIEF_M
+        if max_load_bearing_base_point_height_m is None
+        else max_load_bearing_base_point_height_m,
         stone_name,
     )
     return ScanResult(shape, found.signed_volume, pose, mesh_change_notes)

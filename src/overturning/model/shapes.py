@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from overturning.arrays import FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
-from overturning.model.cases import check_stone_heights
+from overturning.model.cases import check_stone_heights_within_allowed_range
 from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
 from overturning.model.solid import UNIT_RADIUS_RIM_CONTACT_POINTS, RigidSolid
 
@@ -162,7 +162,7 @@ class Polyhedron(Shape):
     def unscaled_solid(self) -> RigidSolid:
         """Rigid body with the polyhedron's vertices as given, before scaling to the height of a case."""
         made = solid_from_vertices(np.asarray(self.vertices))
-        check_stone_heights(self.unscaled_height)
+        check_stone_heights_within_allowed_range(self.unscaled_height)
         return made
 
     @override

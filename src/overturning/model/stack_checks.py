@@ -17,7 +17,7 @@ from overturning.model.stack_stones import (
     end_x_of_lowest_or_highest_face,
     stack_stone_of_element,
 )
-from overturning.model.stack_touch import ContactBeforeTipping, lower_faces_touched_before_tipping
+from overturning.model.stack_touch import TiltAtFurtherContactBeforeTipping, lower_faces_touched_before_tipping
 from overturning.units import STANDARD_GRAVITY
 
 MIN_GROUND_MARGIN_AROUND_STACK_M: Final = 5.0
@@ -117,7 +117,7 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     The warnings are in the order of the stones from the lowest up, and name the face that is touched first. The
     simulation does not have this contact: the stone passes through the face.
     """
-    first: dict[str, ContactBeforeTipping] = {}
+    first: dict[str, TiltAtFurtherContactBeforeTipping] = {}
     for touch in lower_faces_touched_before_tipping(stones):
         if touch.touched_face.depth_below_base_of_tipping_stone > 0.0:
             first.setdefault(touch.tipping_stone_name, touch)
@@ -129,9 +129,10 @@ def unsimulated_overhang_contact_warnings(stones: list[StackStone]) -> list[str]
     ]
 
 
-def _contact_tilt_text(contact_before_tipping: ContactBeforeTipping) -> str:
+def _contact_tilt_text(contact_before_tipping: TiltAtFurtherContactBeforeTipping) -> str:
     """Return a text for a warning: the tilt at which a stone touches a face below, before it tips."""
-    return f"at a tilt of {math.degrees(contact_before_tipping.tilt_at_touch_rad):.3g}°, before it tips"
+    tilt_deg = math.degrees(contact_before_tipping.tilt_when_touching_face_below_rad)
+    return f"at a tilt of {tilt_deg:.3g}°, before it tips"
 
 
 def _length_of_lowest_or_highest_face(placed_element: PlacedElement, use_lowest_face: bool) -> float:

@@ -40,16 +40,16 @@ class FaceTouchableByTiltingStone(NamedTuple):
     depth_below_base_of_tipping_stone: float  # depth of the face below the base of the stone, m
 
 
-class ContactBeforeTipping(NamedTuple):
+class TiltAtFurtherContactBeforeTipping(NamedTuple):
     """Tilt at which a stone touches a further face below, before the stone tips over the edge of its contact area."""
 
     tipping_stone_name: str
     touched_face: FaceTouchableByTiltingStone  # upper face of a stone below, or the ground
-    tilt_at_touch_rad: float  # rad
+    tilt_when_touching_face_below_rad: float  # rad
     tipping_tilt_rad: float  # tilt at which the stone balances on that edge, rad
 
 
-def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[ContactBeforeTipping]:
+def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[TiltAtFurtherContactBeforeTipping]:
     """Return the further faces below that stones of a stack would touch before they tip, from the lowest stone up.
 
     Parameters
@@ -59,7 +59,7 @@ def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[Contact
 
     Returns
     -------
-    list of ContactBeforeTipping
+    list of TiltAtFurtherContactBeforeTipping
         For each stone and each face below that it meets, the least tilt over all directions and points; the touches of
         a stone are in the order of their tilts.
     """
@@ -82,13 +82,13 @@ def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[Contact
             for face in faces
             if (touch := _first_contact_with_face(stone, patch.corners_xy_in_stack_axes, face)) is not None
         ]
-        found += sorted(touches, key=lambda touch: touch.tilt_at_touch_rad)
+        found += sorted(touches, key=lambda touch: touch.tilt_when_touching_face_below_rad)
     return found
 
 
 def _first_contact_with_face(
     stone: StackStone, contact_patch_corners: FloatArray, face: FaceTouchableByTiltingStone
-) -> ContactBeforeTipping | None:
+) -> TiltAtFurtherContactBeforeTipping | None:
     """Return the first contact of a tilting stone with a face below; None if the stone tips without touching it.
 
     `contact_patch_corners` has the corners (m) of the stone's contact area at rest.
@@ -120,7 +120,7 @@ def _first_contact_with_face(
     direction = int(np.argmin(tilt))
     if np.isinf(tilt[direction]):
         return None
-    return ContactBeforeTipping(stone.name, face, float(tilt[direction]), float(critical[direction]))
+    return TiltAtFurtherContactBeforeTipping(stone.name, face, float(tilt[direction]), float(critical[direction]))
 
 
 def _least_tilt_for_point_to_touch_face(
@@ -183,15 +183,18 @@ def _least_tilt_for_base_to_touch_face_corner(
 
 
 def _mask_of_points_inside_polygon(
-    points_by_tilt_direction: FloatArray, polygon_vertices: FloatArray, min_distance_inside: float
+    horizontal_point_positions_by_tilt_direction: FloatArray, polygon_vertices: FloatArray, min_distance_inside: float
 ) -> NDArray[np.bool_]:
     """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a distance (m)."""
-    inside = np.ones((len(points_by_tilt_direction), points_by_tilt_direction.shape[2]), np.bool_)
+    inside = np.ones(
+        (len(horizontal_point_positions_by_tilt_direction), horizontal_point_positions_by_tilt_direction.shape[2]),
+        np.bool_,
+    )
     for (x, y), (dx, dy) in zip(
         polygon_vertices, np.roll(polygon_vertices, -1, axis=0) - polygon_vertices, strict=True
     ):
-        inside &= dx * (points_by_tilt_direction[:, 1] - y) - dy * (
-            points_by_tilt_direction[:, 0] - x
+        inside &= dx * (horizontal_point_positions_by_tilt_direction[:, 1] - y) - dy * (
+            horizontal_point_positions_by_tilt_direction[:, 0] - x
         ) > min_distance_inside * np.sqrt(dx * dx + dy * dy)
     return inside
 

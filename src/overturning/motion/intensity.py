@@ -117,7 +117,9 @@ def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     the intensity along all azimuths.
     """
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
-    squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _horizontal_component_products(motion)])
+    squares = np.array(
+        [np.trapezoid(p, dx=motion.sampling_interval) for p in _squares_and_product_of_horizontal_components(motion)]
+    )
     # Perpendicular to a linear motion, rounding may give a tiny negative sum.
     return (
         math.pi / (2.0 * STANDARD_GRAVITY) * np.maximum(_component_product_factors_by_azimuth(cosines) @ squares, 0.0)
@@ -141,7 +143,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     motion.
     """
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
-    summed = integrate(_horizontal_component_products(motion), motion.sampling_interval)
+    summed = integrate(_squares_and_product_of_horizontal_components(motion), motion.sampling_interval)
     time = np.arange(motion.sample_count) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_component_product_factors_by_azimuth(cosines)):
@@ -154,7 +156,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     return measure
 
 
-def _horizontal_component_products(motion: Accelerogram) -> FloatArray:
+def _squares_and_product_of_horizontal_components(motion: Accelerogram) -> FloatArray:
     """Return the products n², n e and e² of the north (n) and east (e) accelerations, m²/s⁴, (3, samples)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 

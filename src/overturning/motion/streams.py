@@ -29,7 +29,7 @@ def accelerations_interval_and_start_of_stream(
             trace, code, unit_stated_by_user
         ) or _reason_for_other_sensor_than_requested(code, sensor):
             raise ArgumentError(f"stream: channel {trace.id}: {why}")
-        name = _direction_of_channel_with_sac_warning(trace, code)
+        name = _channel_direction_with_warning_if_sac_differs(trace, code)
         if name is None or name in traces:
             raise ArgumentError(
                 f"stream: channel {trace.stats.channel!r} {'is given twice' if name else 'is neither N, E nor Z'}; "
@@ -118,7 +118,7 @@ _CHANNEL_CODE_PATTERN = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")
 _DIRECTION_BY_CODE_ENDING = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "UD": "up"}
 
 
-def _direction_of_channel_with_sac_warning(trace: Any, channel_code: str) -> str | None:
+def _channel_direction_with_warning_if_sac_differs(trace: Any, channel_code: str) -> str | None:
     """Return a channel code's direction (``north``, ``east``, ``up``) or None; warn if the SAC header says another.
 
     A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.

@@ -108,7 +108,7 @@ def assemble_record(
     )
     first = window[0]
     extra = _extra_record_metadata(
-        window, user_declared_properties, notes, differences, refusals.trusted_contradictions
+        window, user_declared_properties, notes, differences, refusals.contradictions_accepted_with_trust_data
     )
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = replaced_fields.pop("station", first.station)
@@ -190,7 +190,7 @@ def _cut_to_window_and_check_samples(
         if why and not refusals_out.trusts_contradictions:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file_name}: {why}")
-        refusals_out.trusted_contradictions += [why] if why else []
+        refusals_out.contradictions_accepted_with_trust_data += [why] if why else []
     return window
 
 

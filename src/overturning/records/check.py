@@ -100,7 +100,7 @@ def _read_components_of_chosen_sensor_and_refusals(
 
 def _check_record(
     components: Sequence[RecordComponent],
-    components_of_each_record_in_files: Sequence[Sequence[RecordComponent]],
+    component_groups_of_all_records: Sequence[Sequence[RecordComponent]],
     all_file_paths: Sequence[Path],
     user_declared_properties: DeclaredFileProperties,
 ) -> RecordCheckResult:
@@ -116,19 +116,19 @@ def _check_record(
             files, tuple(components), record, record_after_default_processing=process_record(record, None)
         )
     except OverturningError as problem:
-        several = _refusal_reason_if_several_sensors(components, components_of_each_record_in_files)
+        several = _refusal_reason_if_several_sensors(components, component_groups_of_all_records)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
         return RecordCheckResult(files, tuple(components), refusal_or_skip_reason=reason)
 
 
 def _refusal_reason_if_several_sensors(
-    components: Sequence[RecordComponent], components_of_each_record_in_files: Sequence[Sequence[RecordComponent]]
+    components: Sequence[RecordComponent], component_groups_of_all_records: Sequence[Sequence[RecordComponent]]
 ) -> str:
     """Return the reason to refuse components if sensors at several places of a station recorded the event, or ""."""
     first = components[0]
     alike = [
         one[0]
-        for one in components_of_each_record_in_files
+        for one in component_groups_of_all_records
         if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))
     ]
     places = list(dict.fromkeys(one.sensor_location for one in alike if one.sensor_location))

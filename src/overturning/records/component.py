@@ -243,7 +243,7 @@ def note_on_sensor_high_in_structure(sensor_location: str) -> str:
 
 
 @dataclass(frozen=True)
-class HeaderPeak:
+class PeakStatedInFileHeader:
     """Peak acceleration of a component according to its file header, with resolution and line number."""
 
     absolute_acceleration: float  # m/s²
@@ -255,7 +255,7 @@ class HeaderPeak:
     @classmethod
     def from_signed_acceleration(
         cls, signed_acceleration_m_s2: float, last_digit_unit_to_peak_ratio: float, line_number: int | None = None
-    ) -> "HeaderPeak":
+    ) -> "PeakStatedInFileHeader":
         """Create a header peak from its acceleration with sign, and the last printed digit's unit as a share of it."""
         sign, peak = (signed_acceleration_m_s2 > 0) - (signed_acceleration_m_s2 < 0), abs(signed_acceleration_m_s2)
         return cls(peak, last_digit_unit_to_peak_ratio * peak, line_number=line_number, sign=sign)
@@ -279,7 +279,7 @@ class RecordComponent:
     origin_time_utc: datetime | None = None  # of the earthquake
     station_latitude_deg: float | None = None
     station_longitude_deg: float | None = None
-    header_peak: HeaderPeak | None = None
+    header_peak: PeakStatedInFileHeader | None = None
     sensor_position: SensorPosition = "surface"
     sensor_location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
     is_already_corrected: bool = False  # True for corrected data, which the default processing does not change

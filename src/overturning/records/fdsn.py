@@ -108,7 +108,7 @@ def fetch_fdsn_record(
         get = partial(client.get_waveforms, **codes, **window)
         send_with_retries(
             lambda: _download_and_save_checked(
-                waves, "MiniSEED", get, lambda file: _check_waveform_size_and_end(file, start, end)
+                waves, "MiniSEED", get, lambda file: _check_waveform_is_complete_and_ends_as_requested(file, start, end)
             )
         )
     for note in _incomplete_channel_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
@@ -216,7 +216,9 @@ def _download_and_save_checked(
         part.write_bytes(data)
 
 
-def _check_waveform_size_and_end(waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any) -> None:
+def _check_waveform_is_complete_and_ends_as_requested(
+    waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any
+) -> None:
     """Raise a RecordError if a MiniSEED file is incomplete, or ends too far from the requested end.
 
     A trace may end 60 s plus half of the requested window before or after the requested end.

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import Final
 
-from overturning.errors import RecordError, RecordRefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasonCollector
 from overturning.records.component import RecordComponent
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.table import (
@@ -40,7 +40,7 @@ def read_components(
     components: list[RecordComponent] = []
     left_out: dict[SourceFile, str] = {}
     tables: list[SourceFile] = []
-    reasons = RecordRefusalReasons()
+    reasons = RecordRefusalReasonCollector()
     for member, file in packed:
         in_archive = member is not file
         if member in user_declared_properties.stationxml_files:

@@ -14,7 +14,7 @@ from overturning.errors import (
     ConfigError,
     OverturningError,
     RecordError,
-    RecordRefusalReasons,
+    RecordRefusalReasonCollector,
     refuse_unknown_keywords,
 )
 from overturning.files import convert_argument_to_path
@@ -139,7 +139,7 @@ def _assemble_record_of_declared_sensor(
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
-    reasons, sensor = RecordRefusalReasons(), user_declared_properties.sensor or "surface"
+    reasons, sensor = RecordRefusalReasonCollector(), user_declared_properties.sensor or "surface"
     chosen = [c for c in components if c.sensor_position == sensor]
     records = group_components_by_record(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:

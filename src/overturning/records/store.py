@@ -94,7 +94,7 @@ def read_record_from_motion_file(path: Path | str) -> Record:
     return _read_stored_record(Path(path), "")
 
 
-def read_unprocessed_record_from_motion_file(path: Path | str) -> Record | None:
+def read_record_before_processing_if_processed(path: Path | str) -> Record | None:
     """Read the record before processing from a NetCDF motion file; None if the record was not processed."""
     import netCDF4
 

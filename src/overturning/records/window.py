@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RecordRefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasonCollector
 from overturning.records.component import RecordComponent, seed_band_and_instrument_code
 from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.record import largest_pga_pgv_pgd_of_components
@@ -24,13 +24,13 @@ MAX_STATION_COORDINATE_MISMATCH_KM = 1.0
 """Largest distance between stated places of one station, km; files round them to degrees or minutes."""
 
 
-class AssemblyRefusalCollector(RecordRefusalReasons):
+class AssemblyRefusalCollector(RecordRefusalReasonCollector):
     """Collector of reasons to refuse components as one record, and of contradictions the user accepts."""
 
     def __init__(self, *, trust_contradictions: bool) -> None:
         super().__init__()
         self.trusts_contradictions = trust_contradictions
-        self.trusted_contradictions: list[str] = []
+        self.contradictions_accepted_with_trust_data: list[str] = []
 
     @property
     def has_refusal_reasons(self) -> bool:
@@ -41,7 +41,7 @@ class AssemblyRefusalCollector(RecordRefusalReasons):
         """Raise a RecordError for a contradiction; if the user trusts the data, only store the contradiction."""
         if not self.trusts_contradictions:
             raise RecordError(f"{contradiction_text}; {remedy}")
-        self.trusted_contradictions.append(contradiction_text)
+        self.contradictions_accepted_with_trust_data.append(contradiction_text)
 
 
 def check_and_cut_to_common_window(

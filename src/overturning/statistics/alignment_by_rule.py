@@ -13,7 +13,7 @@ from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_eart
 from overturning.statistics.by_record import apply_to_record_batches_and_join, record_masks_by_group
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
-    BlockSelectionRule,
+    FallDirectionBlockSelectionRule,
     mean_cosine_and_sine_to_reference,
     share_of_directions_with_overturning,
     unknown_outcomes_may_bias_fall_axis,
@@ -27,7 +27,7 @@ class FaultNormalAlignmentOfSelectedBlocks:
 
     Attributes
     ----------
-    rule : BlockSelectionRule
+    rule : FallDirectionBlockSelectionRule
         Rule that selects the blocks.
     records_with_falls_and_fault_normal : int
         Records with falls of these blocks and a known fault normal.
@@ -38,7 +38,7 @@ class FaultNormalAlignmentOfSelectedBlocks:
         Largest possible mean of cos 2Δ: the same mean of the resultants of the doubled fall axes of each record.
     """
 
-    rule: BlockSelectionRule
+    rule: FallDirectionBlockSelectionRule
     records_with_falls_and_fault_normal: int
     mean_cos_of_doubled_angle: MeanOverEarthquakes
     largest_possible_mean_cos_of_doubled_angle: float
@@ -46,7 +46,7 @@ class FaultNormalAlignmentOfSelectedBlocks:
 
 def fault_normal_alignments_by_record_group(
     cube: xr.Dataset,
-    block_selection_rules: Sequence[BlockSelectionRule] = BLOCK_SELECTION_RULES_IN_REPORT,
+    block_selection_rules: Sequence[FallDirectionBlockSelectionRule] = BLOCK_SELECTION_RULES_IN_REPORT,
     *,
     bootstrap_sample_count: int = 10_000,
 ) -> dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]:
@@ -65,7 +65,7 @@ def fault_normal_alignments_by_record_group(
     ----------
     cube : Dataset
         Cube with the coordinates ``fault_normal(record)``, degrees, and ``event(record)``.
-    block_selection_rules : sequence of BlockSelectionRule
+    block_selection_rules : sequence of FallDirectionBlockSelectionRule
         Rules to compare.
     bootstrap_sample_count : int
         Bootstrap samples.
@@ -94,7 +94,7 @@ def fault_normal_alignments_by_record_group(
 
 
 def _count_falls_and_sum_fall_axes_by_selection_rule(
-    block_selection_rules: Sequence[BlockSelectionRule], cube: xr.Dataset
+    block_selection_rules: Sequence[FallDirectionBlockSelectionRule], cube: xr.Dataset
 ) -> xr.Dataset:
     """Count falls and sum cosines and sines of doubled fall azimuths, for each record and block selection rule.
 

@@ -31,7 +31,7 @@ SIMULATED_SECTOR_COUNTS_PER_P_VALUE: Final = 20_000
 """Number of random draws for a simulated p-value."""
 
 RANDOM_ROTATIONS_PER_P_VALUE: Final = 4_999
-"""Number of random rotations in the `randomised_rayleigh_test`."""
+"""Number of random rotations in the `rayleigh_test_by_random_rotation`."""
 
 
 _SECTOR_BORDER_TOLERANCE_DEG: Final = 1e-6
@@ -147,8 +147,8 @@ def _random_rotations(
     return np.exp(1j * np.where(step > 0.0, rounded, angles))
 
 
-def randomised_rayleigh_test(
-    x_components: ArrayLike, y_components: ArrayLike, angle_recording_step_deg: ArrayLike = 0.0
+def rayleigh_test_by_random_rotation(
+    x_components_of_vectors: ArrayLike, y_components_of_vectors: ArrayLike, angle_recording_step_deg: ArrayLike = 0.0
 ) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
 
@@ -163,12 +163,12 @@ def randomised_rayleigh_test(
 
     Parameters
     ----------
-    x_components, y_components : array_like, shape (n,)
+    x_components_of_vectors, y_components_of_vectors : array_like, shape (n,)
         Components of the vectors; for axes those of the doubled angles. Vectors of length 0 count as observations.
     angle_recording_step_deg : array_like, shape (n,) or ()
         Step of the angle of each vector, degrees, a divisor of 360; for axes that of the doubled angles. 0: no step.
     """
-    x, y = np.asarray(x_components, dtype=np.float64), np.asarray(y_components, dtype=np.float64)
+    x, y = np.asarray(x_components_of_vectors, dtype=np.float64), np.asarray(y_components_of_vectors, dtype=np.float64)
     n = int(x.size)
     if n == 0:
         return StatisticalTestResult("randomised Rayleigh", 0)

@@ -112,7 +112,7 @@ def pulse_acceleration_to_overturn_after_impact(
     return west_acceleration_limit(b_over_h) * (1 + ratio / 6)
 
 
-def pulse_acceleration_to_overturn_without_impact(
+def sine_pulse_pga_to_overturn_without_impact(
     height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
 ) -> FloatArray:
     """Return the PGA, m/s², at which a single sine pulse overturns a block without any impact on its base.
@@ -146,7 +146,7 @@ class OverturningCriterion:
 
     name: str
     rule_text: str
-    pga_limit_m_s2_function: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
+    pga_limit_from_height_b_over_h_pgv_over_pga: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
 
 
 def _west_limit_of_each_block_and_motion(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
@@ -167,7 +167,7 @@ OVERTURNING_CRITERIA: Final = (
     OverturningCriterion(
         "pulse, no impact",
         "PGA above that of the one-sine pulse without impact",
-        pulse_acceleration_to_overturn_without_impact,
+        sine_pulse_pga_to_overturn_without_impact,
     ),
 )
 """Criteria in the order of tables and figures."""
@@ -327,7 +327,9 @@ def score_overturning_criteria(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> Ove
         weighted_skill = float(_skill_within_blocks_weighted_by_outcome_variance(valid_counts))
         return PredictionRuleScore(rule_name, rule_in_words, overall, skill, within, weighted_skill)
 
-    predictions = [pga >= one.pga_limit_m_s2_function(height, slender, ratio) for one in OVERTURNING_CRITERIA]
+    predictions = [
+        pga >= one.pga_limit_from_height_b_over_h_pgv_over_pga(height, slender, ratio) for one in OVERTURNING_CRITERIA
+    ]
     rules = [
         score_rule(one.name, one.rule_text, mask) for one, mask in zip(OVERTURNING_CRITERIA, predictions, strict=True)
     ]

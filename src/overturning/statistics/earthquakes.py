@@ -32,7 +32,7 @@ from overturning.statistics.by_record import apply_to_record_batches_and_join, r
 from overturning.statistics.circular import (
     MAX_RESULTANT_LENGTH_FROM_ROUNDING,
     MIN_RESULTANT_WITH_MEAN_DIRECTION,
-    randomised_rayleigh_test,
+    rayleigh_test_by_random_rotation,
     wrap_axis_difference_to_90_deg,
 )
 from overturning.statistics.falls import (
@@ -152,7 +152,7 @@ def fall_axes_from_fault_normal_by_group(
 
 
 @dataclass(frozen=True)
-class FallAxisSummary:
+class FallAxisAndAlignmentOverEarthquakes:
     """Mean axis of the falls under several earthquakes, and mean alignment of the falls with the fault normal.
 
     Attributes
@@ -164,8 +164,8 @@ class FallAxisSummary:
         −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
     mean_axis_from_fault_normal_deg : float
         Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
-        resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `randomised_rayleigh_test` does not reject "no
-        common axis".
+        resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `rayleigh_test_by_random_rotation` does not
+        reject "no common axis".
     mean_axis_interval_half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
@@ -177,7 +177,7 @@ class FallAxisSummary:
         Largest possible mean of cos 2Δ of these falls: the mean over these earthquakes of ``largest`` of
         `fall_axes_from_fault_normal_by_earthquake`. It is reached if the axis of each record is its fault normal.
     p_value_of_no_common_axis : float
-        p-value of the `randomised_rayleigh_test` over earthquakes; NaN without falls.
+        p-value of the `rayleigh_test_by_random_rotation` over earthquakes; NaN without falls.
     """
 
     earthquake_count: int
@@ -192,7 +192,7 @@ class FallAxisSummary:
 
 def summarise_fall_axes(
     fall_axes_by_earthquake: xr.Dataset, *, confidence_level: float = 0.95, bootstrap_sample_count: int = 10_000
-) -> FallAxisSummary:
+) -> FallAxisAndAlignmentOverEarthquakes:
     """Average the fall axes of earthquakes: mean axis and mean alignment with the fault normal, with intervals.
 
     `fall_axes_by_earthquake` is a result of `fall_axes_from_fault_normal_by_earthquake`.
@@ -200,7 +200,7 @@ def summarise_fall_axes(
     vectors = np.column_stack([fall_axes_by_earthquake["cosine"].values, fall_axes_by_earthquake["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
-    test = randomised_rayleigh_test(*vectors.T)
+    test = rayleigh_test_by_random_rotation(*vectors.T)
     has_axis = test.p_value <= 1 - confidence_level and math.hypot(cosine, sine) >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     mean = float(wrap_axis_difference_to_90_deg(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
@@ -232,11 +232,13 @@ def summarise_fall_axes(
     alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes_by_earthquake["largest"].values
     largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
     count = int(fall_axes_by_earthquake.sizes["event"])
-    return FallAxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
+    return FallAxisAndAlignmentOverEarthquakes(
+        count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value
+    )
 
 
 def first_minus_second_mean_fall_alignment(
-    first_fall_axes: xr.Dataset, second_fall_axes: xr.Dataset
+    fall_axes_by_earthquake_in_first_set: xr.Dataset, fall_axes_by_earthquake_in_second_set: xr.Dataset
 ) -> MeanOverEarthquakes:
     """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
 
@@ -245,8 +247,15 @@ def first_minus_second_mean_fall_alignment(
     difference. ``earthquake_count`` is the number of earthquakes with falls in the smaller set; there is no interval if
     it is below `MIN_EARTHQUAKES_FOR_INTERVAL`.
     """
-    names = distinct_earthquake_names([*first_fall_axes["event"].values, *second_fall_axes["event"].values])
-    values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first_fall_axes, second_fall_axes)])
+    names = distinct_earthquake_names(
+        [*fall_axes_by_earthquake_in_first_set["event"].values, *fall_axes_by_earthquake_in_second_set["event"].values]
+    )
+    values = np.stack(
+        [
+            axes["cosine"].reindex(event=names).values
+            for axes in (fall_axes_by_earthquake_in_first_set, fall_axes_by_earthquake_in_second_set)
+        ]
+    )
     n = int(np.isfinite(values).sum(axis=1).min())
 
     def first_minus_second_mean_alignment(alignment_by_sample_earthquake_and_set: FloatArray) -> FloatArray:
@@ -311,7 +320,7 @@ _AZIMUTH_VARIABLE_BY_REFERENCE_DIRECTION = {
 
 
 @dataclass(frozen=True)
-class FallAlignmentWithReferences:
+class MeanFallAlignmentByBOverH:
     """Mean alignment of the falls of a group of records with several reference directions, by range of B/H.
 
     All values are means over the earthquakes of the group.
@@ -335,7 +344,7 @@ class FallAlignmentWithReferences:
 
 def alignments_with_references_by_record_group(
     cube: xr.Dataset, reference_azimuths: xr.Dataset, index_slices_along_b_over_h: Sequence[slice] | None = None
-) -> dict[str, FallAlignmentWithReferences]:
+) -> dict[str, MeanFallAlignmentByBOverH]:
     """Compute, by group of records, the alignment of falls with reference directions such as the fault normal.
 
     References are the azimuths of PGA and PGV, the pulse axis, the fault normal and the direction from the epicentre.
@@ -376,11 +385,11 @@ def _mean_alignment_with_references_in_group(
     cosines_by_reference: dict[tuple[str, bool], list[FloatArray]],
     group_record_mask: NDArray[np.bool_],
     earthquake_name_by_record: NDArray[np.str_],
-) -> FallAlignmentWithReferences:
+) -> MeanFallAlignmentByBOverH:
     """Average cosines to reference directions over a group's earthquakes, for each reference and range of B/H.
 
     The lists of `cosines_by_reference` have one array of shape (records,) for each range of B/H; their keys
-    are those of `FallAlignmentWithReferences.cosines_per_b_over_h_by_reference_and_axial`.
+    are those of `MeanFallAlignmentByBOverH.cosines_per_b_over_h_by_reference_and_axial`.
     """
 
     def mean_cosine_over_earthquakes(
@@ -400,4 +409,4 @@ def _mean_alignment_with_references_in_group(
     first, *others = sorted(known, key=lambda name: -means[name, True][0].mean) or [""]
     pairs = zip(cosines_by_reference[first, True], cosines_by_reference[others[0], True], strict=True) if others else ()
     closer = [mean_cosine_over_earthquakes(one - other, BOUNDS_OF_COSINE_DIFFERENCE) for one, other in pairs]
-    return FallAlignmentWithReferences(means, tuple([first, *others][:2]) if first else (), closer)
+    return MeanFallAlignmentByBOverH(means, tuple([first, *others][:2]) if first else (), closer)

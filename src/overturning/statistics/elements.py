@@ -278,7 +278,9 @@ def mean_shares_of_two_stone_falls(
     )
     two_stone_fall_counts_by_record = two_stone_fall_counts_by_record.assign(first=first, with_fall=with_fall)
 
-    def mean_share_of_part_in_whole(numerator_count_name: str, denominator_count_name: str) -> MeanOverEarthquakes:
+    def mean_ratio_of_counts_over_earthquakes(
+        numerator_count_name: str, denominator_count_name: str
+    ) -> MeanOverEarthquakes:
         total = two_stone_fall_counts_by_record[denominator_count_name].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
             return mean_share_over_earthquakes(
@@ -286,13 +288,15 @@ def mean_shares_of_two_stone_falls(
                 earthquake_name_by_record,
             )
 
-    this, other, both = (mean_share_of_part_in_whole(name, "cases") for name in ("only_this", "only_other", "both"))
+    this, other, both = (
+        mean_ratio_of_counts_over_earthquakes(name, "cases") for name in ("only_this", "only_other", "both")
+    )
     return TwoStoneFallContrast(
         this,
         other,
         both,
-        mean_share_of_part_in_whole("same_way", "both"),
-        mean_share_of_part_in_whole("earlier", "both"),
-        mean_share_of_part_in_whole("same_time", "both"),
-        mean_share_of_part_in_whole("first", "with_fall"),
+        mean_ratio_of_counts_over_earthquakes("same_way", "both"),
+        mean_ratio_of_counts_over_earthquakes("earlier", "both"),
+        mean_ratio_of_counts_over_earthquakes("same_time", "both"),
+        mean_ratio_of_counts_over_earthquakes("first", "with_fall"),
     )

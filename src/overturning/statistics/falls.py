@@ -152,7 +152,7 @@ def overturned_shares_near_and_off_fault_normal(cube: xr.Dataset) -> tuple[float
     return within, beyond
 
 
-def count_changed_and_all_neighbour_pairs(cube: xr.Dataset, dimension_name: str) -> tuple[int, int]:
+def count_differing_and_all_neighbour_pairs(cube: xr.Dataset, dimension_name: str) -> tuple[int, int]:
     """Count pairs of neighbouring cases along a dimension with different outcomes, and all pairs with known outcomes.
 
     Outcomes are: stands, falls to +1, falls to −1. Both numbers are of pairs with two known outcomes. For azimuths
@@ -167,7 +167,7 @@ def count_changed_and_all_neighbour_pairs(cube: xr.Dataset, dimension_name: str)
 
 
 @dataclass(frozen=True)
-class BlockSelectionRule:
+class FallDirectionBlockSelectionRule:
     """Rule that selects, for each record, the blocks whose falls count in statistics of fall directions.
 
     Attributes
@@ -201,25 +201,25 @@ class BlockSelectionRule:
         )
 
 
-BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE: Final = BlockSelectionRule(
+BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE: Final = FallDirectionBlockSelectionRule(
     "in at most half of the {}s, or all blocks of a record without such", 0.5, True
 )
 """Rule of planar models: blocks that overturn in at least one plane, but in at most half of the planes of a record."""
 
-ALL_BLOCKS_RULE: Final = BlockSelectionRule("all blocks", 2.0)
+ALL_BLOCKS_RULE: Final = FallDirectionBlockSelectionRule("all blocks", 2.0)
 """Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
 
 BLOCK_SELECTION_RULES_IN_REPORT: Final = (
     BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE,
-    BlockSelectionRule("in at most half of the {}s", 0.5),
-    BlockSelectionRule("in at most a quarter of the {}s", 0.25),
-    BlockSelectionRule("in some {}s, but not in all", 1.0),
+    FallDirectionBlockSelectionRule("in at most half of the {}s", 0.5),
+    FallDirectionBlockSelectionRule("in at most a quarter of the {}s", 0.25),
+    FallDirectionBlockSelectionRule("in some {}s, but not in all", 1.0),
     ALL_BLOCKS_RULE,
 )
 """Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
-def block_selection_rule_for_cube(cube: xr.Dataset) -> BlockSelectionRule:
+def block_selection_rule_for_cube(cube: xr.Dataset) -> FallDirectionBlockSelectionRule:
     """Return the rule that selects blocks for direction statistics: in 2-D those falling in few planes, in 3-D all."""
     is_planar = default_model_for_results_cube(cube).is_planar
     return BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE if is_planar else ALL_BLOCKS_RULE

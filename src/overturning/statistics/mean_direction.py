@@ -19,7 +19,7 @@ from overturning.statistics.circular import (
     MIN_RESULTANT_WITH_MEAN_DIRECTION,
     StatisticalTestResult,
     mean_angle_deg_and_mean_resultant_length,
-    randomised_rayleigh_test,
+    rayleigh_test_by_random_rotation,
 )
 
 MAX_OBSERVATIONS_FOR_BOOTSTRAP: Final = 1000
@@ -74,7 +74,7 @@ def significant_mean_direction_resultant_and_test(
         test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
     else:
         vectors = np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))
-        test = randomised_rayleigh_test(*vectors, fold * np.asarray(azimuth_recording_step_deg))
+        test = rayleigh_test_by_random_rotation(*vectors, fold * np.asarray(azimuth_recording_step_deg))
     clear = test.p_value <= 1 - confidence_level and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     return mean if clear else math.nan, resultant, test
 
@@ -96,7 +96,7 @@ def mean_direction_with_interval(
 
     Directions that are recorded in steps, such as eight compass points, may all have the same error. The interval is
     wider by a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
-    (`randomised_rayleigh_test`).
+    (`rayleigh_test_by_random_rotation`).
 
     The interval contains the true mean less often than `confidence_level` says if the test hardly rejects random
     directions: means are given only for those samples whose falls happen to agree.

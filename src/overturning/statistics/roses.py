@@ -9,8 +9,8 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
-    azimuth_gap_mask_and_step,
     case_weight_at_each_azimuth,
+    mask_of_azimuths_before_gap_and_grid_step,
     plane_azimuth_period_deg,
 )
 from overturning.model.space import case_weight_in_direction_statistics
@@ -89,7 +89,7 @@ def _width_of_spread_of_2d_falls_in_rose_deg(plane_azimuths_deg: FloatArray) -> 
 
     The width is 0 for a single plane, and if all sectors have equally many planes.
     """
-    step = azimuth_gap_mask_and_step(plane_azimuths_deg, FULL_TURN_DEG)[1]
+    step = mask_of_azimuths_before_gap_and_grid_step(plane_azimuths_deg, FULL_TURN_DEG)[1]
     in_a_sector = FULL_TURN_DEG / ROSE_SECTOR_COUNT / step
     return 0.0 if plane_azimuths_deg.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 

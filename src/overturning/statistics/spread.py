@@ -47,7 +47,7 @@ def indicator_that_most_runs_fall_and_sides_differ(
     return np.asarray((smaller_counts > 0) & (2 * fall_counts > known_run_counts), np.float64)
 
 
-def estimate_statistic_of_first_run_batch(
+def average_first_batch_statistic_over_run_orders(
     statistic_of_run_counts_function: RunCountStatistic,
     share_of_runs_falling_to_plus_1: ArrayLike,
     share_of_runs_falling_to_minus_1: ArrayLike,
@@ -84,7 +84,7 @@ def estimate_statistic_of_first_run_batch(
         for side in (share_of_runs_falling_to_plus_1, share_of_runs_falling_to_minus_1)
     )
     first = min(MEMBERS_PER_BATCH, ensemble_settings.members)
-    orders, (i, j) = _share_of_run_sequences_by_fall_count_code(first), _fall_counts_of_each_code(first)
+    orders, (i, j) = _run_sequence_share_by_code_of_two_fall_counts(first), _fall_counts_of_each_code(first)
     says, found = statistic_of_run_counts_function(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -104,7 +104,7 @@ def estimate_statistic_of_first_run_batch(
         unsettled = ~mask_of_narrow_fall_share_intervals(i, np.minimum(j, made), made, ensemble_settings.half_width)
         more = max(min(MEMBERS_PER_BATCH, ensemble_settings.members - made), 1)
         orders, sums = (
-            np.convolve(one * unsettled, _share_of_run_sequences_by_fall_count_code(more)) for one in (orders, sums)
+            np.convolve(one * unsettled, _run_sequence_share_by_code_of_two_fall_counts(more)) for one in (orders, sums)
         )
         made += more
     return found
@@ -122,7 +122,7 @@ def _fall_counts_of_each_code(run_count: int) -> tuple[RunCountArray, RunCountAr
     return towards, away
 
 
-def _share_of_run_sequences_by_fall_count_code(run_count: int) -> FloatArray:
+def _run_sequence_share_by_code_of_two_fall_counts(run_count: int) -> FloatArray:
     """Return, for each code (which encodes two fall counts), the share of all sequences of runs with these counts.
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.

@@ -41,7 +41,7 @@ class RigidComparison(OutcomeChangesOfElement):
     non_sliding_block_cells: int  # number of cells of the study with blocks that cannot slide
 
 
-class RerunResult(BaseModel):
+class RerunOutcomeChangesOrFailureReason(BaseModel):
     """Result of computing cases again, with finer time steps or stiffer springs: changed outcomes, or why it failed."""
 
     block_steps: int
@@ -63,7 +63,7 @@ class ChangesWithFinerSteps(BaseModel):
     block_steps: int
 
 
-class FinerStepChangesOfRecord(BaseModel):
+class FinerStepOutcomeChangeCountOfRecord(BaseModel):
     """Number of cases under one record whose outcome (fall or side) changes with finer time steps."""
 
     record: str
@@ -97,12 +97,12 @@ class ConvergenceCheckResult(BaseModel):
     max_cost_relative_to_study: float
     time_step_refinement: int
     contact_stiffness_factor: float
-    finer_step_rerun: RerunResult
-    stiffer_contact_rerun: RerunResult
+    finer_step_rerun: RerunOutcomeChangesOrFailureReason
+    stiffer_contact_rerun: RerunOutcomeChangesOrFailureReason
     tests_of_finer_step_changes: ChangesWithFinerSteps
     amplitude_change_rerun: FallChangesUnderSlightlyChangedAmplitude | None  # None for planar models
     rigid_block_comparison: RigidComparison | None  # None if no cell has a block that cannot slide
-    finer_step_changes_by_record: list[FinerStepChangesOfRecord] = []  # changes with finer steps
+    finer_step_changes_by_record: list[FinerStepOutcomeChangeCountOfRecord] = []  # changes with finer steps
 
 
 def read_convergence_result(convergence_json_path: Path) -> ConvergenceCheckResult:

@@ -37,9 +37,9 @@ from overturning.study.convergence import (
     ChangesWithFinerSteps,
     ConvergenceCheckResult,
     FallChangesUnderSlightlyChangedAmplitude,
-    FinerStepChangesOfRecord,
+    FinerStepOutcomeChangeCountOfRecord,
     OutcomeChangesOfElement,
-    RerunResult,
+    RerunOutcomeChangesOrFailureReason,
     RigidComparison,
 )
 from overturning.study.sample import RandomCaseSample
@@ -112,7 +112,9 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
         contact_stiffness_factor=CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN,
         finer_step_rerun=runs.count_changed_outcomes("finer", count),
         stiffer_contact_rerun=runs.count_changed_outcomes("stiffer", count),
-        tests_of_finer_step_changes=(settling := runs.retest_outcomes_changed_by_finer_steps(count, allowed - done)),
+        tests_of_finer_step_changes=(
+            settling := runs.count_confirmed_and_chaotic_outcome_changes(count, allowed - done)
+        ),
         amplitude_change_rerun=runs.rerun_falls_and_count_changes_with_amplitude(
             count, allowed - done - settling.block_steps
         ),
@@ -204,14 +206,16 @@ class _CaseReruns:
             )
         return answers
 
-    def count_changed_outcomes(self, rerun_kind: str, count_of_first_sample_cases: int) -> RerunResult:
+    def count_changed_outcomes(
+        self, rerun_kind: str, count_of_first_sample_cases: int
+    ) -> RerunOutcomeChangesOrFailureReason:
         """Count the outcomes that one kind of rerun (such as finer steps) changes in the first cases of the sample."""
         if rerun_kind in self.refusal_reason_by_kind:
-            return RerunResult(
+            return RerunOutcomeChangesOrFailureReason(
                 block_steps=0, changes_by_element=[], refusal_reason=self.refusal_reason_by_kind[rerun_kind]
             )
         outcomes = self._count_changes_by_element(self.rerun_outcomes_by_kind[rerun_kind][:count_of_first_sample_cases])
-        return RerunResult(
+        return RerunOutcomeChangesOrFailureReason(
             block_steps=int(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].sum()), changes_by_element=outcomes
         )
 
@@ -246,14 +250,16 @@ class _CaseReruns:
 
     def count_finer_step_changes_by_record(
         self, count_of_first_sample_cases: int, record_ids: Sequence[str]
-    ) -> list[FinerStepChangesOfRecord]:
+    ) -> list[FinerStepOutcomeChangeCountOfRecord]:
         """Count, by record, the outcomes that finer time steps change among the first cases of the sample."""
         known, changed = self._masks_of_known_and_changed_outcomes(count_of_first_sample_cases)
         record, found = self.sample.record_indices[:count_of_first_sample_cases], []
         for number, name in enumerate(record_ids):
             mine = known & (record == number)
             found.append(
-                FinerStepChangesOfRecord(record=name, cases=int(mine.sum()), changed_cases=int((changed & mine).sum()))
+                FinerStepOutcomeChangeCountOfRecord(
+                    record=name, cases=int(mine.sum()), changed_cases=int((changed & mine).sum())
+                )
             )
         return found
 
@@ -268,7 +274,7 @@ class _CaseReruns:
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & mask_of_cases_with_different_falls(finer, own)
 
-    def retest_outcomes_changed_by_finer_steps(
+    def count_confirmed_and_chaotic_outcome_changes(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> ChangesWithFinerSteps:
         """Rerun cases that finer steps change, with finest steps and a perturbed motion; count confirmed, chaotic."""

@@ -29,7 +29,7 @@ from overturning.study.netcdf import (
     create_outcome_variable,
     outcome_content_hash,
 )
-from overturning.study.parts import open_outcome_file_of_chunk, read_record_id_and_variant_of_outcome_file
+from overturning.study.parts import open_checked_outcome_file_for_reading, read_record_id_and_variant_of_outcome_file
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
@@ -125,7 +125,8 @@ def _copy_record_outcomes_into_cube_if_complete(
     """Copy the outcomes of a record from its files into a results cube; return False, without a copy, if cases miss."""
     with ExitStack() as stack:
         parts = [
-            stack.enter_context(open_outcome_file_of_chunk(path, grid, outcome_variables)) for path in sweep_part_paths
+            stack.enter_context(open_checked_outcome_file_for_reading(path, grid, outcome_variables))
+            for path in sweep_part_paths
         ]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:

@@ -8,7 +8,7 @@ from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.study.evaluation import VARIANT_COMPARISON_QUESTIONS
-from overturning.study.sections import BodySettings, Variant
+from overturning.study.sections import BodyShapeSettings, Variant
 from overturning.units import GRANITE_DENSITY
 
 _REASONS_TO_REFUSE_KEYS_IN_3D: Final = {
@@ -86,7 +86,7 @@ def _survey_and_published_value_conflict_messages(study: Any) -> Iterator[str]:
 
 
 def _messages_of_settings_incompatible_with_3d_body(
-    study: Any, body_settings: BodySettings, contact_settings_by_key_prefix: dict[str, ContactSettings]
+    study: Any, body_settings: BodyShapeSettings, contact_settings_by_key_prefix: dict[str, ContactSettings]
 ) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with a 3-D body."""
     for key, reason in _REASONS_TO_REFUSE_KEYS_IN_3D.items():

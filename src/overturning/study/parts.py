@@ -127,7 +127,7 @@ def read_record_id_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def open_outcome_file_of_chunk(
+def open_checked_outcome_file_for_reading(
     path: Path, grid: CaseGrid, outcome_variables: Sequence[OutcomeVariable]
 ) -> Iterator[OpenedSweepPartFile]:
     """Open a file with outcomes of a chunk of cases; a `ResultError` if its cases are not in the study's grid."""

@@ -36,7 +36,7 @@ from overturning.study.evaluation import (
 )
 from overturning.study.misfits import incompatible_setting_messages
 from overturning.study.sections import (
-    BodySettings,
+    BodyShapeSettings,
     ConvergenceCheckSettings,
     OrientationRange,
     RecordSettings,
@@ -98,7 +98,7 @@ class Study(StrictModel):
         "only if `ensemble` is given",
         json_schema_extra={"default": "gravestone"},
     )
-    body: BodySettings | None = Field(
+    body: BodyShapeSettings | None = Field(
         default=None, description="a free 3-D body instead of a 2-D scene in vertical planes; not given: 2-D"
     )
     orientation: OrientationRange | None = Field(
@@ -205,7 +205,7 @@ class Study(StrictModel):
     def _fill_missing_sizes_from_body_vertices(unvalidated_study_settings: dict[str, Any]) -> dict[str, Any]:
         """Set missing height and B/H of a study from the vertices of its 3-D body."""
         try:
-            shape = BodySettings.model_validate(unvalidated_study_settings["body"]).body_shape()
+            shape = BodyShapeSettings.model_validate(unvalidated_study_settings["body"]).body_shape()
         except ValidationError:
             return unvalidated_study_settings  # said where the body stands
         if not shape.slenderness_is_parameter:

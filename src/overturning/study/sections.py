@@ -161,7 +161,7 @@ AspectRatioDOverB = Annotated[float, Field(gt=0, le=10)]
 PolygonSideCount = Annotated[int, Field(ge=3, le=96)]
 
 
-class ScanProperties(StrictModel):
+class ScannedStoneProperties(StrictModel):
     """Properties of a scanned stone, filled in from its mesh."""
 
     volume: float = Field(gt=0, description="volume, m³")
@@ -187,7 +187,7 @@ def read_scan_of_body(unvalidated_body_settings: Mapping[str, Any]) -> "ScanResu
     )
 
 
-class BodySettings(StrictModel):
+class BodyShapeSettings(StrictModel):
     """Shape of the 3-D body that a study simulates: plan, aspect D/B, or vertices."""
 
     plan: Literal["rectangle", "circle"] | PolygonSideCount = Field(
@@ -221,7 +221,7 @@ class BodySettings(StrictModel):
         description="only with a mesh: height above its lowest point up to which the points of the base bear, m; not "
         "given: 0.002, or a convex mesh on one of its faces",
     )
-    scan: ScanProperties | None = Field(
+    scan: ScannedStoneProperties | None = Field(
         default=None, description="filled in from the mesh: properties of the stone, whose `vertices` can touch"
     )
 
@@ -246,7 +246,7 @@ class BodySettings(StrictModel):
         shape: Any = read.shape
         filled["vertices"] = np.asarray(shape.vertices).tolist()
         if isinstance(shape, ScannedStone):
-            filled["relief"] = shape.base_relief_m
+            filled["relief"] = shape.max_load_bearing_base_point_height_m
             filled["scan"] = {
                 "volume": round(read.volume_m3, 9),
                 "tilt": round(read.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg, 3),
@@ -289,7 +289,7 @@ class BodySettings(StrictModel):
 @lru_cache(maxsize=4)
 def _create_scanned_stone(
     vertices_xyz_m: tuple[tuple[float, float, float], ...],
-    scan_properties: ScanProperties,
+    scan_properties: ScannedStoneProperties,
     max_height_of_bearing_base_points_m: float,
 ) -> "Shape":
     """Create the body of a scanned stone; cached, because computing its outlines takes a second."""
@@ -339,7 +339,7 @@ class OrientationRange(StrictModel):
         if self.start >= self.step:
             raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
 
-    def orientations_of_body(self, body: BodySettings) -> tuple[float, ...]:
+    def orientations_of_body(self, body: BodyShapeSettings) -> tuple[float, ...]:
         """Return the orientations of a body to simulate, degrees, within the rotation that maps it onto itself.
 
         A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or

@@ -47,7 +47,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
     model = variant_model(study)
     return (
         *model.outcome_variables,
-        *model.study_variables_besides_outcomes,
+        *model.outcome_variables_of_2d_runs_in_face_planes,
         *(model.ensemble_variables if study.ensemble.members else ()),
         *(RELIEF_ENSEMBLE_VARIABLES if study.ensemble.members and study.ensemble.relief else ()),
     )
@@ -99,7 +99,7 @@ def create_ensemble_member_case_runner(
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
-    def simulate_members_at_scene_size(
+    def simulate_members_with_sizes_converted_to_scene(
         cases_with_study_stone_sizes: Cases,
         progress: ProgressCallback | None,
         max_height_of_bearing_base_points_m: float | None = None,
@@ -118,7 +118,7 @@ def create_ensemble_member_case_runner(
         )
         return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
-    return simulate_members_at_scene_size
+    return simulate_members_with_sizes_converted_to_scene
 
 
 def simulate_and_write_cases_of_record(

@@ -84,7 +84,7 @@ class RecognisedColumns:
 
     Attributes
     ----------
-    standard_names : list of str
+    standard_name_by_column : list of str
         Known name of each column, in order; "" for a column that is not used.
     notes : list of str
         Notes on columns with another name, and on columns that are not used.
@@ -92,7 +92,7 @@ class RecognisedColumns:
         Error messages on columns that are refused.
     """
 
-    standard_names: list[str] = field(default_factory=list)
+    standard_name_by_column: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     error_messages: list[str] = field(default_factory=list)
 
@@ -123,19 +123,19 @@ def recognise_columns(
                 f"column {name!r} beside fell: fell is yes or no for the stones of a row; write the numbers of fallen "
                 "and of standing stones into the column count, each in a row of its own"
             )
-            plan.standard_names.append("")
+            plan.standard_name_by_column.append("")
             continue
         if is_row_of_stone and re.fullmatch(r"[+-]?\d+([.,]\d*)?", name):
             plan.error_messages.append(
                 f"column {name!r} is a number; the first line without # names the columns: write the names above the "
                 "first stone"
             )
-            plan.standard_names.append("")
+            plan.standard_name_by_column.append("")
             continue
         if (
             meaning in DESCRIPTIVE_COLUMNS
             and name.lower() != meaning
-            and (meaning in exact or meaning in plan.standard_names)
+            and (meaning in exact or meaning in plan.standard_name_by_column)
         ):
             meaning = ""
         if refusal and meaning in DESCRIPTIVE_COLUMNS:
@@ -143,7 +143,7 @@ def recognise_columns(
             meaning = ""
         elif refusal:
             plan.error_messages.append(f"column {name.lower()!r} is not known; {refusal}")
-        elif meaning and meaning in plan.standard_names:
+        elif meaning and meaning in plan.standard_name_by_column:
             plan.error_messages.append(f"column {name!r}: {meaning} is named twice; name each column once")
             meaning = ""
         elif meaning and name.lower() not in (meaning, "declination"):
@@ -151,13 +151,13 @@ def recognise_columns(
         elif not meaning:
             unused.append(name.lower() or "without a name")
         # The cells of a misspelt column are checked as well, so that all faults are reported at once.
-        plan.standard_names.append(meaning)
+        plan.standard_name_by_column.append(meaning)
     if unused:
         plan.notes.append(f"not used: column{'s' * (len(unused) > 1)} {', '.join(unused)}")
     return plan
 
 
-def stone_count_column_errors(
+def errors_if_fell_column_may_hold_counts(
     column_names_in_file: Sequence[str],
     standard_name_of_each_column: Sequence[str],
     cell_texts_by_row: Sequence[Sequence[str]],

@@ -20,7 +20,7 @@ from overturning.surveys.row import SurveyRow
 from overturning.surveys.stone_in_grid import (
     has_shape_far_outside_grid,
     nearest_grid_indices_of_stone,
-    stone_face_and_dimensions_nearest_to_grid,
+    stone_dimensions_described_from_side_nearer_to_grid,
 )
 from overturning.surveys.stones import (
     RANDOM_OUTCOME_SHARE,
@@ -162,7 +162,7 @@ class _CaseOutcomeArrays(NamedTuple):
         return cls(dimensions, {name: cube[name].to_numpy() for name in compared}, *arrays)
 
 
-def compare_displacements(
+def compare_falls_shifts_and_twists(
     table: SurveyTable,
     cube: xr.Dataset,
     results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
@@ -172,9 +172,9 @@ def compare_displacements(
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
-    nearer to the grid (`stone_face_and_dimensions_nearest_to_grid`), unless its B/H or D/B lies far outside the grid.
-    All values of the grid have equal weight where the survey does not give the value, and so have all frictions. A
-    stone that stands without a noted shift or twist has none.
+    nearer to the grid (`stone_dimensions_described_from_side_nearer_to_grid`), unless its B/H or D/B lies far outside
+    the grid. All values of the grid have equal weight where the survey does not give the value, and so have all
+    frictions. A stone that stands without a noted shift or twist has none.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def compare_displacements(
     fall_shares, fall_azimuths = list[tuple[int, FloatArray]](), list[FloatArray | None]()
     for one in observed:
         own = id((results_cube_by_site or {}).get(one.stone.site, cube))
-        seen = stone_face_and_dimensions_nearest_to_grid(arrays[own].grid_values_by_dimension, one.stone)
+        seen = stone_dimensions_described_from_side_nearer_to_grid(arrays[own].grid_values_by_dimension, one.stone)
         if has_shape_far_outside_grid(arrays[own].grid_values_by_dimension, seen):
             beyond += one.stone.stone_count
             fall_shares.append((one.stone.stone_count, np.full(arrays[own].overturned_flags.shape[0], math.nan)))

@@ -26,7 +26,9 @@ class StoredFragilityCurves(BaseModel):
     curves: list[FittedFragilityCurve]
 
 
-def _digest_of_fit_input(population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset) -> str:
+def _digest_of_fit_input_and_source_files(
+    population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
+) -> str:
     """Return a hash of the data to which fragility curves are fitted, and of the program's source files."""
     digest = hashlib.sha256(package_source_hash("statistics", "surveys").encode())
     for name in ("free_fall_rate", "class_rate", "unknown", "class_unknown", "members", "stones", "event", "amplitude"):
@@ -46,7 +48,7 @@ def write_fragility_curves(
     """Write fitted fragility curves, with a hash of the data, so that they need not be fitted again."""
     write_result_as_json(
         StoredFragilityCurves(
-            input_sha256=_digest_of_fit_input(population_outcome_rates, intensity_measures_by_record),
+            input_sha256=_digest_of_fit_input_and_source_files(population_outcome_rates, intensity_measures_by_record),
             curves=fragility_curves,
         ),
         path,
@@ -61,7 +63,7 @@ def fit_or_read_fragility_curves(
         stored = read_json_result(StoredFragilityCurves, path, "fragility curves")
     except ResultError:
         stored = None
-    if stored is not None and stored.input_sha256 == _digest_of_fit_input(
+    if stored is not None and stored.input_sha256 == _digest_of_fit_input_and_source_files(
         population_outcome_rates, intensity_measures_by_record
     ):
         return stored.curves

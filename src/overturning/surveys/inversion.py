@@ -19,7 +19,7 @@ from overturning.surveys.posterior import (
 from overturning.surveys.responses import (
     StoneHeightAndSideRatios,
     StoneOutcomeProbabilities,
-    uninformed_outcome_probabilities,
+    half_standing_outcome_probabilities,
 )
 from overturning.surveys.stone_outcomes import (
     DIRECTION_BIN_COUNT,
@@ -101,9 +101,11 @@ class SurveyInversion:
                 (requested_outcome_indices - back) % DIRECTION_BIN_COUNT,
             ),
         ]
-        free = (1 - self.random_outcome_share) * seen + self.random_outcome_share * uninformed_outcome_probabilities()[
-            requested_outcome_indices
-        ].astype(np.float32)
+        free = (
+            1 - self.random_outcome_share
+        ) * seen + self.random_outcome_share * half_standing_outcome_probabilities()[requested_outcome_indices].astype(
+            np.float32
+        )
         return np.asarray(
             (1 - self.fixed_stone_share) * free
             + np.float32(self.fixed_stone_share) * (requested_outcome_indices == STANDING_OUTCOME_INDEX)

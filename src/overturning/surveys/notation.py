@@ -53,7 +53,7 @@ def normalise_number_text(text: object) -> object:
     return plain.replace(",", ".") if re.fullmatch(r"[+-]?\d*,\d+", plain) else plain
 
 
-def normalise_shift_text(text: object) -> object:
+def make_shift_text_readable_as_float(text: object) -> object:
     """Prepare the text of a shift for `float`; refuse a comma or point that may separate thousands, as in 1,000."""
     if isinstance(text, str) and re.fullmatch(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", text.strip()):
         raise ValueError("may be a thousand or have three decimals; write 1000, or fewer decimals")
@@ -94,7 +94,7 @@ def parse_direction(text: object) -> StatedDirection:
     return StatedDirection(degrees)
 
 
-def largest_common_azimuth_step_deg(azimuths_deg: Iterable[float]) -> float:
+def largest_usual_step_dividing_azimuths_deg(azimuths_deg: Iterable[float]) -> float:
     """Return the step in which azimuths were recorded: the largest of 45, 30, 15, 10, 5 and 1° that divides all.
 
     It is 0 if none of the steps divides all azimuths. NaN stands for an azimuth that is not known.
@@ -229,7 +229,11 @@ def _parse_single_outcome(outcome_statement: str) -> StatedOutcome:
     if shifted := _SHIFT_REGEX.fullmatch(words):
         if shifted[1] and not shifted[2]:
             raise ValueError("give the unit of the shift: mm, cm or m")
-        size = float(str(normalise_shift_text(shifted[1]))) * _METRES_BY_UNIT[shifted[2]] if shifted[1] else math.nan
+        size = (
+            float(str(make_shift_text_readable_as_float(shifted[1]))) * _METRES_BY_UNIT[shifted[2]]
+            if shifted[1]
+            else math.nan
+        )
         if size < 0 or size > 10:
             raise ValueError("give a shift from 0 to 10 m")
         return StatedOutcome(("shifted",), shift_m=size)

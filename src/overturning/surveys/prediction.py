@@ -222,12 +222,12 @@ class SiteFallPrediction(AzimuthSectors):
         """
         key = (face_azimuths_deg.tobytes(), b_over_h_in_both_planes)
         if key not in self._side_probabilities:
-            self._side_probabilities[key] = self._compute_standing_and_side_probabilities_by_block(
+            self._side_probabilities[key] = self._compute_outcome_probabilities_of_each_block(
                 face_azimuths_deg, b_over_h_in_both_planes
             )
         return self._side_probabilities[key]
 
-    def _compute_standing_and_side_probabilities_by_block(
+    def _compute_outcome_probabilities_of_each_block(
         self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Compute the probabilities that a stone stands, and that it falls to each of its four sides; NaN if unknown.

@@ -192,8 +192,10 @@ class StoneOutcomeProbabilities:
             )
         self.motions = tuple(candidate_motions)
         outcome_cache_folder = outcome_cache_folder or stone_outcome_cache_folder()
-        self._size_weights_by_dimensions = size_grid_weights_by_dimensions(stone_kinds, population_for_unknown_sizes)
-        needed = masks_of_needed_sizes_by_d_over_b(self._size_weights_by_dimensions)
+        self._size_weights_by_dimensions = simulated_size_weights_by_stone_kind(
+            stone_kinds, population_for_unknown_sizes
+        )
+        needed = masks_of_sizes_to_simulate_by_d_over_b(self._size_weights_by_dimensions)
         self._outcomes_by_d_over_b: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(candidate_motions):
             if report_count_of_finished_and_all_motions:
@@ -219,7 +221,7 @@ class StoneOutcomeProbabilities:
         )
 
 
-def size_grid_weights_by_dimensions(
+def simulated_size_weights_by_stone_kind(
     stone_kinds: Sequence[StoneHeightAndSideRatios], population_for_unknown_sizes: StonePopulation | None = None
 ) -> dict[StoneHeightAndSideRatios, FloatArray]:
     """Return, for each kind of stone, the share of stones that each simulated height and B/H represents.
@@ -232,7 +234,7 @@ def size_grid_weights_by_dimensions(
     }
 
 
-def masks_of_needed_sizes_by_d_over_b(
+def masks_of_sizes_to_simulate_by_d_over_b(
     size_grid_weights_by_stone_kind: dict[StoneHeightAndSideRatios, FloatArray],
 ) -> dict[float, NDArray[np.bool_]]:
     """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
@@ -271,7 +273,9 @@ def count_cases_to_simulate_and_estimate_time_s(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in masks_of_needed_sizes_by_d_over_b(size_grid_weights_by_dimensions(stone_kinds)).items():
+    for aspect, nodes in masks_of_sizes_to_simulate_by_d_over_b(
+        simulated_size_weights_by_stone_kind(stone_kinds)
+    ).items():
         names = {f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()}
         each = (
             len(SIMULATED_FRICTIONS)
@@ -318,7 +322,7 @@ def _outcome_probabilities_under_one_motion(
         ..., :UNKNOWN_OUTCOME_INDEX
     ]
     # Without known outcomes the probabilities are uninformative.
-    shares += 1e-6 * uninformed_outcome_probabilities()
+    shares += 1e-6 * half_standing_outcome_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)
     shares[..., :DIRECTION_BIN_COUNT] = (
         shares[..., :DIRECTION_BIN_COUNT] @ simulated_to_observed_direction_probabilities()
@@ -326,7 +330,7 @@ def _outcome_probabilities_under_one_motion(
     return shares.astype(np.float32)
 
 
-def uninformed_outcome_probabilities() -> FloatArray:
+def half_standing_outcome_probabilities() -> FloatArray:
     """Return outcome probabilities if nothing is known: ½ for standing, the rest equal for all fall directions.
 
     The shape is (bins + 1,).

@@ -30,9 +30,9 @@ from overturning.surveys.notation import (
     OutcomeKind,
     StatedDirection,
     StatedOutcome,
+    make_shift_text_readable_as_float,
     normalise_degrees_text,
     normalise_number_text,
-    normalise_shift_text,
     parse_direction,
     parse_outcome,
 )
@@ -100,7 +100,7 @@ _YES_OR_NO_SCHEMA = WithJsonSchema({"enum": [*_TEXTS_MEANING_YES, *_TEXTS_MEANIN
 _AzimuthFromText = Annotated[StatedDirection, PlainValidator(parse_direction), WithJsonSchema(_DIRECTION_SCHEMA)]
 _Number = Annotated[float, BeforeValidator(normalise_number_text)]
 _Degrees = Annotated[float, BeforeValidator(normalise_degrees_text)]
-_Shift = Annotated[float, BeforeValidator(normalise_shift_text)]
+_Shift = Annotated[float, BeforeValidator(make_shift_text_readable_as_float)]
 _Slenderness = Annotated[_Number, Field(ge=0.01, le=5), _json_schema_of_number_cell(0.01, 5)]
 _Coordinate = Annotated[_Number, Field(ge=-1e8, le=1e8), _json_schema_of_number_cell(-1e8, 1e8)]
 

@@ -41,7 +41,7 @@ PLAUSIBLE_MAX_LEVELS_AND_OTHER_UNIT_BY_UNIT: Final = {
 one of this unit, and its name."""
 
 
-class FragilityCurveRow(BaseModel, extra="forbid"):
+class FragilityCurveParametersRow(BaseModel, extra="forbid"):
     """Row of the table ``fragility.csv``: parameters of the fragility curve of one class of stones."""
 
     stones: str
@@ -134,7 +134,7 @@ class HazardCurve:
 
 
 @dataclass(frozen=True)
-class StandingProbabilityEstimate:
+class SurvivalProbabilityEstimate:
     """Probability that stones of a class survive a seismic hazard for T years.
 
     Attributes
@@ -168,8 +168,8 @@ class StandingProbabilityEstimate:
 
 
 def estimate_standing_probability(
-    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, exposure_years: float
-) -> StandingProbabilityEstimate:
+    fragility_curve: FragilityCurveParametersRow, hazard_curve: HazardCurve, exposure_years: float
+) -> SurvivalProbabilityEstimate:
     """Compute the probability that stones still stand after `exposure_years`, from their fragility and a hazard curve.
 
     The fragility curve must have a fitted median.
@@ -214,7 +214,7 @@ def estimate_standing_probability(
     first = float(fall_probability(float(hazard_curve.intensity_levels[0]), fragility_curve.median, spread)[0])
     stands, low, high = (math.exp(-one * exposure_years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
-    return StandingProbabilityEstimate(
+    return SurvivalProbabilityEstimate(
         fragility_curve.stones, fragility_curve.measure, rate, stands, low, high, share, beyond, first
     )
 
@@ -233,19 +233,21 @@ class SurvivalProbabilityByStoneClass:
         Hazard curves by measure.
     curves_with_standing_probabilities : tuple
         Curve, hazard and estimate of each class with a fragility curve for a measure of the hazard.
-    fragility_rows_without_fitted_curve : tuple of FragilityCurveRow
+    fragility_rows_without_fitted_curve : tuple of FragilityCurveParametersRow
         Classes whose median or spread is unknown.
     """
 
     exposure_time_years: float
     hazard_table_name: str
     hazard_curve_by_measure: dict[str, HazardCurve]
-    curves_with_standing_probabilities: tuple[tuple[FragilityCurveRow, HazardCurve, StandingProbabilityEstimate], ...]
-    fragility_rows_without_fitted_curve: tuple[FragilityCurveRow, ...]
+    curves_with_standing_probabilities: tuple[
+        tuple[FragilityCurveParametersRow, HazardCurve, SurvivalProbabilityEstimate], ...
+    ]
+    fragility_rows_without_fitted_curve: tuple[FragilityCurveParametersRow, ...]
 
 
 def survival_probability_by_stone_class(
-    fragility_curves: Sequence[FragilityCurveRow],
+    fragility_curves: Sequence[FragilityCurveParametersRow],
     hazard_curve_by_measure: dict[str, HazardCurve],
     exposure_years: float,
     fragility_and_hazard_file_names: tuple[str, str],
@@ -313,7 +315,10 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
 
 
 def max_hazard_factor_allowed_by_standing_stones(
-    fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve, exposure_years: float, max_fall_rate_per_year: float
+    fragility_curve: FragilityCurveParametersRow,
+    hazard_curve: HazardCurve,
+    exposure_years: float,
+    max_fall_rate_per_year: float,
 ) -> float:
     """Return the largest factor on the hazard that standing stones allow: with it, only 5 % of stones would stand.
 
@@ -347,7 +352,9 @@ def max_hazard_factor_allowed_by_standing_stones(
     )
 
 
-def annual_fall_rate_below_lowest_hazard_level(fragility_curve: FragilityCurveRow, hazard_curve: HazardCurve) -> float:
+def annual_fall_rate_below_lowest_hazard_level(
+    fragility_curve: FragilityCurveParametersRow, hazard_curve: HazardCurve
+) -> float:
     """Estimate the annual rate of falls due to shaking below the hazard curve's first level, by extrapolation."""
     steepness = np.log(hazard_curve.annual_exceedance_rates[0] / hazard_curve.annual_exceedance_rates[1]) / np.log(
         hazard_curve.intensity_levels[1] / hazard_curve.intensity_levels[0]
@@ -362,12 +369,12 @@ def annual_fall_rate_below_lowest_hazard_level(fragility_curve: FragilityCurveRo
     return float(below.annual_fall_rate(fragility_curve.median, fragility_curve.log_spread)[0])
 
 
-def read_fragility_curves(path: Path) -> list[FragilityCurveRow]:
+def read_fragility_curves(path: Path) -> list[FragilityCurveParametersRow]:
     """Read the fragility curves in a table ``fragility.csv``; raise a ResultError if the table is invalid."""
     return [
         row
         for _, row in read_table_rows(
-            path, FragilityCurveRow, delimiter=",", error_class=ResultError, table_kind="fragility table"
+            path, FragilityCurveParametersRow, delimiter=",", error_class=ResultError, table_kind="fragility table"
         )
     ]
 

@@ -11,7 +11,7 @@ from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, Stone
 
 
-def stone_face_and_dimensions_nearest_to_grid(
+def stone_dimensions_described_from_side_nearer_to_grid(
     grid_values_by_dimension: Mapping[str, FloatArray], stone: Stone
 ) -> dict[str, float]:
     """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
@@ -67,7 +67,7 @@ def nearest_grid_indices_of_stone(
     """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
     A dimension is left out if the value of the stone is unknown. `stone_value_by_dimension` are those that
-    `stone_face_and_dimensions_nearest_to_grid` returns.
+    `stone_dimensions_described_from_side_nearer_to_grid` returns.
     """
     found = {
         name: np.array([int(np.abs(np.log(grid_values_by_dimension[name] / stone_value_by_dimension[name])).argmin())])

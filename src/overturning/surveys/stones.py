@@ -9,12 +9,12 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.surveys.columns import (
     column_name_states_true_north,
+    errors_if_fell_column_may_hold_counts,
     looks_like_header,
     recognise_columns,
-    stone_count_column_errors,
 )
 from overturning.surveys.field_table import NumberedTableRow, TextTable, read_text_table
-from overturning.surveys.notation import OCTANTS, UNKNOWN_VALUE_TEXTS, largest_common_azimuth_step_deg
+from overturning.surveys.notation import OCTANTS, UNKNOWN_VALUE_TEXTS, largest_usual_step_dividing_azimuths_deg
 from overturning.surveys.notes import (
     AZIMUTH_COLUMNS,
     label_of_line_numbers,
@@ -145,7 +145,7 @@ class SurveyTable:
     compass_points_are_octants : bool
         True if the compass points in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
     azimuth_recording_step_deg : float
-        Step in which fall directions in degrees are recorded, see `largest_common_azimuth_step_deg`.
+        Step in which fall directions in degrees are recorded, see `largest_usual_step_dividing_azimuths_deg`.
     """
 
     survey_file_name: str
@@ -262,34 +262,40 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     """
     table = read_text_table(path, "survey")
     plan = recognise_columns(table.header.cells, SURVEY_COLUMNS)
-    of_numbers = stone_count_column_errors(table.header.cells, plan.standard_names, [line.cells for line in table.rows])
+    of_numbers = errors_if_fell_column_may_hold_counts(
+        table.header.cells, plan.standard_name_by_column, [line.cells for line in table.rows]
+    )
     header_line = table.header.first_line_number
     faults = [(header_line, message) for message in (*plan.error_messages, *of_numbers)]
     above = table.leading_comments[-1].split(table.cell_separator) if table.leading_comments else []
     if (
-        "" in plan.standard_names
-        and len(above) == len(plan.standard_names)
+        "" in plan.standard_name_by_column
+        and len(above) == len(plan.standard_name_by_column)
         and looks_like_header(above, SURVEY_COLUMNS, _OUTCOME_COLUMNS)
     ):
         faults = [(header_line, "the line above it names the columns, but is a comment; remove its #")]
-    missing = not _OUTCOME_COLUMNS & set(plan.standard_names)
+    missing = not _OUTCOME_COLUMNS & set(plan.standard_name_by_column)
     if missing:
         faults.append((header_line, _missing_outcome_column_message(table)))
     if declination_deg is not None:
-        if "magnetic_declination_deg" in plan.standard_names:
+        if "magnetic_declination_deg" in plan.standard_name_by_column:
             faults.append((header_line, "a column gives the declination; leave out the option declination"))
         elif not abs(declination_deg) <= 180:
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
-    if declination_deg or "magnetic_declination_deg" in plan.standard_names:
-        faults += [(header_line, message) for message in _errors_on_true_north_columns(table, plan.standard_names)]
+    if declination_deg or "magnetic_declination_deg" in plan.standard_name_by_column:
+        faults += [
+            (header_line, message) for message in _errors_on_true_north_columns(table, plan.standard_name_by_column)
+        ]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
-        row, messages = _validate_row(line, plan.standard_names, table, declination_deg, lacks_outcome_column=missing)
+        row, messages = _validate_row(
+            line, plan.standard_name_by_column, table, declination_deg, lacks_outcome_column=missing
+        )
         faults += [(line.first_line_number, message) for message in messages]
         rows += [(line.first_line_number, row)] if row is not None else []
     winds = {row.fall_direction.compass_point_index for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
-    step = largest_common_azimuth_step_deg(
+    step = largest_usual_step_dividing_azimuths_deg(
         [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.compass_point_index is None]
     )
     faults += list(_errors_of_octants_with_large_declination(rows, compass_points_are_octants=octants))
@@ -300,7 +306,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     notes = [f"{path.name}: {note}" for note in (*plan.notes, *notes_on_unused_stones_and_directions(rows))]
     return SurveyTable(
         path.name, tuple(rows), tuple(notes),
-        tuple(warnings_on_survey_table(path.name, rows, table, plan.standard_names, declination_deg)),
+        tuple(warnings_on_survey_table(path.name, rows, table, plan.standard_name_by_column, declination_deg)),
         table.leading_comments,
         octants, step,
     )  # fmt: skip
@@ -331,7 +337,7 @@ def _errors_on_true_north_columns(text_table: TextTable, standard_name_of_each_c
 
 def _validate_row(
     numbered_row: NumberedTableRow,
-    standard_names: list[str],
+    standard_name_by_column: list[str],
     table: TextTable,
     declination_deg: float | None,
     *,
@@ -340,25 +346,29 @@ def _validate_row(
     """Validate one row of a survey table; return the row (None if invalid) and error messages."""
     cells = numbered_row.cells
     # In a table of commas, an empty cell too many may come from a decimal comma: 120,5 reads as 120 and 5.
-    while len(cells) > len(standard_names) and not cells[-1] and table.cell_separator != ",":
+    while len(cells) > len(standard_name_by_column) and not cells[-1] and table.cell_separator != ",":
         cells = cells[:-1]
-    if len(cells) > len(standard_names) or (len(cells) < len(standard_names) and table.cell_separator != "\t"):
-        comma = table.cell_separator == "," and len(cells) > len(standard_names)
+    if len(cells) > len(standard_name_by_column) or (
+        len(cells) < len(standard_name_by_column) and table.cell_separator != "\t"
+    ):
+        comma = table.cell_separator == "," and len(cells) > len(standard_name_by_column)
         hint = "; with decimal commas, separate cells by semicolons, and end no line with a comma" if comma else ""
         return None, [
-            f"{len(cells)} cells, the header names {len(standard_names)} columns; "
+            f"{len(cells)} cells, the header names {len(standard_name_by_column)} columns; "
             f"separate cells by {table.plural_separator_name}{hint}"
         ]
     filled = [cell for cell in cells if cell]
     if len(filled) > 1 and all(cell.strip("[]()").lower() in _UNIT_CELLS for cell in filled):
         return None, ["a line of units; begin it with #"]
     if totals := [
-        cell for meaning, cell in zip(standard_names, cells, strict=False) if _is_label_of_totals_row(meaning, cell)
+        cell
+        for meaning, cell in zip(standard_name_by_column, cells, strict=False)
+        if _is_label_of_totals_row(meaning, cell)
     ]:
         return None, [f"{totals[0]!r} names a line of totals, which are no stones; remove the line, or begin it with #"]
     values = {
         meaning: cell
-        for meaning, cell in zip(standard_names, cells, strict=False)
+        for meaning, cell in zip(standard_name_by_column, cells, strict=False)
         if meaning and cell and not (meaning in _COLUMNS_ALLOWING_UNKNOWN and cell.lower() in UNKNOWN_VALUE_TEXTS)
     }
     if declination_deg is not None:

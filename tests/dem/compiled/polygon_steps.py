@@ -7,7 +7,7 @@ from overturning.dem.kernel.lanes import view_without_reference_counts
 from overturning.dem.kernel.queue import allocate_workspace, start_case, update_sample_and_load_motion
 from overturning.dem.polygon import equations, rows, submatrices
 from overturning.dem.polygon.rules import view_scene_arrays_without_reference_counts
-from overturning.dem.polygon.slip import update_element_records_and_sample_clock
+from overturning.dem.polygon.slip import update_rest_poses_slips_and_sample_clock
 from overturning.dem.polygon.step import advance_scene_one_step
 from overturning.dem.polygon.suspended_pairs import resume_contact_tests_after_motion
 from overturning.kernel_cache import cache_compiled_kernel
@@ -85,7 +85,7 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
             )  # fmt: skip
             if n + sample > 0:
                 most = max(most, workspace.active_pairs.active_pair_count[0])
-        update_element_records_and_sample_clock(
+        update_rest_poses_slips_and_sample_clock(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
     found = state[

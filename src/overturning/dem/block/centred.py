@@ -23,7 +23,7 @@ from overturning.dem.block.state import (
     CornerEquationTerms,
     CornerPredictedAtStepEnd,
     CornerState,
-    PredictedCornerForceAndAssumedSliding,
+    PredictedCornerForceAndSlidingFlag,
     SignedFrictionCoefficientOrZeroIfSticking,
     corner_x_and_depth_from_centre,
 )
@@ -93,7 +93,7 @@ def predict_block_at_step_end(
         predict_corner_at_step_end(1.0, block, state.right, at),
     )
     push, lift = (
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.negative_of_base_acceleration_x, tick, past),
         base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
     )
     return BlockPredictedAtStepEnd(
@@ -108,7 +108,7 @@ def predict_block_at_step_end(
         step_end_centre_vx=ex,
         step_end_centre_vz=ez,
         step_end_angular_velocity=ew,
-        inertial_acceleration_x=push,
+        negative_of_base_acceleration_x=push,
         upward_base_acceleration=lift,
         half_step_duration=half,
         left=left,
@@ -148,7 +148,7 @@ def predict_corner_tangential_force_and_sliding(
     predicted_corner: CornerPredictedAtStepEnd,
     normal_force_per_mass: float,
     assumed_contact: AssumedCornerContact,
-) -> PredictedCornerForceAndAssumedSliding:
+) -> PredictedCornerForceAndSlidingFlag:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
     In a step that resolves the contact vibration, sliding is predicted from the forces. A longer step assumes the
@@ -175,15 +175,13 @@ def predict_corner_tangential_force_and_sliding(
         predicted_corner.x_from_centre
         - slid * (assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre)
     )
-    return PredictedCornerForceAndAssumedSliding(
-        f, slides, slid, freedom > MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE
-    )
+    return PredictedCornerForceAndSlidingFlag(f, slides, slid, freedom > MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE)
 
 
 @njit(**INLINE_OPTIONS)
 def signed_friction_coefficient_and_sliding(
-    corner_friction: PredictedCornerForceAndAssumedSliding,
-    other_corner_friction: PredictedCornerForceAndAssumedSliding,
+    corner_friction: PredictedCornerForceAndSlidingFlag,
+    other_corner_friction: PredictedCornerForceAndSlidingFlag,
     other_corner_in_contact: bool,
 ) -> tuple[float, bool]:
     """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
@@ -295,7 +293,7 @@ def solve_velocity_corrections(
     nr, fr, press_r, stick_r, slide_r = corner_equation_terms(
         block, right, half, nr, on_r, guess_r.tangential_force_per_mass, slides_r, slid_r
     )
-    hx = predicted_block.mid_step_centre_vx + half * (predicted_block.inertial_acceleration_x - (fl + fr))
+    hx = predicted_block.mid_step_centre_vx + half * (predicted_block.negative_of_base_acceleration_x - (fl + fr))
     hz = predicted_block.mid_step_centre_vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
     hw = predicted_block.mid_step_angular_velocity + half * (
         inertia * ((lever_l * fl - arm_l * nl) + (lever_r * fr - arm_r * nr))
@@ -346,7 +344,7 @@ def solve_velocity_corrections_without_friction(
     )
     nl, press_l = zero_velocity_normal_force_and_dimensionless_slope(block, left, half, nl, on_l)
     nr, press_r = zero_velocity_normal_force_and_dimensionless_slope(block, right, half, nr, on_r)
-    ex = predicted_block.mid_step_centre_vx + half * predicted_block.inertial_acceleration_x
+    ex = predicted_block.mid_step_centre_vx + half * predicted_block.negative_of_base_acceleration_x
     hz = predicted_block.mid_step_centre_vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
     hw = predicted_block.mid_step_angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))
     wl, wr = press_l * arm_l, press_r * arm_r

@@ -22,7 +22,7 @@ from overturning.dem.block.state import (
     SolvedCornerContactPair,
     displacement_of_block_lower_side_middle,
 )
-from overturning.dem.kernel.clock import CaseStepControl, StepContactChanges
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, StepContactChanges
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_magnitude, updated_maximum
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -119,7 +119,7 @@ def corner_forces_new_state_and_contact_changes(
 @njit(**INLINE_OPTIONS)
 def contact_changes_in_block_step(
     block: BlockConstants,
-    case_step_control: CaseStepControl,
+    case_step_control: CaseStepLengthsAndDoublingCounts,
     step_ticks: float,
     uses_predicted_forces_instead_of_last_step: bool,
     solved_corners: SolvedCornerContactPair,
@@ -134,12 +134,12 @@ def contact_changes_in_block_step(
     changed = (change_l if change_l > change_r else change_r) > 0.0
     far = travel_l if travel_l > travel_r else travel_r
     gentle = (far <= block.max_contact_change_travel_without_halving_step) & (
-        step_ticks <= MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
+        step_ticks <= MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS * case_step_control.min_allowed_step_ticks
     )
     stands = (left.new_corner.normal_force_per_mass > 0.0) & (right.new_corner.normal_force_per_mass > 0.0)
     if not with_friction:
         return StepContactChanges(
-            contact_changed=changed,
+            contact_opened_or_closed=changed,
             motion_requires_shorter_step=False,
             may_accept_despite_contact_change=gentle,
             has_wrong_slip_assumption=False,
@@ -156,7 +156,7 @@ def contact_changes_in_block_step(
     loaded = left.new_corner.normal_force_per_mass + right.new_corner.normal_force_per_mass > 0.0
     slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
     return StepContactChanges(
-        contact_changed=changed,
+        contact_opened_or_closed=changed,
         motion_requires_shorter_step=False,
         may_accept_despite_contact_change=gentle,
         has_wrong_slip_assumption=wrong,
@@ -250,9 +250,10 @@ def compute_block_state_after_step_if_accepted(
     nl, nr = left.new_corner.normal_force_per_mass, right.new_corner.normal_force_per_mass
     deep_l, deep_r = left.new_corner.penetration, right.new_corner.penetration
     ax, az = (
-        predicted_block.inertial_acceleration_x - (left.tangential_force_per_mass + right.tangential_force_per_mass)
+        predicted_block.negative_of_base_acceleration_x
+        - (left.tangential_force_per_mass + right.tangential_force_per_mass)
         if with_friction
-        else predicted_block.inertial_acceleration_x,
+        else predicted_block.negative_of_base_acceleration_x,
         (nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration),
     )
     aw = block.mass_over_moment_of_inertia * (left.moment_per_mass + right.moment_per_mass)
@@ -270,9 +271,9 @@ def compute_block_state_after_step_if_accepted(
     vw = vw + block.mass_over_moment_of_inertia * (pl * left.moment_per_mass + pr * right.moment_per_mass)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
     power, loss = (
-        predicted_block.inertial_acceleration_x * vx - predicted_block.upward_base_acceleration * vz
+        predicted_block.negative_of_base_acceleration_x * vx - predicted_block.upward_base_acceleration * vz
         if with_vertical_base_motion
-        else predicted_block.inertial_acceleration_x * vx,
+        else predicted_block.negative_of_base_acceleration_x * vx,
         left.dissipated_power_per_mass + right.dissipated_power_per_mass,
     )
     springs = block.tangential_stiffness_per_mass * (

@@ -45,7 +45,7 @@ class CornerContactForceAndNewState(NamedTuple):
     """Energy released by the normal spring, over half its stiffness, m²."""
     released_tangential_energy_over_half_stiffness: float
     """Energy released by the tangential spring, over half its stiffness, m²."""
-    inelastic_normal_force_per_mass: float
+    non_spring_normal_force_per_mass: float
     """Normal force less that of the spring: the force of the dashpot, m/s²."""
     inelastic_tangential_force_per_mass: float
     """Tangential force less that of the spring: of the dashpot, or of friction beyond the spring, m/s²."""
@@ -97,7 +97,7 @@ def corner_contact_force(
         released_tangential_energy_over_half_stiffness=(
             (previous_corner.tangential_stretch + remaining) * (stretch - remaining)
         ),
-        inelastic_normal_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
+        non_spring_normal_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
         inelastic_tangential_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
         extra_spring_moment_in_flat_landing_per_mass=(
             block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop)
@@ -111,7 +111,7 @@ def corner_dashpot_and_friction_power_per_mass(
 ) -> float:
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = (
-        corner_force.inelastic_normal_force_per_mass,
+        corner_force.non_spring_normal_force_per_mass,
         corner_force.inelastic_tangential_force_per_mass,
     )
     power = normal * (centre_vz - corner_force.x_from_centre * angular_velocity) + tangential * (
@@ -132,7 +132,9 @@ def advance_block_one_step(
     """Advance one block by one step of Cundall's scheme; return its state, peak values, and work and lost energy."""
     dt = block.seconds_per_tick * TICKS_PER_STEP
     push, lift = (
-        base_acceleration_at_tick(inertial_accelerations.inertial_acceleration_x, state.ticks_since_sample_start),
+        base_acceleration_at_tick(
+            inertial_accelerations.negative_of_base_acceleration_x, state.ticks_since_sample_start
+        ),
         base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_since_sample_start),
     )
     rate = block.dashpot_constant_per_mass / dt

@@ -142,7 +142,7 @@ def update_late_largest_tilt_and_return_case_status(
     if s.cos <= 0.0:
         return CaseStatus.SIMULATED
     sample = course.current_sample + s.ticks_since_sample_start / ticks_per_sample
-    if sample >= course.no_onset_from_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
+    if sample >= course.cannot_start_moving_from_sample and s.left.penetration > 0.0 and s.right.penetration > 0.0:
         # A block that rests on both corners after the last time at which it could start to move stays there.
         kinetic = 0.5 * (
             s.centre_vx * s.centre_vx
@@ -154,7 +154,7 @@ def update_late_largest_tilt_and_return_case_status(
     if sample < record_end_sample:
         return CASE_NOT_ENDED
     if all_results_of_standing_block_are_final(
-        block, s, peaks.max_abs_angle, course.overturning_energy, velocity_lag_behind_position_in_steps
+        block, s, peaks.max_abs_angle, course.energy_needed_to_overturn, velocity_lag_behind_position_in_steps
     ):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.critical_angle, s.centre_z - block.half_height
@@ -165,7 +165,8 @@ def update_late_largest_tilt_and_return_case_status(
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     stands = (
-        block_mechanical_energy_per_mass(block, s, velocity_lag_behind_position_in_steps) < course.overturning_energy
+        block_mechanical_energy_per_mass(block, s, velocity_lag_behind_position_in_steps)
+        < course.energy_needed_to_overturn
         and tilt < 1.0
     )
     return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
@@ -208,7 +209,9 @@ def write_case_results_except_status_and_counters(
         - account.base_motion_work_per_mass
         + account.lost_energy_per_mass
     )
-    result_row_out.energy_error = abs(balance) / max(account.base_motion_work_per_mass, course.overturning_energy)
+    result_row_out.energy_error = abs(balance) / max(
+        account.base_motion_work_per_mass, course.energy_needed_to_overturn
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -224,7 +227,7 @@ def write_block_trajectory_row(
     block, s, push = (
         load_block_constants(state, lane),
         load_state(state, lane),
-        load_accelerations_from_base_motion(state, lane).inertial_acceleration_x,
+        load_accelerations_from_base_motion(state, lane).negative_of_base_acceleration_x,
     )
     trajectory_row_out.time = (
         load_case_progress(state, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample

@@ -31,7 +31,7 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
-    CaseStepControl,
+    CaseStepLengthsAndDoublingCounts,
     NextStepToAttempt,
     decide_rejection_and_next_step,
 )
@@ -48,7 +48,7 @@ class BlockCundallSchemeConstants(NamedTuple):
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
 
 
-class BlockCentredSchemeConstants(NamedTuple):
+class VelocityLagAndMaxStepsBeyondSampleEnd(NamedTuple):
     """Constants of the centred scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
 
     velocity_lag_behind_position_in_steps: float = 0.0
@@ -79,7 +79,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     load_block_constants, load_accelerations_from_base_motion, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load,
     )
     load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
     load_next_step_to_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
@@ -126,7 +126,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         for j in range(assume_vector_multiple(computed_lane_count)):
             fine = (
                 load_next_step_to_attempt(state, j).length_in_ticks
-                <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).shortest_step_ticks
+                <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).min_allowed_step_ticks
             )
             block, s, assumed = (
                 load_block_constants(state, j),
@@ -159,7 +159,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
     load_block_constants, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load,
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load,
     )
     load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=unused
@@ -195,7 +195,7 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
                 load_step_control(state, j),
             )
             w, d, length = load_predicted_block(state, j), load_velocity_correction(state, j), attempt.length_in_ticks
-            fine = length <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.shortest_step_ticks
+            fine = length <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.min_allowed_step_ticks
             held = block_lands_flat(
                 block, s, (w.left.penetration, w.left.velocity_z), (w.right.penetration, w.right.velocity_z)
             )
@@ -274,7 +274,7 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
 CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, Any]]] = {
     IntegrationScheme.CUNDALL: (BlockCundallSchemeConstants(), create_cundall_time_stepping_loop),
-    IntegrationScheme.CENTRED: (BlockCentredSchemeConstants(), create_centred_time_stepping_loop),
+    IntegrationScheme.CENTRED: (VelocityLagAndMaxStepsBeyondSampleEnd(), create_centred_time_stepping_loop),
 }
 """Constants of each scheme and the function that makes its step function; the type of the constants selects it."""
 

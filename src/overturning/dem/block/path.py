@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.path import PlanarTrajectory
+from overturning.dem.path import PlanarSceneTrajectory
 from overturning.model.cases import Cases
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
@@ -14,8 +14,8 @@ from overturning.units import STANDARD_GRAVITY
 
 def planar_trajectory_of_block(
     scene: Scene, motion: Motion, single_case: Cases, trajectory_rows: NDArray[np.void], critical_angle_rad: float
-) -> PlanarTrajectory:
-    """Convert the trajectory rows of a single block to a `PlanarTrajectory` of block and ground.
+) -> PlanarSceneTrajectory:
+    """Convert the trajectory rows of a single block to a `PlanarSceneTrajectory` of block and ground.
 
     `single_case` has one case; `critical_angle_rad` is α, rad.
     """
@@ -45,10 +45,10 @@ def planar_trajectory_of_block(
     origin = np.array([ground.centre_of_mass_x, float(ground.vertices_in_scene[:, 1].max())])
     poses[:, 1, :2] += origin
     names = (block.element.name, ground.element.name)
-    return PlanarTrajectory(
+    return PlanarSceneTrajectory(
         scene=scene,
         placed_elements=placed,
-        critical_angles=np.array([np.nan, critical_angle_rad]),
+        critical_angles_by_free_element=np.array([np.nan, critical_angle_rad]),
         time=time,
         base_acceleration_towards_azimuth=trajectory_rows["ground_acceleration"],
         poses_and_rates=poses,

@@ -25,7 +25,7 @@ from overturning.dem.limits import (
     static_penetration_exceeds_limit,
 )
 from overturning.dem.numerics import NumericalOptions
-from overturning.dem.path import PlanarTrajectory
+from overturning.dem.path import PlanarSceneTrajectory
 from overturning.dem.plan import (
     SimulationPlan,
     azimuth_row_by_case_and_base_accelerations,
@@ -42,7 +42,7 @@ from overturning.dem.time_step import (
     IntegrationScheme,
     block_highest_eigenvalue_bound,
     block_lowest_eigenvalue,
-    contact_time_reduced_by_damping,
+    inverse_contact_frequency_reduced_by_damping,
     longest_stable_or_accurate_step,
     parse_scheme,
     requested_to_automatic_step_ratio,
@@ -61,7 +61,7 @@ class BlockSimulationPlan(SimulationPlan):
     """Plan of the simulation of a single block in n cases."""
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
-    trajectory_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
+    trajectory_row_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
     dataset_values_per_trajectory_row: ClassVar[int] = 24
 
     model: PlanarModel
@@ -124,7 +124,7 @@ class BlockSimulationPlan(SimulationPlan):
         rows["ground_acceleration"] = self.base_accelerations[0, :sample_count] * case["amplitude_factor"]
         return rows
 
-    def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarTrajectory:
+    def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarSceneTrajectory:
         """Convert the kernel's output rows of the plan's only case to the trajectory of the block."""
         return planar_trajectory_of_block(
             self.model.scene, self.motion, self.cases, trajectory_rows, float(self.case_table[0]["critical_angle"])
@@ -182,7 +182,9 @@ def block_step_lengths(
         / numerics.refinement
     )
     finest = (
-        BLOCK_STEP_CONTROL.max_contact_change_step_times_omega * ratio * contact_time_reduced_by_damping(square, rate)
+        BLOCK_STEP_CONTROL.max_contact_change_step_times_omega
+        * ratio
+        * inverse_contact_frequency_reduced_by_damping(square, rate)
     )
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == IntegrationScheme.CENTRED:
@@ -254,7 +256,7 @@ def plan_block_simulation(
         "friction": np.minimum(friction, MAX_SIMULATED_FRICTION_COEFFICIENT), "critical_angle": alpha,
         "amplitude_factor": amplitude, "initial_tilt": tilt, "first_simulated_sample": first,
         "initial_tilt_cosine": evaluate_and_round_to_12_decimals(np.cos, tilt),
-        "initial_tilt_sine": evaluate_and_round_to_12_decimals(np.sin, tilt), "no_onset_from_sample": calm,
+        "initial_tilt_sine": evaluate_and_round_to_12_decimals(np.sin, tilt), "cannot_start_moving_from_sample": calm,
         "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period / interval),
         "rest_acceleration_limit_g": rest_limit,
         "max_contact_change_travel_without_halving_step": (
@@ -262,7 +264,7 @@ def plan_block_simulation(
             * lengths.longest_contact_change_step_s
             * width * alpha / period
         ),
-        "shortest_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
+        "min_allowed_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
         "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.longest_step_at_rest_in_whole_steps,
         "steps_before_doubling_after_contact_change": np.round(
             control.steps_before_length_doubles(square, rate) / step_ratio

@@ -31,7 +31,7 @@ from overturning.dem.block.state import (
     SignedFrictionCoefficientOrZeroIfSticking,
     corner_x_and_depth_from_centre,
 )
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CaseProgress,
     RestAccelerationLimitAndAtRestFlag,
@@ -40,7 +40,7 @@ from overturning.dem.kernel.ending import (
     continuation_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
-    GroundMotion,
+    BaseAccelerationsWithMaximaAhead,
     count_skippable_samples,
     is_rest_check_sample,
     linear_base_acceleration_of_sample,
@@ -57,7 +57,7 @@ from overturning.dem.kernel.mechanics import (
     normalise_cosine_and_sine,
 )
 from overturning.dem.kernel.queue import (
-    SettingsOfParallelCases,
+    SettingsCommonToParallelCases,
     grow_trajectory_array_if_needed,
     register_model_functions,
 )
@@ -67,13 +67,13 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 class BlockKernelInput(NamedTuple):
     """Input of the compiled block simulation, for cases with equal numbers of time steps per sample."""
 
-    settings: SettingsOfParallelCases
+    settings: SettingsCommonToParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
     motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    ground_motion: GroundMotion
+    ground_motion: BaseAccelerationsWithMaximaAhead
     scheme_constants: Any
     """Constants of the scheme, from `overturning.dem.block.loops.CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME`."""
     friction_marker_none_if_frictionless: Any
@@ -94,11 +94,11 @@ load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaks
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 store_next_step_to_attempt, store_signed_friction_or_zero, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (NextStepToAttempt, SignedFrictionCoefficientOrZeroIfSticking, CaseStepControl)
+    for of in (NextStepToAttempt, SignedFrictionCoefficientOrZeroIfSticking, CaseStepLengthsAndDoublingCounts)
 )
 load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(SignedFrictionCoefficientOrZeroIfSticking).load
 store_inertial_acceleration_x = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BlockAccelerationsFromBaseMotion, "inertial_acceleration_x"
+    BlockAccelerationsFromBaseMotion, "negative_of_base_acceleration_x"
 ).store
 store_upward_base_acceleration = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BlockAccelerationsFromBaseMotion, "upward_base_acceleration"
@@ -175,19 +175,20 @@ def write_block_constants_and_initial_state(
         ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
     )  # fmt: skip
     store_block_constants(state, lane, block)
-    store_step_control(state, lane, CaseStepControl(
-        case_table_row.shortest_step_ticks, case_table_row.longest_step_at_rest_ticks,
+    store_step_control(state, lane, CaseStepLengthsAndDoublingCounts(
+        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_at_rest_ticks,
         case_table_row.steps_before_doubling_after_contact_change, case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)
-    length, steps = case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change
+    length, steps = case_table_row.min_allowed_step_ticks, case_table_row.steps_before_doubling_after_contact_change
     store_next_step_to_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_signed_friction_or_zero(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
     store_peaks(state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
     state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.rest_acceleration_limit_g
     store_case_progress(state, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample,
+        case_table_row.cannot_start_moving_from_sample,
         case_table_row.end_sample_if_undecided, case_table_row.first_simulated_sample * sampling_interval,
         first, barrier,
     ))  # fmt: skip
@@ -212,7 +213,7 @@ def advance_sample_load_motion_and_normalise_rotation(
     case_index_by_lane: Any,
     horizontal_acceleration_by_azimuth_m_s2: Any,
     upward_acceleration_or_none: Any,
-    settings: SettingsOfParallelCases,
+    settings: SettingsCommonToParallelCases,
 ) -> None:
     """Advance each case to its next sample, load the base motion, and rescale its (cos θ, sin θ) to length 1.
 

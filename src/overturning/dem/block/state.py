@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import BLOCK_STEP_CONTROL, CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CaseProgress,
     LargestTiltRatioInSecondHalfAfterRecord,
@@ -166,7 +166,7 @@ class BlockEnergyAccount(NamedTuple):
 class BlockAccelerationsFromBaseMotion(NamedTuple):
     """Accelerations of a block, in the frame of the base, that the motion of the base causes, m/s²."""
 
-    inertial_acceleration_x: LinearBaseAcceleration
+    negative_of_base_acceleration_x: LinearBaseAcceleration
     """−a along s."""
     upward_base_acceleration: LinearBaseAcceleration
     """Upward acceleration of the base, added to gravity."""
@@ -219,7 +219,7 @@ class BlockPredictedAtStepEnd(NamedTuple):
     step_end_centre_vx: float
     step_end_centre_vz: float
     step_end_angular_velocity: float
-    inertial_acceleration_x: float
+    negative_of_base_acceleration_x: float
     """−a at the end of the step, along s, m/s²."""
     upward_base_acceleration: float
     """Upward acceleration of the base at the end of the step, m/s²."""
@@ -239,7 +239,7 @@ class BlockVelocityCorrectionAndCornerFriction(NamedTuple):
     right_signed_mu_or_zero_if_sticking: float
 
 
-class PredictedCornerForceAndAssumedSliding(NamedTuple):
+class PredictedCornerForceAndSlidingFlag(NamedTuple):
     """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
     tangential_force_per_mass: float
@@ -319,7 +319,7 @@ class BlockAfterAttemptedStep(NamedTuple):
 
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, BlockConstants, CaseStepControl, BlockState, NextStepToAttempt,
+    PARALLEL_CASE_COUNT, BlockConstants, CaseStepLengthsAndDoublingCounts, BlockState, NextStepToAttempt,
     SignedFrictionCoefficientOrZeroIfSticking,
     BlockPeaksAndLastUprightTick,
     BlockEnergyAccount, BlockAccelerationsFromBaseMotion, CaseProgress, BlockPredictedAtStepEnd,

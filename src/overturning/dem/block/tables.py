@@ -2,12 +2,15 @@
 
 from typing import Final, NamedTuple
 
-from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
 class BlockCaseTableColumns(NamedTuple):
-    """Parameters of a block case: columns of the kernel's input table, followed by those of `CaseStepControl`."""
+    """Parameters of a block case.
+
+    Columns of the kernel's input table, followed by those of `CaseStepLengthsAndDoublingCounts`.
+    """
 
     width: float
     """Width, m."""
@@ -33,7 +36,7 @@ class BlockCaseTableColumns(NamedTuple):
     """Sine of the initial rotation."""
     first_simulated_sample: float
     """First sample that is computed."""
-    no_onset_from_sample: float
+    cannot_start_moving_from_sample: float
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -89,12 +92,12 @@ class BlockTrajectoryRowColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepControl)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepLengthsAndDoublingCounts)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
 TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryRowColumns)
 
 
-class RigidCaseTableColumns(NamedTuple):
+class RigidRockingBlockCaseTableColumns(NamedTuple):
     """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
 
     sine_of_critical_angle: float
@@ -121,4 +124,4 @@ class RigidCaseTableColumns(NamedTuple):
     """Cosine of α − |θ₀|."""
 
 
-RIGID_CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidCaseTableColumns)
+RIGID_CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidRockingBlockCaseTableColumns)

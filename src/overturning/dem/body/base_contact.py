@@ -13,7 +13,7 @@ from overturning.dem.body.state import (
     LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
     STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
-    BaseContactState,
+    BaseExtremeVerticesAndFlatLandingState,
     BodyConstants,
     BodyContactPointState,
     BodyState,
@@ -61,11 +61,11 @@ def one_if_point_penetrates_nearly_at_rest(
 @njit(**INLINE_OPTIONS)
 def update_lowest_and_highest_base_vertex(
     body: BodyConstants,
-    base_contact_state: BaseContactState,
+    base_contact_state: BaseExtremeVerticesAndFlatLandingState,
     body_axes: Matrix3,
     vertex: BodyVertex,
     point_state_at_step_start: BodyContactPointState,
-) -> BaseContactState:
+) -> BaseExtremeVerticesAndFlatLandingState:
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z
     below = vertex_belongs_to_base(body, vertex)
@@ -85,7 +85,7 @@ def update_lowest_and_highest_base_vertex(
             & (still > base_contact_state.highest_vertex_rests)
         )
     )
-    return BaseContactState(
+    return BaseExtremeVerticesAndFlatLandingState(
         height if low else base_contact_state.lowest_base_vertex_height_above_centre,
         height if high else base_contact_state.highest_base_vertex_height_above_centre,
         still if low else base_contact_state.lowest_vertex_rests,
@@ -99,7 +99,7 @@ def update_lowest_and_highest_base_vertex(
 @njit(**INLINE_OPTIONS)
 def vertex_waits_until_extreme_vertices_rest(
     body: BodyConstants,
-    base_contact_state: BaseContactState,
+    base_contact_state: BaseExtremeVerticesAndFlatLandingState,
     vertex: BodyVertex,
     vertex_height_above_centre: float,
     point_state_at_step_start: BodyContactPointState,
@@ -127,7 +127,7 @@ def vertex_waits_until_extreme_vertices_rest(
 
 
 @njit(**INLINE_OPTIONS)
-def is_body_in_flat_landing(base_contact_state: BaseContactState) -> bool:
+def is_body_in_flat_landing(base_contact_state: BaseExtremeVerticesAndFlatLandingState) -> bool:
     """True while a flat landing of a body lasts: its base touches in one impact, in which dashpots may pull.
 
     See `overturning.dem.block.landing`.
@@ -148,7 +148,9 @@ def longest_landing_time_including_point(
 
 
 @njit(**INLINE_OPTIONS)
-def remaining_landing_time_of_new_contact(body: BodyConstants, base_contact_state: BaseContactState) -> float:
+def remaining_landing_time_of_new_contact(
+    body: BodyConstants, base_contact_state: BaseExtremeVerticesAndFlatLandingState
+) -> float:
     """Return the time (s) for which a contact point that touches now still takes part in a flat landing.
 
     It is that of the points already in contact, or the full duration of a flat landing if there are none.
@@ -161,7 +163,7 @@ def remaining_landing_time_of_new_contact(body: BodyConstants, base_contact_stat
 
 
 @njit(**INLINE_OPTIONS)
-def lowest_and_highest_base_points_rest(base_contact_state: BaseContactState) -> bool:
+def lowest_and_highest_base_points_rest(base_contact_state: BaseExtremeVerticesAndFlatLandingState) -> bool:
     """True if the lowest and the highest vertex of a body's base both rest on the ground."""
     return (base_contact_state.lowest_vertex_rests > 0.0) & (base_contact_state.highest_vertex_rests > 0.0)
 
@@ -169,7 +171,9 @@ def lowest_and_highest_base_points_rest(base_contact_state: BaseContactState) ->
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
 load_body_axes = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load
 load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BaseExtremeVerticesAndFlatLandingState
+)
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_start"
@@ -181,13 +185,17 @@ POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),
 )
 SHORTEST_REMAINING_LANDING_TIME_ROW, LONGEST_REMAINING_LANDING_TIME_ROW = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "shortest_landing_time_left_of_base_points"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BaseContactState, "longest_landing_time_left_of_loaded_points"),
+    STATE_ROW_LAYOUT.row_offset_of_field(
+        BaseExtremeVerticesAndFlatLandingState, "shortest_landing_time_left_of_base_points"
+    ),
+    STATE_ROW_LAYOUT.row_offset_of_field(
+        BaseExtremeVerticesAndFlatLandingState, "longest_landing_time_left_of_loaded_points"
+    ),
 )
 TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    BaseContactState, "flat_landing_tilting_share_of_friction_moment"
+    BaseExtremeVerticesAndFlatLandingState, "flat_landing_tilting_share_of_friction_moment"
 )
-"""Array index at which the values of `BaseContactState.flat_landing_tilting_share_of_friction_moment` start."""
+"""Array index at which the values of `flat_landing_tilting_share_of_friction_moment` start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -205,10 +213,10 @@ def use_full_friction_moment_where_friction_tips_body(
 ) -> None:
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
-    The share is `BaseContactState.flat_landing_tilting_share_of_friction_moment`. It is read only for bodies whose base
-    lands flat. The resultant of normal forces and friction passes through the centre if they act at the distance μ h
-    ahead of it, in the direction of sliding; h is the height of the centre. If that point lies within the base, the
-    normal forces balance the moment of friction.
+    The share is `BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`. It is read only
+    for bodies whose base lands flat. The resultant of normal forces and friction passes through the centre if they act
+    at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre. If that point lies
+    within the base, the normal forces balance the moment of friction.
     """
     for point in range(0, vertex_array_length, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
@@ -232,7 +240,7 @@ def use_full_friction_moment_where_friction_tips_body(
 def compute_base_contact_states(
     body_states: Any,
     vertex_rows: Any,
-    start_index_of_opposite_vertices: int,
+    start_index_of_second_vertices_of_pairs: int,
     base_vertex_count: int,
     lane_count: int,
     base_is_round: Any,
@@ -240,7 +248,7 @@ def compute_base_contact_states(
     """Recompute the contact state of each body's base, from the base vertices or from the points of a round rim.
 
     The vertices form opposite pairs; the rows of the second vertices of the pairs start at index
-    `start_index_of_opposite_vertices` of `vertex_rows`.
+    `start_index_of_second_vertices_of_pairs` of `vertex_rows`.
     """
     if base_is_round:
         # The ends are the lowest and the highest point of the rim.
@@ -249,7 +257,7 @@ def compute_base_contact_states(
             ahead = load_point_state_at_step_start(vertex_rows[:VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], j)
             behind = load_point_state_at_step_start(
                 vertex_rows[
-                    start_index_of_opposite_vertices : start_index_of_opposite_vertices
+                    start_index_of_second_vertices_of_pairs : start_index_of_second_vertices_of_pairs
                     + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
                 ],
                 j,
@@ -270,7 +278,7 @@ def compute_base_contact_states(
             store_base_contact(
                 body_states,
                 j,
-                BaseContactState(
+                BaseExtremeVerticesAndFlatLandingState(
                     0.0,
                     0.0,
                     one_if_point_penetrates_nearly_at_rest(body, ahead),
@@ -283,10 +291,14 @@ def compute_base_contact_states(
         return
     few = base_vertex_count <= MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
     for j in range(assume_vector_multiple(lane_count)):
-        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
-        other = BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
+        first = BaseExtremeVerticesAndFlatLandingState(
+            0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0
+        )
+        other = BaseExtremeVerticesAndFlatLandingState(
+            1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0
+        )
         store_base_contact(body_states, j, first if few else other)
-    for point in range(0, 2 * start_index_of_opposite_vertices, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+    for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
@@ -303,11 +315,11 @@ def compute_base_contact_states(
             )
     if any_body_base_lands_flat(body_states, lane_count):
         use_full_friction_moment_where_friction_tips_body(
-            body_states, vertex_rows, 2 * start_index_of_opposite_vertices, lane_count
+            body_states, vertex_rows, 2 * start_index_of_second_vertices_of_pairs, lane_count
         )
     if few:
         return
-    for point in range(0, 2 * start_index_of_opposite_vertices, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+    for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             base_contact = load_base_contact(body_states, j)

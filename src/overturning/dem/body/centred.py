@@ -40,7 +40,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -95,7 +95,7 @@ def predict_body_with_step_start_forces(
         dt,
     )
     at_end = Vector3(
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, tick, past),
+        base_acceleration_in_this_or_next_sample(inertial_accelerations.negative_of_base_acceleration_x, tick, past),
         base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_y, tick, past),
         base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
     )
@@ -136,7 +136,7 @@ def rim_point_position_from_centre(
 
 @njit(**INLINE_OPTIONS)
 def step_is_short_enough_for_predicted_forces(
-    case_step_control: CaseStepControl, step_attempt: NextStepToAttempt
+    case_step_control: CaseStepLengthsAndDoublingCounts, step_attempt: NextStepToAttempt
 ) -> bool:
     """True if an attempted step resolves the contact vibration, so that predicted forces decide about contact and slip.
 
@@ -144,12 +144,12 @@ def step_is_short_enough_for_predicted_forces(
     """
     return (
         step_attempt.length_in_ticks
-        <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * case_step_control.shortest_step_ticks
+        <= MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP * case_step_control.min_allowed_step_ticks
     )
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_slip_direction_and_tilt_share(
+def slip_and_tilting_moment_share_in_flat_landing(
     body: BodyConstants,
     point_position_from_centre: Vector3,
     centre_velocity: Vector3,
@@ -160,7 +160,7 @@ def flat_landing_slip_direction_and_tilt_share(
 
     The last value is the part of the moment of the point's friction that tilts the body.
     `lands_flat_and_tilting_share` holds whether the body lands flat, and that part for a point that slides meanwhile
-    (`BaseContactState.flat_landing_tilting_share_of_friction_moment`). See
+    (`BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = lands_flat_and_tilting_share
@@ -172,7 +172,7 @@ def flat_landing_slip_direction_and_tilt_share(
     return x * one, y * one, drifts, (tilting if drifts else 1.0)
 
 
-class FlatLandingConditionsOfPoint(NamedTuple):
+class FlatLandingInputsOfContactPoint(NamedTuple):
     """Conditions of a flat landing for the prediction of one contact point of a body."""
 
     is_load_deferred_in_flat_landing: bool
@@ -182,7 +182,7 @@ class FlatLandingConditionsOfPoint(NamedTuple):
     landing_time_if_touching_now_s: float
     """Landing time of the point if it touches now, s."""
     tilting_friction_share: float
-    """See `BaseContactState.flat_landing_tilting_share_of_friction_moment`."""
+    """See `BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -194,7 +194,7 @@ def predict_contact_point(
     point_state_at_step_start: BodyContactPointState,
     predicted_forces_decide_contact: bool,
     base_is_round: bool,
-    landing_conditions: FlatLandingConditionsOfPoint,
+    landing_conditions: FlatLandingInputsOfContactPoint,
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
@@ -233,7 +233,7 @@ def predict_contact_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if predicted_forces_decide_contact else old.normal_force_per_mass)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
+    drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
         body, r, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)

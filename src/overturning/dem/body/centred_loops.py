@@ -13,7 +13,7 @@ from overturning.dem.body.base_contact import (
     vertex_waits_until_extreme_vertices_rest,
 )
 from overturning.dem.body.centred import (
-    FlatLandingConditionsOfPoint,
+    FlatLandingInputsOfContactPoint,
     contact_force_and_derivatives_of_point,
     predict_body_with_step_start_forces,
     predict_contact_point,
@@ -32,11 +32,10 @@ from overturning.dem.body.commit import (
 from overturning.dem.body.state import (
     STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
-    BaseContactState,
+    BaseExtremeVerticesAndFlatLandingState,
     BodyConstants,
-    BodyContactChangesInStep,
     BodyEnergyAndMomentumAccount,
-    BodyPeakValues,
+    BodyPeaksAndLastUprightTick,
     BodyPredictedForStepEnd,
     BodyState,
     BodyTerminationLimits,
@@ -46,13 +45,14 @@ from overturning.dem.body.state import (
     ContactForcesAndNegatedVelocityDerivatives,
     ContactPointAtStepStartAndEnd,
     InertialAndUpwardBaseAccelerations3D,
+    LargestContactChangesOfBody,
     PredictedContactPoint,
-    StepRejectionAndKeptSlipAssumptionFlags,
+    StepRejectedAndSameContactStateFlags,
 )
 from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import (
     BODY_STEP_CONTROL,
-    CaseStepControl,
+    CaseStepLengthsAndDoublingCounts,
     NextStepToAttempt,
     decide_rejection_and_next_step,
 )
@@ -69,14 +69,16 @@ load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialA
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
 load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BaseContactState)
-load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BaseExtremeVerticesAndFlatLandingState
+)
+load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
 load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BodyEnergyAndMomentumAccount
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndKeptSlipAssumptionFlags)
-load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl).load
+load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectedAndSameContactStateFlags)
+load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load
 load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
 load_force_sums_and_derivatives, store_force_sums_and_derivatives, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     ContactForcesAndNegatedVelocityDerivatives
@@ -85,10 +87,10 @@ load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_
     BodyVelocityCorrection
 )
 load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
-load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyContactChangesInStep)
+load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(LargestContactChangesOfBody)
 add_equations = create_tuple_sum_difference_and_maximum_functions(ContactForcesAndNegatedVelocityDerivatives).plus
 add_contact_force_and_moment_sums = create_tuple_sum_difference_and_maximum_functions(ContactForceAndMomentSum).plus
-larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(BodyContactChangesInStep).largest
+larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfBody).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start")
@@ -140,10 +142,10 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         b = matrix_times_vector(f, q.position_from_centre_in_body_axes)
         left, right = load_point_state_at_step_start(vertex_rows, j), load_point_state_at_step_start(opposite_rows, j)
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left)
-        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingInputsOfContactPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
         waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right)
-        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingInputsOfContactPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
 
 
@@ -181,10 +183,10 @@ def predict_contact_of_rim_point_pair(
         a = rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean)
         b = rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean)
         waits = between & (left.penetration <= 0.0)
-        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingInputsOfContactPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(point_rows, j, predict_contact_point(body, w, f, a, left, fine, True, landing))
         waits = between & (right.penetration <= 0.0)
-        landing = FlatLandingConditionsOfPoint(waits, flat, new_landing, tilting_share)
+        landing = FlatLandingInputsOfContactPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, True, landing))
 
 
@@ -300,7 +302,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
         store_next_step_to_attempt(body_states, j, following)
         store_rejection(
-            body_states, j, StepRejectionAndKeptSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
+            body_states, j, StepRejectedAndSameContactStateFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
         store_state_unless_rejected(body_states, j, again, accepted.state)
         store_peaks_unless_rejected(body_states, j, again, accepted.peak_values_so_far)
@@ -308,7 +310,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_contact_point_states_after_accepted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
+def update_contact_point_states_after_attempted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
     for j in range(assume_vector_multiple(lane_count)):
         new, rejected = load_body_point_state_at_step_end(point_rows, j), load_rejection(body_states, j)
@@ -366,7 +368,7 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
                     compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, 1)
             accept_or_reject_steps(body_states, lane_count, ticks_per_sample, base_is_round)
             for point in range(0, 2 * half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
-                store_contact_point_states_after_accepted_steps(
+                update_contact_point_states_after_attempted_steps(
                     body_states, vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], lane_count
                 )
 

@@ -7,19 +7,19 @@ from numba import njit
 
 from overturning.dem.body.centred import (
     acceleration_of_body_centre_relative_to_base,
-    flat_landing_slip_direction_and_tilt_share,
+    slip_and_tilting_moment_share_in_flat_landing,
 )
 from overturning.dem.body.state import (
     BodyConstants,
-    BodyContactChangesInStep,
     BodyContactPointState,
     BodyEnergyAndMomentumAccount,
-    BodyPeakValues,
+    BodyPeaksAndLastUprightTick,
     BodyPredictedForStepEnd,
     BodyState,
     BodyVelocityCorrection,
     ContactForceAndMomentSum,
     InertialAndUpwardBaseAccelerations3D,
+    LargestContactChangesOfBody,
     PredictedContactPoint,
     squared_sine_of_lean_continued_beyond_90_deg,
 )
@@ -88,7 +88,7 @@ def contact_changes_of_point(
     friction_limit_per_mass: float,
     point_slides: bool,
     predicted_forces_decide_contact: bool,
-) -> BodyContactChangesInStep:
+) -> LargestContactChangesOfBody:
     """Return the changes (opening, closing, sliding…) of one contact point of a body in an attempted step.
 
     If the predicted forces decided about its contact (`predicted_forces_decide_contact`), sliding contrary to the
@@ -126,7 +126,7 @@ def contact_changes_of_point(
         )
     )
     changed = -penetration_at_step_end if point_state_at_step_start.penetration > 0.0 else deeper
-    return BodyContactChangesInStep(
+    return LargestContactChangesOfBody(
         changed, 1.0 if wrong & long else 0.0, 1.0 if backwards & long else 0.0,
         1.0 if carries & (not point_slides) else 0.0, 1.0 if back & long else 0.0,
         0.0 if contact_force_per_mass.z > 0.0 else 1.0, penetration_at_step_end,
@@ -142,7 +142,7 @@ def compute_point_forces(
     velocity_correction: BodyVelocityCorrection,
     predicted_forces_decide_contact: bool,
     base_is_round: bool,
-) -> tuple[ContactForceAndMomentSum, BodyContactChangesInStep, BodyContactPointState]:
+) -> tuple[ContactForceAndMomentSum, LargestContactChangesOfBody, BodyContactPointState]:
     """Return a contact point's force, moment and losses per body mass at a step end, changes and new state."""
     half, r, old = predicted_body.half_step_length_s, predicted_point.position_from_centre, point_state_at_step_start
     e = plus(velocity_correction.velocity, cross_product(velocity_correction.angular_velocity, r))
@@ -160,7 +160,7 @@ def compute_point_forces(
     stiffness, dashpot = body.point_tangential_stiffness_per_mass, body.point_dashpot_constant_per_mass
     hx, hy = -(stiffness * tx) - dashpot * u.x, -(stiffness * ty) - dashpot * u.y
     spin = plus(predicted_body.end_angular_velocity, velocity_correction.angular_velocity)
-    drift_x, drift_y, drifts, tilting = flat_landing_slip_direction_and_tilt_share(
+    drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
         body, r, plus(predicted_body.end_velocity, velocity_correction.velocity), spin,
         (predicted_point.body_lands_flat > 0.0, predicted_point.flat_landing_tilting_share_of_friction_moment),
     )  # fmt: skip
@@ -214,13 +214,13 @@ def compute_point_forces(
 def lowest_rim_point_moves_too_far_in_step(
     state_at_step_start: BodyState,
     predicted_body: BodyPredictedForStepEnd,
-    largest_contact_changes: BodyContactChangesInStep,
+    largest_contact_changes: LargestContactChangesOfBody,
 ) -> bool:
     """True if the lowest point of a tilted round base moves along its rim by too large an angle in the step."""
     a, b = rotation_matrix(state_at_step_start.rotation), rotation_matrix(predicted_body.rotation)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
     return (
-        (largest_contact_changes.has_unloaded_point > 0.0)
+        (largest_contact_changes.some_point_carries_no_load > 0.0)
         & (largest_contact_changes.largest_penetration > 0.0)
         & ((abs(across) > MAX_LOWEST_RIM_POINT_ROTATION_TANGENT_IN_STEP * ahead) | (ahead < 0.0))
     )
@@ -241,7 +241,9 @@ def base_acceleration_stays_below_limit(
     """
     end = 2.0 * ticks_per_sample
     x, y, up = (
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_x, end, ticks_per_sample),
+        base_acceleration_in_this_or_next_sample(
+            inertial_accelerations.negative_of_base_acceleration_x, end, ticks_per_sample
+        ),
         base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_y, end, ticks_per_sample),
         base_acceleration_in_this_or_next_sample(
             inertial_accelerations.upward_base_acceleration, end, ticks_per_sample
@@ -259,20 +261,20 @@ def base_acceleration_stays_below_limit(
 
 @njit(**INLINE_OPTIONS)
 def contact_changes_in_body_step(
-    largest_contact_changes: BodyContactChangesInStep,
+    largest_contact_changes: LargestContactChangesOfBody,
     normal_force_per_mass: float,
     lowest_rim_point_moves_too_far: bool,
     base_acceleration_is_below_limit: bool,
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force_per_mass > 0.0)
-    stands = base_acceleration_is_below_limit & (largest_contact_changes.has_unloaded_point == 0.0)
+    stands = base_acceleration_is_below_limit & (largest_contact_changes.some_point_carries_no_load == 0.0)
     return StepContactChanges(
-        contact_changed=largest_contact_changes.positive_if_contact_opened_or_closed > 0.0,
+        contact_opened_or_closed=largest_contact_changes.positive_if_contact_opened_or_closed > 0.0,
         motion_requires_shorter_step=lowest_rim_point_moves_too_far,
         may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
-        has_velocity_against_assumed_slip=largest_contact_changes.has_friction_against_assumed_direction > 0.0,
+        has_velocity_against_assumed_slip=largest_contact_changes.has_friction_opposite_to_assumption > 0.0,
         has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,
         slides_on_all_points=slides,
         all_contacts_are_closed=stands,
@@ -283,7 +285,7 @@ class BodyAfterAcceptedStep(NamedTuple):
     """State, peak values and energy account of a body after its last accepted step."""
 
     state: BodyState
-    peak_values_so_far: BodyPeakValues
+    peak_values_so_far: BodyPeaksAndLastUprightTick
     energy_account: BodyEnergyAndMomentumAccount
 
 
@@ -348,7 +350,7 @@ def complete_body_step(
         place.x - body.centre_height * f.xz,
         place.y - body.centre_height * f.yz,
     )
-    peaks = BodyPeakValues(
+    peaks = BodyPeaksAndLastUprightTick(
         updated_maximum(peaks.peak_lean_squared_sine, lean),
         updated_maximum(peaks.peak_squared_base_slip, x * x + y * y),
         updated_maximum(peaks.peak_penetration, largest_penetration_at_step_end),

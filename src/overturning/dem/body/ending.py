@@ -10,7 +10,7 @@ from overturning.dem.body.state import (
     VERTEX_ROW_LAYOUT,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
-    BodyPeakValues,
+    BodyPeaksAndLastUprightTick,
     BodyState,
     BodyTerminationLimits,
     ContactPointAtStepStartAndEnd,
@@ -49,7 +49,7 @@ from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body_constants, load_state, load_peaks = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeakValues)
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeaksAndLastUprightTick)
 )
 load_energy_account, load_case_progress, load_termination_limits = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
@@ -246,7 +246,7 @@ def update_late_tilt_and_return_case_status(
         < MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH * GRAVITY * limits.min_base_edge_distance_from_centre
     )
     if (
-        sample >= course.no_onset_from_sample
+        sample >= course.cannot_start_moving_from_sample
         and still
         and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count
     ):
@@ -254,7 +254,7 @@ def update_late_tilt_and_return_case_status(
     if sample < record_sample_count:
         return CASE_NOT_ENDED
     now = body_energy_per_mass(body, s, vertex_rows, count, lane)
-    stands = now < course.overturning_energy and body_is_below_critical_tilt(body, s)
+    stands = now < course.energy_needed_to_overturn and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
     past = (
@@ -356,7 +356,7 @@ def write_case_results(
         + account.lost_energy_per_mass
     )
     result_row.energy_error = abs(balance) / max(
-        account.base_motion_work_per_mass, course.overturning_energy, course.initial_energy
+        account.base_motion_work_per_mass, course.energy_needed_to_overturn, course.initial_energy
     )
     swing = np.sqrt(
         GRAVITY
@@ -393,7 +393,7 @@ def write_body_trajectory_row(
     trajectory_row.vx, trajectory_row.vy, trajectory_row.vz = s.velocity_relative_to_base
     trajectory_row.wx, trajectory_row.wy, trajectory_row.wz = angular_velocity_of_state(body, s)
     trajectory_row.base_acceleration_x = -base_acceleration_at_tick(
-        shaking.inertial_acceleration_x, s.ticks_since_sample_start
+        shaking.negative_of_base_acceleration_x, s.ticks_since_sample_start
     )
     trajectory_row.base_acceleration_y = -base_acceleration_at_tick(
         shaking.inertial_acceleration_y, s.ticks_since_sample_start

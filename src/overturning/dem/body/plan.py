@@ -28,7 +28,7 @@ from overturning.dem.body.tables import (
     initial_conditions_at_rest,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
-from overturning.dem.kernel.clock import KernelStepControl
+from overturning.dem.kernel.clock import StepLimitsCommonToAllCases
 from overturning.dem.limits import (
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
     static_penetration_exceeds_limit,
@@ -41,7 +41,12 @@ from overturning.dem.quiet import (
     largest_acceleration_without_motion_g,
     simulated_sample_ranges_and_stays_at_rest,
 )
-from overturning.dem.time_step import IntegrationScheme, contact_time_reduced_by_damping, parse_scheme, steps_per_sample
+from overturning.dem.time_step import (
+    IntegrationScheme,
+    inverse_contact_frequency_reduced_by_damping,
+    parse_scheme,
+    steps_per_sample,
+)
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -102,7 +107,7 @@ class BodySimulationPlan(SimulationPlan3D):
     """Plan of the simulation of n cases of a single rigid 3-D body."""
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
-    trajectory_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
+    trajectory_row_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
     base_acceleration_columns: ClassVar[Any] = ("base_acceleration_x", "base_acceleration_y", "base_acceleration_z")
     dataset_values_per_trajectory_row: ClassVar[int] = 19
 
@@ -224,7 +229,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "amplitude_factor": amplitude,
         "rest_acceleration_limit_g": rest_limit,
         "first_simulated_sample": first,
-        "no_onset_from_sample": calm,
+        "cannot_start_moving_from_sample": calm,
         "end_sample_if_undecided": (
             samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period[which] / interval)
         ),
@@ -323,7 +328,7 @@ def longest_steps_per_sample_and_step_control(
     contact_two_xi_omega_by_case: FloatArray,
     sampling_interval_s: float,
     rocking_time_constant_s_by_case: FloatArray,
-    kernel_step_control: KernelStepControl = PACE,
+    kernel_step_control: StepLimitsCommonToAllCases = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
     """Return the number of longest steps in a sample, for n cases, and the columns of their step control by name.
 
@@ -345,7 +350,7 @@ def longest_steps_per_sample_and_step_control(
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick = sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step
-    contact = contact_time_reduced_by_damping(contact_omega_squared_by_case, contact_two_xi_omega_by_case)
+    contact = inverse_contact_frequency_reduced_by_damping(contact_omega_squared_by_case, contact_two_xi_omega_by_case)
     share = np.minimum(sampling_interval_s / steps / whole, 1.0)
     most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
     finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)
@@ -356,7 +361,7 @@ def longest_steps_per_sample_and_step_control(
         contact_two_xi_omega_by_case >= np.sqrt(contact_omega_squared_by_case)
     )
     return steps, {
-        "shortest_step_ticks": finest,
+        "min_allowed_step_ticks": finest,
         "longest_step_at_rest_ticks": kernel_step_control.ticks_per_whole_step
         * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_before_doubling_after_contact_change": np.round(

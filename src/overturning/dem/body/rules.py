@@ -26,7 +26,7 @@ from overturning.dem.body.state import (
     TICKS_PER_WHOLE_STEP,
     VERTEX_ROW_LAYOUT,
     BodyConstants,
-    BodyPeakValues,
+    BodyPeaksAndLastUprightTick,
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
@@ -36,7 +36,7 @@ from overturning.dem.body.state import (
     inertial_accelerations_until_next_sample,
 )
 from overturning.dem.body.vectors import normalise_quaternion, rotation_matrix
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
     CaseProgress,
@@ -45,14 +45,14 @@ from overturning.dem.kernel.ending import (
     continuation_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
-    GroundMotion,
+    BaseAccelerationsWithMaximaAhead,
     count_skippable_samples,
     is_rest_check_sample,
     next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import (
-    SettingsOfParallelCases,
+    SettingsCommonToParallelCases,
     create_lookup_by_type,
     grow_trajectory_array_if_needed,
     register_model_functions,
@@ -82,13 +82,13 @@ LOOP_BY_BASE_SHAPE_TAG: Final[dict[type, Any]] = {
 class BodyKernelInput(NamedTuple):
     """Kernel input for cases of 3-D bodies with equal numbers of steps per sample and equal numbers of vertices."""
 
-    settings: SettingsOfParallelCases
+    settings: SettingsCommonToParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
     motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    ground_motion: GroundMotion
+    ground_motion: BaseAccelerationsWithMaximaAhead
     marker_whose_type_selects_base_shape_loop: Any
     """Value whose type, a key of `LOOP_BY_BASE_SHAPE_TAG`, selects the time loop."""
     body_constants_by_size: NDArray[np.void]
@@ -102,7 +102,7 @@ class BodyKernelInput(NamedTuple):
     """Sectors of each body, see `overturning.model.solid.RigidSolid`, shape (bodies, sectors, 5)."""
 
 
-class BodyWorkspace(NamedTuple):
+class ParallelBodiesStateArrays(NamedTuple):
     """Arrays with the states of the 3-D bodies that the kernel computes in parallel, one column (lane) each."""
 
     state: Any
@@ -114,12 +114,12 @@ class BodyWorkspace(NamedTuple):
 load_body_constants, store_body_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
 load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "rotation").store
-load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeakValues)
+load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_termination_limits, store_termination_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
 store_inertial_accelerations, store_next_step_to_attempt, store_step_control = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (InertialAndUpwardBaseAccelerations3D, NextStepToAttempt, CaseStepControl)
+    for of in (InertialAndUpwardBaseAccelerations3D, NextStepToAttempt, CaseStepLengthsAndDoublingCounts)
 )
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
 store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
@@ -130,7 +130,9 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 TICKS_SINCE_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start")
-LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyPeakValues, "last_upright_tick_in_sample")
+LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+    BodyPeaksAndLastUprightTick, "last_upright_tick_in_sample"
+)
 NEXT_STEP_LENGTH_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
@@ -155,7 +157,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
         STATE_ROW_COUNT * PARALLEL_CASE_COUNT
         + kernel_input.vertices_and_base_edges_by_size.shape[1] * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     )
-    return BodyWorkspace(state, state[STATE_ROW_COUNT * PARALLEL_CASE_COUNT :])
+    return ParallelBodiesStateArrays(state, state[STATE_ROW_COUNT * PARALLEL_CASE_COUNT :])
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
@@ -195,7 +197,7 @@ def advance_sample_and_load_base_motion(
     motion_row_by_case: Any,
     case_index_by_lane: Any,
     ground_motion: Any,
-    queue_settings: SettingsOfParallelCases,
+    queue_settings: SettingsCommonToParallelCases,
 ) -> None:
     """Go on to the next sample where one has ended, rescale each quaternion to length 1, and load the base motion."""
     along = ground_motion.horizontal_acceleration

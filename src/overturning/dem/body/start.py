@@ -12,7 +12,7 @@ from overturning.dem.body.state import (
     VERTEX_ROW_LAYOUT,
     BodyConstants,
     BodyContactPointState,
-    BodyPeakValues,
+    BodyPeaksAndLastUprightTick,
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
@@ -32,7 +32,7 @@ from overturning.dem.body.vectors import (
     scale_vector,
     transpose,
 )
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, RestAccelerationLimitAndAtRestFlag
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
@@ -44,8 +44,8 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 ) = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (
-        BodyConstants, BodyState, BodyPeakValues, CaseProgress, BodyTerminationLimits, NextStepToAttempt,
-        CaseStepControl
+        BodyConstants, BodyState, BodyPeaksAndLastUprightTick, CaseProgress, BodyTerminationLimits, NextStepToAttempt,
+        CaseStepLengthsAndDoublingCounts
     )
 )  # fmt: skip
 store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
@@ -75,8 +75,8 @@ def write_initial_body_state(
         vertex_rows, lane, body, case_table_row.start, vertices_and_base_edges
     )
     store_body_constants(body_states, lane, body)
-    case_step_control = CaseStepControl(
-        case_table_row.shortest_step_ticks,
+    case_step_control = CaseStepLengthsAndDoublingCounts(
+        case_table_row.min_allowed_step_ticks,
         case_table_row.longest_step_at_rest_ticks,
         case_table_row.steps_before_doubling_after_contact_change,
         case_table_row.long_steps_before_doubling,
@@ -87,13 +87,15 @@ def write_initial_body_state(
         body_states,
         lane,
         NextStepToAttempt(
-            case_table_row.shortest_step_ticks, case_table_row.steps_before_doubling_after_contact_change, 0.0
+            case_table_row.min_allowed_step_ticks, case_table_row.steps_before_doubling_after_contact_change, 0.0
         ),
     )
     store_peaks(
         body_states,
         lane,
-        BodyPeakValues(squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0),
+        BodyPeaksAndLastUprightTick(
+            squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(begin.rotation)), 0.0, 0.0, -1.0
+        ),
     )
     barrier = GRAVITY * (
         np.sqrt(
@@ -103,7 +105,8 @@ def write_initial_body_state(
         - body_table_row.centre_height
     )
     store_case_progress(body_states, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample,
+        case_table_row.cannot_start_moving_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval_s,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,

@@ -22,7 +22,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     transpose,
 )
-from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CaseProgress,
     LargestTiltRatioInSecondHalfAfterRecord,
@@ -138,7 +138,7 @@ LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S: Final = -1e300
 """Longest remaining landing time of a base or joint without loaded points, s: less than that of any loaded point."""
 
 
-class BaseContactState(NamedTuple):
+class BaseExtremeVerticesAndFlatLandingState(NamedTuple):
     """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
 
     lowest_base_vertex_height_above_centre: float
@@ -157,7 +157,7 @@ class BaseContactState(NamedTuple):
     """Share of the moment of friction that tilts the body if it slides in a flat landing, 0 or 1."""
 
 
-class BodyPeakValues(NamedTuple):
+class BodyPeaksAndLastUprightTick(NamedTuple):
     """Largest lean, squared slip (m²) and penetration (m) of a body so far, and last tick at which it was upright.
 
     The lean is sin² of the tilt up to 90°, 2 − sin² beyond. A tick is the unit of time of the steps.
@@ -188,7 +188,7 @@ class BodyEnergyAndMomentumAccount(NamedTuple):
 class InertialAndUpwardBaseAccelerations3D(NamedTuple):
     """Horizontal inertial accelerations and upward acceleration of the base, m/s², linear in time within a sample."""
 
-    inertial_acceleration_x: LinearBaseAcceleration
+    negative_of_base_acceleration_x: LinearBaseAcceleration
     """−a along x."""
     inertial_acceleration_y: LinearBaseAcceleration
     """−a along y."""
@@ -250,7 +250,7 @@ class PredictedContactPoint(NamedTuple):
     """Landing time of the point if it touches now, s."""
 
 
-class StepRejectionAndKeptSlipAssumptionFlags(NamedTuple):
+class StepRejectedAndSameContactStateFlags(NamedTuple):
     """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
 
     is_step_rejected: float
@@ -316,31 +316,32 @@ class ContactForceAndMomentSum(NamedTuple):
     """Spring energy lost in the step by slip or opening, m²/s²."""
 
 
-class BodyContactChangesInStep(NamedTuple):
+class LargestContactChangesOfBody(NamedTuple):
     """Contact changes in an attempted step: for each kind of change, the largest value over a body's contact points."""
 
     positive_if_contact_opened_or_closed: float
     """Above 0 if a contact opened or closed."""
     has_wrong_slip_assumption: float
     """1 if a point stuck or slid contrary to the assumption."""
-    has_friction_against_assumed_direction: float
+    has_friction_opposite_to_assumption: float
     """1 if the friction of a point assumed to slide acts against the assumed direction."""
     some_loaded_point_sticks: float
     """1 if a loaded point sticks."""
     has_friction_reversal: float
     """1 if a point slides whose friction had the opposite sign before."""
-    has_unloaded_point: float
+    some_point_carries_no_load: float
     """1 if a point carries no load."""
     largest_penetration: float
     """Largest penetration, m."""
 
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, BodyConstants, CaseStepControl, BodyState, Matrix3, BaseContactState, BodyPeakValues,
+    PARALLEL_CASE_COUNT, BodyConstants, CaseStepLengthsAndDoublingCounts, BodyState, Matrix3,
+    BaseExtremeVerticesAndFlatLandingState, BodyPeaksAndLastUprightTick,
     BodyEnergyAndMomentumAccount, InertialAndUpwardBaseAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
-    BodyTerminationLimits, NextStepToAttempt, StepRejectionAndKeptSlipAssumptionFlags, BodyPredictedForStepEnd,
+    BodyTerminationLimits, NextStepToAttempt, StepRejectedAndSameContactStateFlags, BodyPredictedForStepEnd,
     ContactForcesAndNegatedVelocityDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum,
-    BodyContactChangesInStep, RestAccelerationLimitAndAtRestFlag, LargestTiltRatioInSecondHalfAfterRecord,
+    LargestContactChangesOfBody, RestAccelerationLimitAndAtRestFlag, LargestTiltRatioInSecondHalfAfterRecord,
     LastSampleOfContinuedSlidingCase,
 )  # fmt: skip
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(

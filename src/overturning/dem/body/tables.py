@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.model.solid import RigidSolid
@@ -59,7 +59,7 @@ class BodyCaseTableColumns(NamedTuple):
     """Horizontal acceleration, as a share of the weight, below which a standing body takes sample-long steps."""
     first_simulated_sample: float
     """First sample that is computed."""
-    no_onset_from_sample: float
+    cannot_start_moving_from_sample: float
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -143,7 +143,7 @@ INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableCo
 CASE_TABLE_DTYPE: Final = np.dtype(
     [
         ("body", "i8"),
-        *table_dtype_of_named_tuples(BodyCaseTableColumns, CaseStepControl).descr,
+        *table_dtype_of_named_tuples(BodyCaseTableColumns, CaseStepLengthsAndDoublingCounts).descr,
         ("start", INITIAL_STATE_DTYPE),
     ]
 )

@@ -16,7 +16,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.time_step import MAX_STEP_OVER_ROCKING_TIME_CONSTANT
 
 
-class KernelStepControl(NamedTuple):
+class StepLimitsCommonToAllCases(NamedTuple):
     """Constants of the step control that all cases of a kernel share: limits of step lengths and of repetitions."""
 
     longest_whole_step_in_rocking_time_constants: float
@@ -59,7 +59,7 @@ class KernelStepControl(NamedTuple):
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
-BLOCK_STEP_CONTROL: Final = KernelStepControl(
+BLOCK_STEP_CONTROL: Final = StepLimitsCommonToAllCases(
     longest_whole_step_in_rocking_time_constants=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
     max_contact_change_step_times_omega=0.08,
     ticks_per_whole_step=2.0**24,
@@ -97,17 +97,17 @@ FLOAT_TO_INTEGER_ROUNDING_OFFSET: Final = 2.0**52
 """2**52: adding and subtracting it rounds a positive float64 to an integer."""
 
 
-class CaseStepControl(NamedTuple):
+class CaseStepLengthsAndDoublingCounts(NamedTuple):
     """Step lengths of one case, in ticks, and the number of equal steps after which the length may double."""
 
-    shortest_step_ticks: float
+    min_allowed_step_ticks: float
     """Finest step, ticks."""
     longest_step_at_rest_ticks: float
     """Step while the body rests on all contacts (≥ whole step), ticks."""
     steps_before_doubling_after_contact_change: float
     """Steps of one length after a contact change before the length doubles."""
     long_steps_before_doubling: float
-    """Long steps of one length before the length doubles; see `KernelStepControl`."""
+    """Long steps of one length before the length doubles; see `StepLimitsCommonToAllCases`."""
 
 
 class NextStepToAttempt(NamedTuple):
@@ -124,7 +124,7 @@ class NextStepToAttempt(NamedTuple):
 class StepContactChanges(NamedTuple):
     """Changes of contact and sliding in an attempted time step, which decide whether the step is accepted."""
 
-    contact_changed: bool
+    contact_opened_or_closed: bool
     """True if a contact opens or closes."""
     motion_requires_shorter_step: bool
     """True if the motion requires a shorter step."""
@@ -144,8 +144,8 @@ class StepContactChanges(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def decide_rejection_and_next_step(
-    kernel_step_control: KernelStepControl,
-    case_step_control: CaseStepControl,
+    kernel_step_control: StepLimitsCommonToAllCases,
+    case_step_control: CaseStepLengthsAndDoublingCounts,
     attempted_step: NextStepToAttempt,
     contact_changes: StepContactChanges,
     tick_at_end_of_attempt: float,
@@ -160,8 +160,8 @@ def decide_rejection_and_next_step(
     """
     length = attempted_step.length_in_ticks
     shorter = (
-        (contact_changes.contact_changed | contact_changes.motion_requires_shorter_step)
-        & (length > case_step_control.shortest_step_ticks)
+        (contact_changes.contact_opened_or_closed | contact_changes.motion_requires_shorter_step)
+        & (length > case_step_control.min_allowed_step_ticks)
         & (not contact_changes.may_accept_despite_contact_change)
     )
     wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
@@ -198,16 +198,20 @@ def decide_rejection_and_next_step(
         (
             case_step_control.long_steps_before_doubling
             if length
-            >= kernel_step_control.long_step_threshold_in_shortest_steps * case_step_control.shortest_step_ticks
+            >= kernel_step_control.long_step_threshold_in_shortest_steps * case_step_control.min_allowed_step_ticks
             else case_step_control.steps_before_doubling_after_contact_change
         )
         if longer
         else attempted_step.remaining_steps_before_lengthening - 1.0
     )
-    left = case_step_control.steps_before_doubling_after_contact_change if contact_changes.contact_changed else left
+    left = (
+        case_step_control.steps_before_doubling_after_contact_change
+        if contact_changes.contact_opened_or_closed
+        else left
+    )
     left = case_step_control.long_steps_before_doubling if shorter else left
     left = attempted_step.remaining_steps_before_lengthening if retry else left
-    then = above if longer & (not (contact_changes.contact_changed | retry)) else length
+    then = above if longer & (not (contact_changes.contact_opened_or_closed | retry)) else length
     then = 0.5 * length if shorter else then
     then = (
         kernel_step_control.ticks_per_whole_step

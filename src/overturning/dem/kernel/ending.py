@@ -35,7 +35,7 @@ class CaseProgress(NamedTuple):
     """Factor on the motion."""
     current_sample: float
     """Current sample of the record."""
-    no_onset_from_sample: float
+    cannot_start_moving_from_sample: float
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -43,7 +43,7 @@ class CaseProgress(NamedTuple):
     """Last time at which the body leant less than its critical angle, s."""
     initial_energy: float
     """Energy at the start: of a block or body per mass, m²/s²; of a stack, J."""
-    overturning_energy: float
+    energy_needed_to_overturn: float
     """Energy needed to overturn: a block or body per mass, m²/s²; a stack, J."""
 
 
@@ -113,8 +113,8 @@ def case_cannot_have_ended(
     """
     sample, until = (
         case_progress.current_sample + ticks_since_sample_start * (1.0 / ticks_per_sample),
-        case_progress.no_onset_from_sample
-        if case_progress.no_onset_from_sample < record_end_sample
+        case_progress.cannot_start_moving_from_sample
+        if case_progress.cannot_start_moving_from_sample < record_end_sample
         else record_end_sample,
     )
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
@@ -168,7 +168,7 @@ def updated_largest_tilt_ratio_near_case_end(
     return max(
         previous_largest_tilt_near_case_end,
         1.0
-        if GRAVITY * centre_height_above_rest_m >= case_progress.overturning_energy
+        if GRAVITY * centre_height_above_rest_m >= case_progress.energy_needed_to_overturn
         else largest_tilt_over_critical_angle,
     )
 

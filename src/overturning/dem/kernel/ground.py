@@ -24,7 +24,7 @@ VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST: Final = 2.0
 """Factor on vertical acceleration in the rest test: 1 for the lower weight, and 1 for vibration."""
 
 
-class GroundMotion(NamedTuple):
+class BaseAccelerationsWithMaximaAhead(NamedTuple):
     """Base acceleration at each sample, and its largest value in a time window after a sample.
 
     The acceleration is zero after the record.
@@ -35,10 +35,10 @@ class GroundMotion(NamedTuple):
     3-D body, shape (orientations, 2, samples + 3)."""
     upward_acceleration: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
-    max_horizontal_acceleration_ahead_by_rest_check: FloatArray
+    max_horizontal_acceleration_in_window_by_rest_check: FloatArray
     """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
     m/s²."""
-    max_vertical_acceleration_ahead_by_rest_check: FloatArray
+    max_vertical_acceleration_in_window_by_rest_check: FloatArray
     """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
     m/s²."""
 
@@ -151,7 +151,7 @@ def is_rest_check_sample(current_sample: float) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def next_window_motion_is_below_rest_limit(
-    ground_motion: GroundMotion,
+    ground_motion: BaseAccelerationsWithMaximaAhead,
     motion_row: int,
     current_sample: float,
     amplitude_factor: float,
@@ -166,13 +166,13 @@ def next_window_motion_is_below_rest_limit(
     block, look = (
         min(
             int(current_sample) // SAMPLES_PER_REST_CHECK_BLOCK,
-            ground_motion.max_vertical_acceleration_ahead_by_rest_check.shape[0] - 1,
+            ground_motion.max_vertical_acceleration_in_window_by_rest_check.shape[0] - 1,
         ),
         int(current_sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
-        ground_motion.max_horizontal_acceleration_ahead_by_rest_check[motion_row, block, look],
-        ground_motion.max_vertical_acceleration_ahead_by_rest_check[block, look],
+        ground_motion.max_horizontal_acceleration_in_window_by_rest_check[motion_row, block, look],
+        ground_motion.max_vertical_acceleration_in_window_by_rest_check[block, look],
     )
     return bool(
         abs(amplitude_factor) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_acceleration_limit_g * up)
@@ -182,7 +182,7 @@ def next_window_motion_is_below_rest_limit(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_skippable_samples(
-    ground_motion: GroundMotion,
+    ground_motion: BaseAccelerationsWithMaximaAhead,
     motion_row: int,
     current_sample: float,
     amplitude_factor: float,

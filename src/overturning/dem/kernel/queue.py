@@ -9,7 +9,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from overturning.dem.kernel.ending import CASE_NOT_ENDED
-from overturning.dem.kernel.ground import GroundMotion
+from overturning.dem.kernel.ground import BaseAccelerationsWithMaximaAhead
 from overturning.dem.kernel.lanes import (
     ALLOCATING_INLINE_OPTIONS,
     COMPILE_OPTIONS,
@@ -23,7 +23,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 from overturning.model.status import CaseStatus
 
 
-class SettingsOfParallelCases(NamedTuple):
+class SettingsCommonToParallelCases(NamedTuple):
     """Settings common to all cases that the kernel computes in parallel; numbers only, as arrays are slow to pass."""
 
     sample_count: int
@@ -47,7 +47,7 @@ class SettingsOfParallelCases(NamedTuple):
 class KernelInput(Protocol):
     """Input fields common to the kernels of all models, for cases with equal numbers of time steps per sample."""
 
-    settings: SettingsOfParallelCases
+    settings: SettingsCommonToParallelCases
     """Settings shared by all cases."""
     cases: NDArray[np.void]
     """Table of cases, shape (n,)."""
@@ -56,7 +56,7 @@ class KernelInput(Protocol):
     results: NDArray[np.void]
     """Table to fill, shape (n,), with the columns `status`, `block_steps` (those of earlier runs included) and
     `samples_left_out` (number of samples that were skipped while the case was at rest)."""
-    ground_motion: GroundMotion
+    ground_motion: BaseAccelerationsWithMaximaAhead
     """Motion of the base."""
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
@@ -22,7 +22,10 @@ from overturning.model.geometry import (
 
 
 class SceneCaseTableColumns(NamedTuple):
-    """Parameters of a case of a 2-D scene: columns of the kernel's input table, before those of `CaseStepControl`."""
+    """Parameters of a case of a 2-D scene.
+
+    Columns of the kernel's input table, before those of `CaseStepLengthsAndDoublingCounts`.
+    """
 
     amplitude_factor: float
     """Factor on the base accelerations of the record."""
@@ -34,7 +37,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Factor on the dashpot coefficients of all contacts."""
     first_simulated_sample: float
     """First sample that is computed."""
-    no_onset_from_sample: float
+    cannot_start_moving_from_sample: float
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -59,7 +62,7 @@ class ElementFallAndSupportColumns(NamedTuple):
     """Index of the first element that carries this one at rest, or its own index."""
     index_of_held_element_at_stack_bottom: float
     """Index of the element at the bottom of the stack if that one is held, fixed in space; else −1."""
-    overturning_energy: float
+    energy_needed_to_overturn: float
     """Energy needed to overturn the element, J."""
 
 
@@ -106,7 +109,7 @@ class ElementResultRow(NamedTuple):
     """Signed slip of the base on its support at the end of the case, m."""
 
 
-CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepControl)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepLengthsAndDoublingCounts)
 ELEMENT_FALL_AND_SUPPORT_DTYPE: Final = table_dtype_of_named_tuples(ElementFallAndSupportColumns)
 TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
 RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
@@ -282,9 +285,9 @@ def _pair_state_at_rest(
             max_motion_since_search_at_step_end=0.0,
         ),
         history=k.PairHistory(vertices, ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0),
-        signed_mu_1_or_zero_if_sticking=0.0,
-        signed_mu_2_or_zero_if_sticking=0.0,
-        is_a_on_b_minus_is_b_on_a=float(
+        signed_mu_of_point_1_or_0_if_sticking=0.0,
+        signed_mu_of_point_2_or_0_if_sticking=0.0,
+        rest_support_sign_plus_if_a_on_b=float(
             pair.second_element_index in prepared_scene.carrier_indices_by_element[pair.first_element_index]
         )
         - (pair.first_element_index in prepared_scene.carrier_indices_by_element[pair.second_element_index]),

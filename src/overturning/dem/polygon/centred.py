@@ -32,7 +32,7 @@ from overturning.dem.polygon.landing import (
     slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
-    PairRelativeVelocityOrDirection,
+    PairRelativeVelocityOrDirectionWithLeverArms,
     PairVelocityToForceMatrix,
     PlanarContactPointForce,
     PredictedStretchAndAssumedFriction,
@@ -148,8 +148,8 @@ def predict_planar_contact_point(
 @njit(**INLINE_OPTIONS)
 def matrix_of_force_per_velocity(
     force_per_velocity: float,
-    force_direction: PairRelativeVelocityOrDirection,
-    velocity_direction: PairRelativeVelocityOrDirection,
+    force_direction: PairRelativeVelocityOrDirectionWithLeverArms,
+    velocity_direction: PairRelativeVelocityOrDirectionWithLeverArms,
 ) -> PairVelocityToForceMatrix:
     """Return the matrix of a force along one direction: `force_per_velocity` (N s/m) × velocity along another."""
     fx, fz, fa, fb = force_direction
@@ -187,13 +187,13 @@ def planar_contact_equation_terms(
     t = slid * n if slides else predicted_point.tangential_force
     t = t if touches else 0.0
     along, across = (
-        PairRelativeVelocityOrDirection(
+        PairRelativeVelocityOrDirectionWithLeverArms(
             contact_point.normal_towards_a_x,
             contact_point.normal_towards_a_z,
             contact_point.lever_arms_about_a.of_normal_force,
             contact_point.lever_arms_about_b.of_normal_force,
         ),
-        PairRelativeVelocityOrDirection(
+        PairRelativeVelocityOrDirectionWithLeverArms(
             contact_point.normal_towards_a_z,
             -contact_point.normal_towards_a_x,
             contact_point.lever_arms_about_a.of_tangential_force,
@@ -201,7 +201,7 @@ def planar_contact_equation_terms(
         ),
     )
     # The force of a sliding point is inclined by the friction angle.
-    inclined = PairRelativeVelocityOrDirection(
+    inclined = PairRelativeVelocityOrDirectionWithLeverArms(
         along.x + slid * across.x,
         along.z + slid * across.z,
         along.angular_velocity_or_lever_arm_of_a + slid * across.angular_velocity_or_lever_arm_of_a,
@@ -226,7 +226,7 @@ def step_resolves_contact_vibration(scene_state: SceneStateAndConstants) -> bool
     """
     return (
         scene_state.current_step_length_and_repetitions.length_in_ticks
-        <= MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS * scene_state.step_control.shortest_step_ticks
+        <= MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS * scene_state.step_control.min_allowed_step_ticks
     )
 
 
@@ -263,8 +263,8 @@ def add_pair_contact_terms_to_equations(
         kind = (fine, pair_lands_flat(law, old, segment, both))
         point_1, point_2 = contact_points_with_flat_landing_lever_arms(law, segment, both, kind[1])
         slid_1, slid_2, one, two = (
-            pair.signed_mu_1_or_zero_if_sticking,
-            pair.signed_mu_2_or_zero_if_sticking,
+            pair.signed_mu_of_point_1_or_0_if_sticking,
+            pair.signed_mu_of_point_2_or_0_if_sticking,
             segment.point_1,
             segment.point_2,
         )

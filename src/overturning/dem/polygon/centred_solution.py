@@ -25,7 +25,7 @@ from overturning.dem.polygon.landing import (
     slides_in_landing_and_signed_friction_coefficient,
 )
 from overturning.dem.polygon.mechanics import (
-    PairRelativeVelocityOrDirection,
+    PairRelativeVelocityOrDirectionWithLeverArms,
     PlanarContactPointForce,
     PlanarContactPointResult,
     PredictedStretchAndAssumedFriction,
@@ -73,7 +73,7 @@ def solved_planar_contact_point(
     contact_point: PlanarContactPoint,
     predicted_stretch_and_assumed_slip: PredictedStretchAndAssumedFriction,
     predicted_motion_and_velocity_correction: tuple[
-        RelativeVelocityAndConstantsOfPair, PairRelativeVelocityOrDirection
+        RelativeVelocityAndConstantsOfPair, PairRelativeVelocityOrDirectionWithLeverArms
     ],
     half_step_time: float,
     step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
@@ -101,7 +101,7 @@ def solved_planar_contact_point(
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = contact_law.friction_coefficient * n
     t = -(contact_law.tangential_stiffness * stretch) - contact_law.dashpot_coefficient * slipping
-    whole = PairRelativeVelocityOrDirection(
+    whole = PairRelativeVelocityOrDirectionWithLeverArms(
         u.x + d.x,
         u.z + d.z,
         u.angular_velocity_or_lever_arm_of_a + d.angular_velocity_or_lever_arm_of_a,
@@ -192,7 +192,7 @@ def add_solved_pair_forces_and_store_trial_history(
         kind = (fine, pair_lands_flat(law, pair.history, segment, moves[0]))
         u, d = moves[0].relative_velocity, moves[1]
         solved = RelativeVelocityAndConstantsOfPair(
-            PairRelativeVelocityOrDirection(
+            PairRelativeVelocityOrDirectionWithLeverArms(
                 u.x + d.x,
                 u.z + d.z,
                 u.angular_velocity_or_lever_arm_of_a + d.angular_velocity_or_lever_arm_of_a,

@@ -146,8 +146,8 @@ def contact_vertex_position_from_centre_of_a(
     own = pair.nearest_face_of_a if vertex_is_of_a else pair.nearest_face_of_b
     along = own.start_along_tangent if vertex_is_of_a == (point_index_0_or_1 == 0) else own.end_along_tangent
     x, z = (
-        own.distance_from_centre * own.outward_normal_x - along * own.outward_normal_z,
-        own.distance_from_centre * own.outward_normal_z + along * own.outward_normal_x,
+        own.face_line_distance_from_element_centre * own.outward_normal_x - along * own.outward_normal_z,
+        own.face_line_distance_from_element_centre * own.outward_normal_z + along * own.outward_normal_x,
     )
     if vertex_is_of_a:
         return rotate_to_scene_axes(pose_a, x, z)

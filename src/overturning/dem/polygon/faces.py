@@ -58,12 +58,12 @@ class PlanarContactPoint(NamedTuple):
 class ContactSegment(NamedTuple):
     """Segment along which the nearest faces of two elements overlap, with a contact point at each end.
 
-    `cosine_of_angle_between_faces` and `sine_of_angle_between_faces` are those of the rotation between both faces, as
-    in `RelativeFacePosition`.
+    `cosine_of_angle_between_outward_normals` and `sine_of_angle_between_outward_normals` are those of the rotation
+    between both faces, as in `RelativeFacePosition`.
     """
 
-    cosine_of_angle_between_faces: float
-    sine_of_angle_between_faces: float
+    cosine_of_angle_between_outward_normals: float
+    sine_of_angle_between_outward_normals: float
     point_1: PlanarContactPoint
     point_2: PlanarContactPoint
     face_vertex_positions: VertexPositionsAtOtherFace
@@ -80,9 +80,9 @@ class RelativeFacePosition(NamedTuple):
     """Outward normal of b's face, x component."""
     outward_normal_of_face_b_z: float
     """Outward normal of b's face, z component."""
-    cosine_of_angle_between_faces: float
+    cosine_of_angle_between_outward_normals: float
     """Cosine of the rotation from one normal to the other."""
-    sine_of_angle_between_faces: float
+    sine_of_angle_between_outward_normals: float
     """Sine of that rotation, b_nz a_nx − b_nx a_nz."""
     b_to_a_centre_distance_along_normal_a: float
     """Distance from the centre of b to that of a along a's normal, m."""
@@ -140,8 +140,8 @@ def relative_face_position(
         outward_normal_of_face_a_z=anz,
         outward_normal_of_face_b_x=bnx,
         outward_normal_of_face_b_z=bnz,
-        cosine_of_angle_between_faces=turn_q,
-        sine_of_angle_between_faces=turn_r,
+        cosine_of_angle_between_outward_normals=turn_q,
+        sine_of_angle_between_outward_normals=turn_r,
         b_to_a_centre_distance_along_normal_a=an,
         b_to_a_centre_distance_along_tangent_a=at,
         b_to_a_centre_distance_along_normal_b=bnx * dx + bnz * dz,
@@ -173,8 +173,8 @@ def locate_vertex_of_a_at_face_of_b(
     own_n, own_t = convert_components_to_other_face_axes(
         vertex_position_along_own_normal,
         vertex_position_along_own_tangent,
-        relative_position.cosine_of_angle_between_faces,
-        relative_position.sine_of_angle_between_faces,
+        relative_position.cosine_of_angle_between_outward_normals,
+        relative_position.sine_of_angle_between_outward_normals,
     )
     height = own_n + relative_position.b_to_a_centre_distance_along_normal_b
     place = own_t + relative_position.b_to_a_centre_offset_along_tangent_of_face_b
@@ -203,8 +203,8 @@ def locate_vertex_of_b_at_face_of_a(
     own_n, own_t = convert_components_to_other_face_axes(
         vertex_position_along_own_normal,
         vertex_position_along_own_tangent,
-        -relative_position.cosine_of_angle_between_faces,
-        relative_position.sine_of_angle_between_faces,
+        -relative_position.cosine_of_angle_between_outward_normals,
+        relative_position.sine_of_angle_between_outward_normals,
     )
     height = own_n + relative_position.b_to_a_centre_distance_along_normal_a
     place = own_t + relative_position.b_to_a_centre_distance_along_tangent_a
@@ -230,30 +230,30 @@ def locate_vertices_of_both_faces(
     """Return positions of the four vertices of two opposite faces, first of a's face, then of b's face."""
     return (
         locate_vertex_of_a_at_face_of_b(
-            face_a.distance_from_centre,
+            face_a.face_line_distance_from_element_centre,
             face_a.start_along_tangent,
-            face_b.distance_from_centre,
+            face_b.face_line_distance_from_element_centre,
             relative_position,
             previous_step_positions.first_vertex_of_face_a,
         ),
         locate_vertex_of_a_at_face_of_b(
-            face_a.distance_from_centre,
+            face_a.face_line_distance_from_element_centre,
             face_a.end_along_tangent,
-            face_b.distance_from_centre,
+            face_b.face_line_distance_from_element_centre,
             relative_position,
             previous_step_positions.second_vertex_of_face_a,
         ),
         locate_vertex_of_b_at_face_of_a(
-            face_b.distance_from_centre,
+            face_b.face_line_distance_from_element_centre,
             face_b.start_along_tangent,
-            face_a.distance_from_centre,
+            face_a.face_line_distance_from_element_centre,
             relative_position,
             previous_step_positions.first_vertex_of_face_b,
         ),
         locate_vertex_of_b_at_face_of_a(
-            face_b.distance_from_centre,
+            face_b.face_line_distance_from_element_centre,
             face_b.end_along_tangent,
-            face_a.distance_from_centre,
+            face_a.face_line_distance_from_element_centre,
             relative_position,
             previous_step_positions.second_vertex_of_face_b,
         ),
@@ -337,8 +337,8 @@ def find_contact_segment_open_unless_may_touch(
     one = build_planar_contact_point(mine_1, in_1 & elements_may_touch, f, a1, b2)
     two = build_planar_contact_point(mine_2, in_2 & elements_may_touch, f, a2, b1)
     return ContactSegment(
-        f.cosine_of_angle_between_faces,
-        f.sine_of_angle_between_faces,
+        f.cosine_of_angle_between_outward_normals,
+        f.sine_of_angle_between_outward_normals,
         one,
         two,
         VertexPositionsAtOtherFace(a1.position_at_face, a2.position_at_face, b1.position_at_face, b2.position_at_face),

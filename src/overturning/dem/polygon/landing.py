@@ -9,7 +9,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
 from overturning.dem.polygon.faces import ContactSegment, LeverArmsAboutElementCentre, PlanarContactPoint
 from overturning.dem.polygon.mechanics import (
-    PairRelativeVelocityOrDirection,
+    PairRelativeVelocityOrDirectionWithLeverArms,
     PlanarContactPointResult,
     opening_and_slip_rates,
 )
@@ -25,7 +25,7 @@ from overturning.dem.polygon.state import (
 class RelativeVelocityAndConstantsOfPair(NamedTuple):
     """Velocity of element a relative to b, and the constants (among them the masses) of both elements."""
 
-    relative_velocity: PairRelativeVelocityOrDirection
+    relative_velocity: PairRelativeVelocityOrDirectionWithLeverArms
     """Velocity of a relative to b, and the angular velocities of both."""
     constants_of_a: ElementConstants
     constants_of_b: ElementConstants
@@ -82,7 +82,7 @@ def pair_lands_flat(
 def slides_in_landing_and_signed_friction_coefficient(
     contact_law: ContactPointConstants,
     contact_point: PlanarContactPoint,
-    relative_velocity_of_a: PairRelativeVelocityOrDirection,
+    velocity_of_a_and_both_angular_velocities: PairRelativeVelocityOrDirectionWithLeverArms,
     constants_of_a: ElementConstants,
     constants_of_b: ElementConstants,
     lands_flat: bool,
@@ -93,11 +93,14 @@ def slides_in_landing_and_signed_friction_coefficient(
     """
     total = constants_of_a.inverse_inertia + constants_of_b.inverse_inertia
     w = (
-        relative_velocity_of_a.angular_velocity_or_lever_arm_of_a * constants_of_b.inverse_inertia
-        + relative_velocity_of_a.angular_velocity_or_lever_arm_of_b * constants_of_a.inverse_inertia
+        velocity_of_a_and_both_angular_velocities.angular_velocity_or_lever_arm_of_a * constants_of_b.inverse_inertia
+        + velocity_of_a_and_both_angular_velocities.angular_velocity_or_lever_arm_of_b * constants_of_a.inverse_inertia
     ) / (total if total > 0.0 else 1.0)
     opening, slipping = opening_and_slip_rates(
-        contact_point, PairRelativeVelocityOrDirection(relative_velocity_of_a.x, relative_velocity_of_a.z, w, w)
+        contact_point,
+        PairRelativeVelocityOrDirectionWithLeverArms(
+            velocity_of_a_and_both_angular_velocities.x, velocity_of_a_and_both_angular_velocities.z, w, w
+        ),
     )
     return lands_flat & base_slides_in_flat_landing(
         contact_law.friction_coefficient, slipping, opening
@@ -105,7 +108,7 @@ def slides_in_landing_and_signed_friction_coefficient(
 
 
 @njit(**INLINE_OPTIONS)
-def relative_rotation_lever_arm(
+def lever_arm_of_force_rotating_a_relative_to_b(
     force_lever_arm_about_a: float, force_lever_arm_about_b: float, inverse_inertia_a: float, inverse_inertia_b: float
 ) -> float:
     """Return the lever arm (m) with which a contact force rotates element a relative to element b."""
@@ -151,18 +154,18 @@ def contact_points_with_flat_landing_lever_arms(
     slides_two, other = slides_in_landing_and_signed_friction_coefficient(contact_law, two, u, a, b, lands_flat)
     ia, ib = a.inverse_inertia, b.inverse_inertia
     t1, t2 = (
-        relative_rotation_lever_arm(
+        lever_arm_of_force_rotating_a_relative_to_b(
             one.lever_arms_about_a.of_tangential_force, one.lever_arms_about_b.of_tangential_force, ia, ib
         ),
-        relative_rotation_lever_arm(
+        lever_arm_of_force_rotating_a_relative_to_b(
             two.lever_arms_about_a.of_tangential_force, two.lever_arms_about_b.of_tangential_force, ia, ib
         ),
     )
     n1, n2 = (
-        relative_rotation_lever_arm(
+        lever_arm_of_force_rotating_a_relative_to_b(
             one.lever_arms_about_a.of_normal_force, one.lever_arms_about_b.of_normal_force, ia, ib
         ),
-        relative_rotation_lever_arm(
+        lever_arm_of_force_rotating_a_relative_to_b(
             two.lever_arms_about_a.of_normal_force, two.lever_arms_about_b.of_normal_force, ia, ib
         ),
     )

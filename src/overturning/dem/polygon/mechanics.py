@@ -71,7 +71,7 @@ class PredictedStretchAndAssumedFriction(NamedTuple):
     """±μ if the point is assumed to slide, else 0."""
 
 
-class PairRelativeVelocityOrDirection(NamedTuple):
+class PairRelativeVelocityOrDirectionWithLeverArms(NamedTuple):
     """Velocity of element a relative to b, with both angular velocities; or a direction, with both lever arms."""
 
     x: float
@@ -182,8 +182,8 @@ def trial_tangential_spring_stretch(
     """
     carrier = owner_code_of_contact_vertex(contact_point)
     share = (
-        -((carrier * contact_segment.sine_of_angle_between_faces) * point_history.normal_force)
-        - point_history.tangential_force * contact_segment.cosine_of_angle_between_faces
+        -((carrier * contact_segment.sine_of_angle_between_outward_normals) * point_history.normal_force)
+        - point_history.tangential_force * contact_segment.cosine_of_angle_between_outward_normals
     )
     share = (
         point_history.tangential_force
@@ -253,31 +253,35 @@ def element_force_sums_with_pair_force_added(
 @njit(**INLINE_OPTIONS)
 def velocity_of_a_relative_to_b(
     velocity_a: PlanarMotionOrForce, velocity_b: PlanarMotionOrForce
-) -> PairRelativeVelocityOrDirection:
+) -> PairRelativeVelocityOrDirectionWithLeverArms:
     """Return the velocity of element a relative to element b, with the angular velocities of both."""
-    return PairRelativeVelocityOrDirection(
+    return PairRelativeVelocityOrDirectionWithLeverArms(
         velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.angular, velocity_b.angular
     )
 
 
 @njit(**INLINE_OPTIONS)
 def opening_and_slip_rates(
-    contact_point: PlanarContactPoint, relative_velocity_of_a: PairRelativeVelocityOrDirection
+    contact_point: PlanarContactPoint,
+    velocity_of_a_and_both_angular_velocities: PairRelativeVelocityOrDirectionWithLeverArms,
 ) -> tuple[float, float]:
     """Return opening and slip rates (m/s) at a contact point of two elements, from the velocity of a relative to b."""
     opening = (
-        contact_point.normal_towards_a_x * relative_velocity_of_a.x
-        + contact_point.normal_towards_a_z * relative_velocity_of_a.z
+        contact_point.normal_towards_a_x * velocity_of_a_and_both_angular_velocities.x
+        + contact_point.normal_towards_a_z * velocity_of_a_and_both_angular_velocities.z
     ) + (
-        relative_velocity_of_a.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_normal_force
-        - relative_velocity_of_a.angular_velocity_or_lever_arm_of_b * contact_point.lever_arms_about_b.of_normal_force
+        velocity_of_a_and_both_angular_velocities.angular_velocity_or_lever_arm_of_a
+        * contact_point.lever_arms_about_a.of_normal_force
+        - velocity_of_a_and_both_angular_velocities.angular_velocity_or_lever_arm_of_b
+        * contact_point.lever_arms_about_b.of_normal_force
     )
     return opening, (
-        contact_point.normal_towards_a_z * relative_velocity_of_a.x
-        - contact_point.normal_towards_a_x * relative_velocity_of_a.z
+        contact_point.normal_towards_a_z * velocity_of_a_and_both_angular_velocities.x
+        - contact_point.normal_towards_a_x * velocity_of_a_and_both_angular_velocities.z
     ) + (
-        relative_velocity_of_a.angular_velocity_or_lever_arm_of_a * contact_point.lever_arms_about_a.of_tangential_force
-        - relative_velocity_of_a.angular_velocity_or_lever_arm_of_b
+        velocity_of_a_and_both_angular_velocities.angular_velocity_or_lever_arm_of_a
+        * contact_point.lever_arms_about_a.of_tangential_force
+        - velocity_of_a_and_both_angular_velocities.angular_velocity_or_lever_arm_of_b
         * contact_point.lever_arms_about_b.of_tangential_force
     )
 

@@ -1,4 +1,4 @@
-"""Trajectory of a scene: columns of its rows, the functions that fill them, and the conversion to a `PlanarTrajectory`.
+"""Trajectory of a scene: columns of its rows, functions that fill them, and conversion to a `PlanarSceneTrajectory`.
 
 A row holds time and ground acceleration, six columns for each element, and five for each of the two ends of each pair.
 """
@@ -11,7 +11,7 @@ from numba import njit
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
-from overturning.dem.path import PlanarTrajectory
+from overturning.dem.path import PlanarSceneTrajectory
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import (
     contact_vertex_position_from_centre_of_a,
@@ -103,8 +103,8 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     )
 
 
-def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarTrajectory:
-    """Convert the kernel's trajectory rows of a scene to a `PlanarTrajectory`."""
+def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarSceneTrajectory:
+    """Convert the kernel's trajectory rows of a scene to a `PlanarSceneTrajectory`."""
     placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
     poses_end = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, TRAJECTORY_COLUMNS_PER_CONTACT_POINT)
@@ -118,10 +118,10 @@ def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: F
         if on == pair.second_element_index:
             force[:, 2 * index : 2 * index + 2] *= -1.0
         contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
-    return PlanarTrajectory(
+    return PlanarSceneTrajectory(
         scene=prepared_scene.scene,
         placed_elements=placed,
-        critical_angles=prepared_scene.tipping_angles,
+        critical_angles_by_free_element=prepared_scene.tipping_angles,
         time=trajectory_rows[:, TIME_COLUMN],
         base_acceleration_towards_azimuth=trajectory_rows[:, BASE_ACCELERATION_COLUMN],
         poses_and_rates=trajectory_rows[:, 2:poses_end].reshape(

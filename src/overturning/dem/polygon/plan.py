@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
 from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
 from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
-from overturning.dem.path import PlanarTrajectory
+from overturning.dem.path import PlanarSceneTrajectory
 from overturning.dem.plan import SimulationPlan, azimuth_row_by_case_and_base_accelerations, check_trajectory_size
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import (
@@ -160,8 +160,8 @@ class PolygonSimulationPlan(SimulationPlan):
             rest[:, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * index : 5 + TRAJECTORY_COLUMNS_PER_ELEMENT * index] = pose
         return rest
 
-    def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarTrajectory:
-        """Convert the kernel's output rows of the plan's only case to a `PlanarTrajectory`."""
+    def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarSceneTrajectory:
+        """Convert the kernel's output rows of the plan's only case to a `PlanarSceneTrajectory`."""
         return planar_trajectory_of_scene(self.scene_variants[0], trajectory_rows)
 
 
@@ -191,11 +191,11 @@ def plan_scene_simulation(
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
     table["amplitude_factor"], table["dashpot_factor"] = cases.amplitude, cases.damping_factor
     table["friction_coefficient_if_law_has_none"] = cases.friction
-    table["no_onset_from_sample"] = np.inf
+    table["cannot_start_moving_from_sample"] = np.inf
     table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
         MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * slowest / motion.sampling_interval
     )
-    table["shortest_step_ticks"] = finest[variant]
+    table["min_allowed_step_ticks"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["steps_before_doubling_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
@@ -222,7 +222,7 @@ def plan_scene_simulation(
             rest_limit = _rest_acceleration_limits_g_of_cases(variants, variant, cases, onset, motion.sampling_interval)
             table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first_simulated_sample"] = first
-        table["no_onset_from_sample"] = np.where(onset <= 0, np.inf, calm)
+        table["cannot_start_moving_from_sample"] = np.where(onset <= 0, np.inf, calm)
         groups_immovable_from = _samples_from_which_rocking_element_groups_stay_at_rest(variants, variant, cases, quiet)
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,

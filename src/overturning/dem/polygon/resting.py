@@ -50,7 +50,7 @@ def count_closed_contact_points(pair: PairState) -> int:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def last_time_on_standing_support_or_inf(
+def last_time_on_standing_support_or_inf_if_now(
     case_states: Any, lane: int, scene_arrays: Any, element_index: int, max_support_gap: float
 ) -> float:
     """Return the last time (s) at which an element was on a standing support; infinity if it is on one now.
@@ -68,9 +68,9 @@ def last_time_on_standing_support_or_inf(
         q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         if (
-            pair.is_a_on_b_minus_is_b_on_a == 0.0
+            pair.rest_support_sign_plus_if_a_on_b == 0.0
             or element_index
-            != scene_arrays.pair_element_and_piece_indices[p, 0 if pair.is_a_on_b_minus_is_b_on_a > 0.0 else 1]
+            != scene_arrays.pair_element_and_piece_indices[p, 0 if pair.rest_support_sign_plus_if_a_on_b > 0.0 else 1]
         ):
             continue
         had = True
@@ -80,7 +80,7 @@ def last_time_on_standing_support_or_inf(
         if (segment.point_1.vertex_projects_onto_other_face and segment.point_1.penetration > -max_support_gap) or (
             segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_support_gap
         ):
-            on = b if pair.is_a_on_b_minus_is_b_on_a > 0.0 else a
+            on = b if pair.rest_support_sign_plus_if_a_on_b > 0.0 else a
             if on[rows.FALL_SIDE_ROW + lane] == 0.0:
                 return np.inf
             until = min(until, on[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane])
@@ -89,15 +89,16 @@ def last_time_on_standing_support_or_inf(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_tipped_dropped_or_unsupported(
-    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any, max_support_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any, max_support_gap: float
 ) -> bool:
     """True if no free element of a case has tipped over, dropped below its fall limit or lost its support."""
-    for i in range(fall_limits_by_element.size):
-        if fall_limits_by_element[i].is_free > 0.0 and (
+    for i in range(fall_and_support_rows_by_element.size):
+        if fall_and_support_rows_by_element[i].is_free > 0.0 and (
             element_has_tipped_or_dropped(
-                rows.load_element_state(rows.slice_element_rows(case_states, i), lane), fall_limits_by_element[i]
+                rows.load_element_state(rows.slice_element_rows(case_states, i), lane),
+                fall_and_support_rows_by_element[i],
             )
-            or last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
+            or last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
         ):
             return False
     return True
@@ -105,15 +106,15 @@ def no_element_tipped_dropped_or_unsupported(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_element_can_still_land(
-    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any, max_support_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any, max_support_gap: float
 ) -> bool:
     """True if an element is more than `max_support_gap` (m) above its support and may land on it again."""
-    for i in range(fall_limits_by_element.size):
+    for i in range(fall_and_support_rows_by_element.size):
         e = rows.slice_element_rows(case_states, i)
         if (
-            fall_limits_by_element[i].is_free == 0.0
+            fall_and_support_rows_by_element[i].is_free == 0.0
             or e[rows.FALL_SIDE_ROW + lane] != 0.0
-            or element_has_tipped_or_dropped(rows.load_element_state(e, lane), fall_limits_by_element[i])
+            or element_has_tipped_or_dropped(rows.load_element_state(e, lane), fall_and_support_rows_by_element[i])
         ):
             continue
         touching = 0
@@ -126,7 +127,8 @@ def any_element_can_still_land(
                 touching += count_closed_contact_points(rows.load_pair_state(q, lane))
         if (
             touching == 0
-            and last_time_on_standing_support_or_inf(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
+            and last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap)
+            < np.inf
         ):
             return True
     return False
@@ -159,11 +161,11 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
-        if pair.is_a_on_b_minus_is_b_on_a == 0.0 or not (
+        if pair.rest_support_sign_plus_if_a_on_b == 0.0 or not (
             contact_point_is_sliding(pair, pair.history.point_1) or contact_point_is_sliding(pair, pair.history.point_2)
         ):
             continue
-        upper, lower = (a, b) if pair.is_a_on_b_minus_is_b_on_a > 0.0 else (b, a)
+        upper, lower = (a, b) if pair.rest_support_sign_plus_if_a_on_b > 0.0 else (b, a)
         one, on = rows.load_element_state(upper, lane), rows.load_element_state(lower, lane)
         speed = horizontal_velocity_above_centre(
             one, one.rest_position.base_point_z_in_element_axes
@@ -175,12 +177,14 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_free_elements_tilt_far_below_critical_angle(case_states: Any, lane: int, fall_limits_by_element: Any) -> bool:
+def all_free_elements_tilt_far_below_critical_angle(
+    case_states: Any, lane: int, fall_and_support_rows_by_element: Any
+) -> bool:
     """True if every free element is tilted by less than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
-    for i in range(fall_limits_by_element.size):
+    for i in range(fall_and_support_rows_by_element.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
-            fall_limits_by_element[i].is_free > 0.0
+            fall_and_support_rows_by_element[i].is_free > 0.0
             and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
         ):
             return False
@@ -221,11 +225,11 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         pair = rows.load_pair_state(q, lane)
         slides = (
-            pair.signed_mu_1_or_zero_if_sticking != 0.0 or pair.signed_mu_2_or_zero_if_sticking != 0.0
+            pair.signed_mu_of_point_1_or_0_if_sticking != 0.0 or pair.signed_mu_of_point_2_or_0_if_sticking != 0.0
         )  # an open end may be marked as sliding
         if count_closed_contact_points(pair) != (
-            0 if pair.is_a_on_b_minus_is_b_on_a == 0.0 else CONTACT_POINTS_PER_PAIR
-        ) or (pair.is_a_on_b_minus_is_b_on_a != 0.0 and slides):
+            0 if pair.rest_support_sign_plus_if_a_on_b == 0.0 else CONTACT_POINTS_PER_PAIR
+        ) or (pair.rest_support_sign_plus_if_a_on_b != 0.0 and slides):
             return False
     return True
 
@@ -242,7 +246,7 @@ def largest_penetration_so_far(case_states: Any, lane: int, scene_arrays: Any) -
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_closed_points_of_standing_elements(
-    case_states: Any, lane: int, scene_arrays: Any, fall_limits_by_element: Any
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any
 ) -> int:
     """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
@@ -252,6 +256,6 @@ def count_closed_points_of_standing_elements(
             (a, scene_arrays.pair_element_and_piece_indices[p, 0]),
             (b, scene_arrays.pair_element_and_piece_indices[p, 1]),
         ):
-            if fall_limits_by_element[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW + lane] == 0.0:
+            if fall_and_support_rows_by_element[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW + lane] == 0.0:
                 total += count_closed_contact_points(rows.load_pair_state(q, lane))
     return total

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.geometry import PlacedElement, PossibleContactPoint
+from overturning.model.geometry import ContactPointGeometry, PlacedElement
 
 Elements = list[PlacedElement]
 
 
-LoadedContactPointsByElementAndCarrier = dict[int, dict[int, list[PossibleContactPoint]]]
+LoadedContactPointsByElementAndCarrier = dict[int, dict[int, list[ContactPointGeometry]]]
 """Loaded contact points, by the element that stands on them and the element that carries it."""
 
 

@@ -109,7 +109,7 @@ load_intermediate_step_results, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(P
 _, store_contact_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults,
     "contact_segment",
-    ("cosine_of_angle_between_faces", "sine_of_angle_between_faces", "is_in_contact"),
+    ("cosine_of_angle_between_outward_normals", "sine_of_angle_between_outward_normals", "is_in_contact"),
 )
 _, store_stretch_and_assumed_friction_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_1"
@@ -142,7 +142,7 @@ _SINGLY_ACCESSED_CASE_FIELD_PATHS = (
 _ELEMENT_FIELD_PATHS_OF_ROW_OFFSETS = (
     "constants.has_inertial_forces step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step "
     "step_motion_with_work_and_peaks_so_far.abs_rotation_in_step "
-    "slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_height "
+    "slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_limit "
     "slip_fall_side_and_last_upright_time.last_time_on_support slip_fall_side_and_last_upright_time.fall_side"
 )
 (
@@ -159,7 +159,7 @@ LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_f
 _PAIR_FIELD_PATHS_OF_ROW_OFFSETS = (
     "nearest_faces.max_motion_keeping_nearest_faces nearest_faces.max_motion_without_contact "
     "nearest_faces.motion_since_face_search nearest_faces.max_motion_since_search_at_step_end "
-    "signed_mu_1_or_zero_if_sticking signed_mu_2_or_zero_if_sticking history.absorbed_energy"
+    "signed_mu_of_point_1_or_0_if_sticking signed_mu_of_point_2_or_0_if_sticking history.absorbed_energy"
 )
 (
     MAX_MOTION_KEEPING_NEAREST_FACES_ROW,

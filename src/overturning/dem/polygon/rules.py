@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.ending import CASE_NOT_ENDED
 from overturning.dem.kernel.ground import (
-    GroundMotion,
+    BaseAccelerationsWithMaximaAhead,
     count_skippable_samples,
     is_rest_check_sample,
     linear_base_acceleration_of_sample,
@@ -34,7 +34,7 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import (
-    SettingsOfParallelCases,
+    SettingsCommonToParallelCases,
     create_lookup_by_type,
     grow_trajectory_array_if_needed,
     register_model_functions,
@@ -49,7 +49,7 @@ from overturning.dem.polygon.path import (
     record_base_and_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest_in_initial_position
-from overturning.dem.polygon.slip import update_element_records_and_sample_clock
+from overturning.dem.polygon.slip import update_rest_poses_slips_and_sample_clock
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
@@ -71,14 +71,14 @@ STEP_FUNCTION_BY_SCHEME_CONSTANTS_TYPE: Final = {
 class SceneKernelInput(NamedTuple):
     """Kernel input for cases of a scene that all have the same number of steps per sample."""
 
-    settings: SettingsOfParallelCases
+    settings: SettingsCommonToParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `arrays.CASE_TABLE_DTYPE`, shape (cases,)."""
     motion_row_by_case: NDArray[np.int64]
     """Row of the base acceleration for each case, shape (cases,)."""
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
-    ground_motion: GroundMotion
+    ground_motion: BaseAccelerationsWithMaximaAhead
     scheme_constants: Any
     """Constants of the scheme, from `SCHEME_CONSTANTS`."""
     rocking_groups_immovable_from_sample: FloatArray
@@ -314,7 +314,7 @@ def attempt_steps_until_next_check(
             add_first_case_contact_forces_to_trajectory(
                 state, scene, (0.5 + lag) * share, first_case_trajectory_rows, recorded_trajectory_row_count - 1
             )
-    update_element_records_and_sample_clock(state, scene, ticks, interval)
+    update_rest_poses_slips_and_sample_clock(state, scene, ticks, interval)
     return first_case_trajectory_rows, recorded_trajectory_row_count
 
 

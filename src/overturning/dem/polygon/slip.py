@@ -36,7 +36,7 @@ def shift_rest_position_by_motion_of_held_support(element_state_rows: Any, suppo
         )
         x, z = pose.x - at.centre_x, pose.z - at.centre_z
         rows.store_rest_pose_and_slip_points(element_state_rows, j, ElementRestPoseAndSlipMeasurementPoints(
-            home.base_point_x_in_element_axes, home.base_point_z_in_element_axes,
+            home.slip_reference_point_x_in_element_axes, home.base_point_z_in_element_axes,
             home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
             home.centre_x + x, home.centre_z + z, home.fallen_if_centre_z_below + z,
         ))  # fmt: skip
@@ -62,7 +62,7 @@ def store_slip_and_last_time_rotation_recoverable(
             item.step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample,
         )
         x, z = element_point_in_scene_axes(
-            item.pose, home.base_point_x_in_element_axes, home.base_point_z_in_element_axes
+            item.pose, home.slip_reference_point_x_in_element_axes, home.base_point_z_in_element_axes
         )
         ox, oz = element_point_in_scene_axes(
             support, home.base_point_x_in_support_axes, home.base_point_z_in_support_axes
@@ -72,7 +72,7 @@ def store_slip_and_last_time_rotation_recoverable(
         upright = select(
             stood,
             (sample + passed * samples_per_tick) * sampling_interval,
-            old.last_time_recoverable_and_above_fall_height,
+            old.last_time_recoverable_and_above_fall_limit,
         )
         rows.store_slip_and_fall_state(
             element_state_rows,
@@ -105,19 +105,19 @@ def store_last_time_on_support_of_upper_element(
             case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
         ) * sampling_interval
         element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j] = select(
-            touches & (pair.is_a_on_b_minus_is_b_on_a > 0.0),
+            touches & (pair.rest_support_sign_plus_if_a_on_b > 0.0),
             now,
             element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j],
         )
         element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j] = select(
-            touches & (pair.is_a_on_b_minus_is_b_on_a < 0.0),
+            touches & (pair.rest_support_sign_plus_if_a_on_b < 0.0),
             now,
             element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j],
         )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_element_records_and_sample_clock(
+def update_rest_poses_slips_and_sample_clock(
     case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
     """Move rest poses with held supports, store slips and last times, and start the next sample where one has ended."""

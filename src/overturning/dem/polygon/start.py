@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
@@ -41,10 +41,10 @@ def write_initial_case_state(
         case_parameter_row.first_simulated_sample // max(int(CASE_END_TEST_INTERVAL_S / sampling_interval), 1),
     )
     first = NextStepToAttempt(
-        case_parameter_row.shortest_step_ticks, case_parameter_row.steps_before_doubling_after_contact_change, 0.0
+        case_parameter_row.min_allowed_step_ticks, case_parameter_row.steps_before_doubling_after_contact_change, 0.0
     )
-    step_control = CaseStepControl(
-        case_parameter_row.shortest_step_ticks,
+    step_control = CaseStepLengthsAndDoublingCounts(
+        case_parameter_row.min_allowed_step_ticks,
         case_parameter_row.longest_step_at_rest_ticks,
         case_parameter_row.steps_before_doubling_after_contact_change,
         case_parameter_row.long_steps_before_doubling,
@@ -64,7 +64,7 @@ def write_initial_case_state(
             amplitude_factor=case_parameter_row.amplitude_factor,
             rest_acceleration_limit_g=case_parameter_row.rest_acceleration_limit_g,
             current_sample=case_parameter_row.first_simulated_sample,
-            no_onset_from_sample=case_parameter_row.no_onset_from_sample,
+            cannot_start_moving_from_sample=case_parameter_row.cannot_start_moving_from_sample,
             end_sample_if_undecided=case_parameter_row.end_sample_if_undecided,
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 
@@ -51,7 +51,7 @@ class SceneStateAndConstants(NamedTuple):
     """Ticks per second, 1/s."""
     velocity_lag_behind_pose: float
     """Time by which velocities lag behind poses, s."""
-    step_control: CaseStepControl
+    step_control: CaseStepLengthsAndDoublingCounts
     current_step_length_and_repetitions: NextStepToAttempt
     """Length of the present step, and its number of repetitions."""
     contact_changes: StepContactChangesAsFloats
@@ -64,7 +64,7 @@ class SceneStateAndConstants(NamedTuple):
     """Horizontal base acceleration over g up to which a scene at rest stays at rest."""
     current_sample: float
     """Current sample of the record."""
-    no_onset_from_sample: float
+    cannot_start_moving_from_sample: float
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -150,7 +150,7 @@ class ElementMotionSinceContactTestsPaused(NamedTuple):
 class ElementSlipFallSideAndLastUprightTime(NamedTuple):
     """Slip of an element, last times upright and on its support, and fall side; updated at least once per sample."""
 
-    last_time_recoverable_and_above_fall_height: float
+    last_time_recoverable_and_above_fall_limit: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
     last_time_on_support: float
     """Last time at which the element touched the element that carried it at rest, s."""
@@ -165,7 +165,7 @@ class ElementSlipFallSideAndLastUprightTime(NamedTuple):
 class ElementRestPoseAndSlipMeasurementPoints(NamedTuple):
     """Rest position of an element, and the points of its base and its support between which slip is measured."""
 
-    base_point_x_in_element_axes: float
+    slip_reference_point_x_in_element_axes: float
     """Reference point of the element's base, from its centre in its own axes, m, x component."""
     base_point_z_in_element_axes: float
     """Reference point of the element's base, z component, m."""
@@ -219,7 +219,7 @@ class ElementFace(NamedTuple):
     """Outward normal, x component."""
     outward_normal_z: float
     """Outward normal, z component."""
-    distance_from_centre: float
+    face_line_distance_from_element_centre: float
     """Distance from the centre, m."""
     start_along_tangent: float
     """Place of the first end along the tangent (−n_z, n_x), m."""
@@ -346,9 +346,9 @@ class PairState(NamedTuple):
     contact_law: ContactPointConstants
     nearest_faces: NearestFacesAndMotionLimits
     history: PairHistory
-    signed_mu_1_or_zero_if_sticking: float
+    signed_mu_of_point_1_or_0_if_sticking: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""
-    signed_mu_2_or_zero_if_sticking: float
+    signed_mu_of_point_2_or_0_if_sticking: float
     """±μ if contact point 2 was sliding at the last solution, else 0 (centred scheme)."""
-    is_a_on_b_minus_is_b_on_a: float
+    rest_support_sign_plus_if_a_on_b: float
     """1 if a was carried by b at rest, −1 if b was carried by a, else 0."""

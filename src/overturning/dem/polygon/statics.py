@@ -10,9 +10,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO
 from overturning.model.geometry import (
+    ContactPointGeometry,
     ConvexPiecePair,
     PlacedElement,
-    PossibleContactPoint,
     TouchingContactPoint,
     touching_contact_points,
 )
@@ -30,7 +30,7 @@ class LoadedContactPoint(NamedTuple):
 
     pair_index: int
     point_number: int
-    contact_point: PossibleContactPoint
+    contact_point: ContactPointGeometry
     normal_spring_compression: float
     tangential_spring_stretch: float
 
@@ -138,7 +138,7 @@ def loaded_points_with_small_inclinations_ignored(
 
 
 def _contact_point_displacement_derivatives(
-    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: PossibleContactPoint
+    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: ContactPointGeometry
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)

@@ -180,7 +180,7 @@ def contact_changes_in_scene_step(scene_state: SceneStateAndConstants) -> StepCo
         (findings.has_friction_reversal > 0.0) & long,
     )
     return StepContactChanges(
-        contact_changed=findings.contact_or_nearest_faces_changed > 0.0,
+        contact_opened_or_closed=findings.contact_or_nearest_faces_changed > 0.0,
         motion_requires_shorter_step=False,
         may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=wrong,

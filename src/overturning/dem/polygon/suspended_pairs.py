@@ -39,7 +39,7 @@ class PairContactTestSchedule(NamedTuple):
     largest_motion_sum_next_test_sum_and_lever_arm: Any
     """Largest sum of motions of two elements so far (m), sum at which the next pair is tested again (m), and longest
     lever arm of a pair not tested now (m), shape (3,)."""
-    largest_last_and_predicted_step_motions: Any
+    max_element_motions_in_last_and_predicted_step: Any
     """Largest motion (m) and rotation (rad) of any element in the last step, then the same as predicted for this step;
     four rows with a column per case, shape (4 columns,)."""
 
@@ -65,24 +65,29 @@ def create_active_pairs(pair_count: int) -> Any:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_largest_motions_with_element(element_state_rows: Any, largest_last_and_predicted_step_motions: Any) -> None:
-    """Raise `largest_last_and_predicted_step_motions`, for each case, to the motion of an element if that is larger."""
+def update_largest_motions_with_element(
+    element_state_rows: Any, max_element_motions_in_last_and_predicted_step: Any
+) -> None:
+    """Raise the largest element motions of each case to the motion of an element if that is larger.
+
+    The maxima are `max_element_motions_in_last_and_predicted_step`.
+    """
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element_state(element_state_rows, j)
-        largest_last_and_predicted_step_motions[j] = updated_maximum(
-            largest_last_and_predicted_step_motions[j],
+        max_element_motions_in_last_and_predicted_step[j] = updated_maximum(
+            max_element_motions_in_last_and_predicted_step[j],
             item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
         )
-        largest_last_and_predicted_step_motions[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_last_and_predicted_step_motions[rows.PARALLEL_CASE_COUNT + j],
+        max_element_motions_in_last_and_predicted_step[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            max_element_motions_in_last_and_predicted_step[rows.PARALLEL_CASE_COUNT + j],
             item.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
         )
-        largest_last_and_predicted_step_motions[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_last_and_predicted_step_motions[2 * rows.PARALLEL_CASE_COUNT + j],
+        max_element_motions_in_last_and_predicted_step[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            max_element_motions_in_last_and_predicted_step[2 * rows.PARALLEL_CASE_COUNT + j],
             item.predicted.abs_dx_plus_abs_dz_in_step,
         )
-        largest_last_and_predicted_step_motions[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            largest_last_and_predicted_step_motions[3 * rows.PARALLEL_CASE_COUNT + j],
+        max_element_motions_in_last_and_predicted_step[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            max_element_motions_in_last_and_predicted_step[3 * rows.PARALLEL_CASE_COUNT + j],
             item.predicted.abs_rotation_in_step,
         )
 
@@ -105,7 +110,7 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
 
 
 @njit(**INLINE_OPTIONS)
-def summed_motion_of_pair(
+def pair_motion_since_contact_tests_paused(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
@@ -123,7 +128,7 @@ def subtract_motion_sums_of_elements_from_pair_motion(
 ) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        motion = summed_motion_of_pair(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
+        motion = pair_motion_since_contact_tests_paused(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
         pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = (
             pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] - motion
         )
@@ -135,7 +140,7 @@ def add_element_motions_to_motion_since_face_search(
 ) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        motion = summed_motion_of_pair(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
+        motion = pair_motion_since_contact_tests_paused(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
         pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = (
             pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] + motion
         )
@@ -207,7 +212,7 @@ def sum_motions_and_resume_contact_tests(
     ):
         return
     largest, lever = (
-        active_pairs_and_resume_motions.largest_last_and_predicted_step_motions,
+        active_pairs_and_resume_motions.max_element_motions_in_last_and_predicted_step,
         active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS],
     )
     for k in range(largest.size):

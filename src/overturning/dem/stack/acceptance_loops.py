@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.body.commit import base_acceleration_stays_below_limit
 from overturning.dem.body.state import (
-    StepRejectionAndKeptSlipAssumptionFlags,
+    StepRejectedAndSameContactStateFlags,
     squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.vectors import (
@@ -83,14 +83,14 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             load_stack_limits(case_rows, j).max_base_acceleration_for_sample_long_steps_g,
         )
         findings = StepContactChanges(
-            contact_changed=most.positive_if_contact_opened_or_closed > 0.0,
+            contact_opened_or_closed=most.positive_if_contact_opened_or_closed > 0.0,
             motion_requires_shorter_step=False,
             may_accept_despite_contact_change=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
-            has_velocity_against_assumed_slip=most.has_friction_against_assumed_direction > 0.0,
+            has_velocity_against_assumed_slip=most.has_friction_opposite_to_assumption > 0.0,
             has_friction_reversal=most.has_friction_reversal > 0.0,
             slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
-            all_contacts_are_closed=steady & (most.has_unloaded_point == 0.0) & (most.has_loaded_joint > 0.0),
+            all_contacts_are_closed=steady & (most.some_point_carries_no_load == 0.0) & (most.has_loaded_joint > 0.0),
         )
         again, sooner, following = decide_rejection_and_next_step(
             STACK_STEP_CONTROL,
@@ -102,7 +102,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
         )
         store_next_step_to_attempt(case_rows, j, following)
         store_rejection(
-            case_rows, j, StepRejectionAndKeptSlipAssumptionFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
+            case_rows, j, StepRejectedAndSameContactStateFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
         store_clock_within_sample(
             case_rows,
@@ -199,7 +199,7 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_contact_point_states_after_accepted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
+def update_contact_point_states_after_attempted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
     for j in range(assume_vector_multiple(lane_count)):
         store_point_state_at_step_start_unless_rejected(

@@ -7,9 +7,9 @@ of joints and points are those before the step, unless the name ends with ``at_s
 
 from typing import Final
 
-from overturning.dem.body.state import InertialAndUpwardBaseAccelerations3D, StepRejectionAndKeptSlipAssumptionFlags
+from overturning.dem.body.state import InertialAndUpwardBaseAccelerations3D, StepRejectedAndSameContactStateFlags
 from overturning.dem.body.vectors import Matrix3, Vector3
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import create_tuple_sum_difference_and_maximum_functions, create_window_slicer
 from overturning.dem.stack.joint_state import (
@@ -37,15 +37,15 @@ from overturning.dem.stack.state import (
     STONE_ROW_LAYOUT,
     ContactPowerLossAndLostSpringEnergy,
     DiagonalBlockAndRightSide,
-    EliminatedStoneSolution,
+    LargestContactChangesOfStack,
     PredictedStone,
     StackClockWithinSample,
-    StackContactChangesInStep,
     StackEnergyAccountAndPeakPenetration,
     StackRestFlagAndLimits,
-    StackTickLengthAndLimits,
+    StackTickLengthFailureAndRestLimits,
     StoneConstants,
     StoneContactForceSums,
+    StoneCorrectionFromStoneBelow,
     StoneFallState,
     StonePeakLeanAndLastUprightTick,
     StoneState,
@@ -68,17 +68,17 @@ load_energy_account, store_energy_account, store_energy_account_unless_rejected 
     CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccountAndPeakPenetration)
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_stack_limits, store_stack_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthAndLimits)
-load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepControl)
+load_stack_limits, store_stack_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthFailureAndRestLimits)
+load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts)
 load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackContactChangesInStep)
+load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(LargestContactChangesOfStack)
 load_gravity_and_inertial_acceleration, store_gravity_and_inertial_acceleration, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
 )
 load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPowerLossAndLostSpringEnergy
 )
-load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectionAndKeptSlipAssumptionFlags)
+load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectedAndSameContactStateFlags)
 load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StackRestFlagAndLimits
 )
@@ -94,7 +94,7 @@ load_velocity_correction, store_velocity_correction, _ = STONE_ROW_LAYOUT.tuple_
 load_stone_constants, store_stone_constants, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneConstants)
 load_diagonal_block, store_diagonal_block, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(DiagonalBlockAndRightSide)
 load_correction_relation_to_stone_below, store_correction_relation_to_stone_below, _ = (
-    STONE_ROW_LAYOUT.tuple_reader_and_writer(EliminatedStoneSolution)
+    STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneCorrectionFromStoneBelow)
 )
 load_fall_state, store_fall_state, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
 load_peaks, store_peaks, store_peaks_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -118,7 +118,7 @@ load_joint_state_at_step_start, store_joint_state_at_step_start, store_joint_sta
 )
 load_joint_constants, store_joint_constants, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
 load_joint_wrench_or_velocity_change, store_joint_wrench_or_velocity_change, _ = (
-    JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations, "force_and_moment_or_velocity_change")
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations, "predicted_wrench_replaced_by_velocity_change")
 )
 load_joint_frame, store_joint_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
 load_flat_landing_state, store_flat_landing_state, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -150,8 +150,8 @@ load_point_state_at_step_start, _, store_point_state_at_step_start_unless_reject
 
 add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).plus
 zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).zero
-larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).largest
-create_zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(StackContactChangesInStep).zero
+larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfStack).largest
+create_zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfStack).zero
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")
 """Array index, in the rows of a stone, at which the flags `StoneFallState.is_still_simulated` start."""

@@ -70,7 +70,7 @@ def clipped_side_with_length(side_part: SidePartInContactPatch, whole_side_lengt
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def reset_clipped_side(side_rows: Any, lane_count: int) -> None:
+def start_clipping_with_whole_side(side_rows: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
         store_clipped_side(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
@@ -127,7 +127,7 @@ def clip_base_sides_and_add_patch_perimeter(
     for i in range(base_corner_count):
         point, following = slice_contact_point_rows(joint_point_rows, i), (i + 1) % base_corner_count
         next_corner = slice_contact_point_rows(joint_point_rows, following)
-        reset_clipped_side(point, lane_count)
+        start_clipping_with_whole_side(point, lane_count)
         for k in range(lower_face_corner_count):
             clip_base_side_by_lower_side(
                 point, next_corner, slice_contact_point_rows(joint_point_rows, base_corner_count + k), lane_count
@@ -233,7 +233,7 @@ def clip_lower_sides_and_add_lengths_to_perimeter(
         following = (k + 1) % lower_face_corner_count
         side = slice_contact_point_rows(joint_point_rows, base_corner_count + k)
         next_corner = slice_contact_point_rows(joint_point_rows, base_corner_count + following)
-        reset_clipped_side(side, lane_count)
+        start_clipping_with_whole_side(side, lane_count)
         reset_base_overhang_before_clipping(side, lane_count)
         for i in range(base_corner_count):
             n = (i + 1) % base_corner_count

@@ -61,10 +61,10 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.joint import solve_joint_contact
 from overturning.dem.stack.joint_point import solve_point_contact
 from overturning.dem.stack.joint_state import (
-    JointFrictionConditionsInStep,
+    HalfStepAndFlatLandingConditionsOfPoint,
+    JointFrictionSolutionInputs,
     NormalForceAndEarlyContactImpulseSums,
     NormalForceTimesPressureCentreDistance,
-    PointStepLengthAndFlatLandingConditions,
 )
 from overturning.dem.stack.landing import (
     LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
@@ -74,9 +74,9 @@ from overturning.dem.stack.landing import (
 )
 from overturning.dem.stack.solve import shift_wrench_to_stone_centre, wrench_minus, wrench_plus
 from overturning.dem.stack.state import (
+    ForceAndMomentOrVelocities,
     StoneContactForceSums,
     StoneVelocityCorrection,
-    Wrench,
 )
 
 add_point_force_and_impulse = create_tuple_sum_difference_and_maximum_functions(
@@ -88,7 +88,7 @@ create_zero_normal_force_and_impulse_sums = create_tuple_sum_difference_and_maxi
 
 
 @njit(**INLINE_OPTIONS)
-def relative_velocity_change_of_joint(
+def velocity_correction_of_upper_relative_to_lower(
     upper_velocity_correction: StoneVelocityCorrection,
     lower_velocity_correction: StoneVelocityCorrection,
     contact_origin_from_upper_and_lower_centre: tuple[Vector3, Vector3],
@@ -121,7 +121,7 @@ def store_joint_velocity_change_and_clear_sums(
         if none_unless_on_ground is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
             arms = (minus(origin, stone.centre_position), minus(origin, below.centre_position))
-            velocity, spin = relative_velocity_change_of_joint(
+            velocity, spin = velocity_correction_of_upper_relative_to_lower(
                 one, load_velocity_correction(lower_stone_rows, j), arms, axes
             )
         else:
@@ -129,7 +129,7 @@ def store_joint_velocity_change_and_clear_sums(
                 plus(one.velocity, cross_product(one.angular_velocity, scale_vector(-1.0, stone.centre_position))),
                 one.angular_velocity,
             )
-        store_joint_wrench_or_velocity_change(joint_rows, j, Wrench(velocity, spin))
+        store_joint_wrench_or_velocity_change(joint_rows, j, ForceAndMomentOrVelocities(velocity, spin))
         store_sum_of_normal_force_times_centre_distance(joint_rows, j, NormalForceTimesPressureCentreDistance(0.0))
         store_joint_force_and_impulse_sums(joint_rows, j, create_zero_normal_force_and_impulse_sums())
 
@@ -147,10 +147,11 @@ def store_point_state_and_add_normal_force_to_joint(
         old = load_point_state_at_step_start(point_rows, j)
         end, findings, losses, new = solve_point_contact(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
-            PointStepLengthAndFlatLandingConditions(
+            HalfStepAndFlatLandingConditionsOfPoint(
                 load_clock_within_sample(case_rows, j).half_step_length_s, flat_landing_of_stone_is_under_way(landing),
                 remaining_landing_time_of_new_contact(joint, landing),
-                point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim),
+                point_contact_is_deferred(joint, landing, place, old,
+                frame.smallest_distance_of_base_corners_inside_rim),
                 landing.shortest_flat_landing_time_left_of_points < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
             ),
         )  # fmt: skip
@@ -205,7 +206,7 @@ def compute_joint_forces_and_add_to_stones(
             ),
             (change.force_or_velocity, change.moment_or_angular_velocity),
             load_joint_state_at_step_start(joint_rows, j),
-            JointFrictionConditionsInStep(
+            JointFrictionSolutionInputs(
                 load_clock_within_sample(case_rows, j).half_step_length_s,
                 fine,
                 flat,
@@ -218,11 +219,11 @@ def compute_joint_forces_and_add_to_stones(
         stone, total = load_predicted_stone(upper_stone_rows, j), load_force_sums(upper_stone_rows, j)
         if none_unless_on_ground is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
-            at_end = Wrench(
+            at_end = ForceAndMomentOrVelocities(
                 matrix_times_vector(axes, at_end.force_or_velocity),
                 matrix_times_vector(axes, at_end.moment_or_angular_velocity),
             )
-            early = Wrench(
+            early = ForceAndMomentOrVelocities(
                 matrix_times_vector(axes, early.force_or_velocity),
                 matrix_times_vector(axes, early.moment_or_angular_velocity),
             )
@@ -241,7 +242,7 @@ def compute_joint_forces_and_add_to_stones(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def mark_joints_that_use_a_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
+def mark_joints_bearing_on_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Mark contacts of two stones that use a given point, no corner of the upper base: it has a share of stiffness.
 
     Such a base extends beyond the rim of the face below.

@@ -228,7 +228,7 @@ def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: i
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stop_simulating_fallen_and_upper_stones(
+def stop_fallen_and_upper_stones_true_if_none_left(
     stack_states: Any,
     lane: int,
     stone_count: int,
@@ -319,13 +319,13 @@ def stop_fallen_stones_and_return_status(
         )
     if load_energy_account(stack_states, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
-    if stop_simulating_fallen_and_upper_stones(
+    if stop_fallen_and_upper_stones_true_if_none_left(
         stack_states, lane, stone_count, max_corner_count, ticks_per_sample, stone_table_rows.centre_height_at_rest
     ):
         return CaseStatus.SIMULATED
     sample = course.current_sample + time.ticks_since_sample_start / ticks_per_sample
     if (
-        sample >= min(course.no_onset_from_sample, record_sample_count)
+        sample >= min(course.cannot_start_moving_from_sample, record_sample_count)
         and kinetic < case.max_kinetic_energy_at_rest
         and loaded
         and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count)
@@ -345,17 +345,19 @@ def stop_fallen_stones_and_return_status(
         stack_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
-    stands = stack_cannot_fall(stack_states, lane, max_corner_count, stone_table_rows)
+    stands = stack_energy_is_too_small_to_overturn(stack_states, lane, max_corner_count, stone_table_rows)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stack_cannot_fall(stack_states: Any, lane: int, max_corner_count: int, stone_table_rows: Any) -> bool:
+def stack_energy_is_too_small_to_overturn(
+    stack_states: Any, lane: int, max_corner_count: int, stone_table_rows: Any
+) -> bool:
     """True if no stone has fallen or leans critically, and the energy cannot overturn the stones above any joint.
 
-    Overturning needs the energy `CaseProgress.overturning_energy`. A slip on another stone shortens the supported base:
-    if a share s of the base is still supported, at least s² of this energy is needed. A slip on the ground, which has
-    no rim, changes nothing. A joint is the contact of a stone with its support.
+    Overturning needs the energy `CaseProgress.energy_needed_to_overturn`. A slip on another stone shortens the
+    supported base: if a share s of the base is still supported, at least s² of this energy is needed. A slip on the
+    ground, which has no rim, changes nothing. A joint is the contact of a stone with its support.
     """
     case, course = load_stack_limits(stack_states, lane), load_case_progress(stack_states, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
@@ -380,7 +382,7 @@ def stack_cannot_fall(stack_states: Any, lane: int, max_corner_count: int, stone
     left = max(1.0 - slip / case.min_distance_of_mass_centre_above_to_joint_side, 0.0)
     heights = stone_table_rows.centre_height_at_rest
     energy = stack_energy(stack_states, lane, stone_table_rows.size, max_corner_count, heights) - course.initial_energy
-    return bool(energy < course.overturning_energy * left * left)
+    return bool(energy < course.energy_needed_to_overturn * left * left)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -398,7 +400,7 @@ def write_stack_results(
     account, course = load_energy_account(stack_states, lane), load_case_progress(stack_states, lane)
     energy = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
     balance = (energy - course.initial_energy) - account.base_motion_work + account.lost_energy
-    result_row.energy_error = abs(balance) / max(account.base_motion_work, course.overturning_energy)
+    result_row.energy_error = abs(balance) / max(account.base_motion_work, course.energy_needed_to_overturn)
     result_row.peak_penetration = account.peak_penetration
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for s in range(stone_count):

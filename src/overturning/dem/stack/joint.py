@@ -19,7 +19,7 @@ from overturning.dem.stack.joint_state import (
     JointConstants,
     JointContactState,
     JointEquations,
-    JointFrictionConditionsInStep,
+    JointFrictionSolutionInputs,
     JointNormalForceSums,
     JointRelativeMotion,
     NormalForceAndEarlyContactImpulseSums,
@@ -30,9 +30,9 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import (
     ContactPowerLossAndLostSpringEnergy,
-    StackContactChangesInStep,
+    ForceAndMomentOrVelocities,
+    LargestContactChangesOfStack,
     VelocityToForceBlocks,
-    Wrench,
 )
 
 
@@ -116,7 +116,7 @@ def spring_stretch_after_step(
 @njit(**INLINE_OPTIONS)
 def predict_friction(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
-    joint_state_at_step_start: JointContactState, step_conditions: JointFrictionConditionsInStep,
+    joint_state_at_step_start: JointContactState, step_conditions: JointFrictionSolutionInputs,
 ) -> AssumedJointFrictionInStep:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations."""
     joint, frame, sums, previous = joint_constants, relative_motion, normal_force_sums, joint_state_at_step_start
@@ -219,7 +219,7 @@ def predicted_joint_force_moment_and_derivatives(
         (cx * yw.z - cy * xw.z) + arm * tw.z,
     )  # fmt: skip
     return JointEquations(
-        Wrench(
+        ForceAndMomentOrVelocities(
             Vector3(fx, fy, sums.normal_force),
             Vector3(
                 sums.normal_force_times_y - cz * fy,
@@ -251,7 +251,7 @@ def compare_friction_with_assumption(
     assumed_direction: TangentialVectorWithScaledTwist, end_friction_force: TangentialVectorWithScaledTwist,
     end_slip_velocity: TangentialVectorWithScaledTwist, stretch_at_step_start: TangentialVectorWithScaledTwist,
     sliding: JointSlidingFlags,
-) -> StackContactChangesInStep:  # fmt: skip
+) -> LargestContactChangesOfStack:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
     `assumed_direction` is the assumed direction of friction, `stretch_at_step_start` that of its springs at the step's
@@ -282,13 +282,13 @@ def compare_friction_with_assumption(
             )
         )
     )
-    return StackContactChangesInStep(
+    return LargestContactChangesOfStack(
         positive_if_contact_opened_or_closed=0.0,
         has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
-        has_friction_against_assumed_direction=1.0 if backwards & coarse else 0.0,
+        has_friction_opposite_to_assumption=1.0 if backwards & coarse else 0.0,
         has_sticking_loaded_joint=1.0 if carries & (not slips) else 0.0,
         has_friction_reversal=1.0 if back & coarse else 0.0,
-        has_unloaded_point=0.0,
+        some_point_carries_no_load=0.0,
         largest_penetration=0.0,
         has_loaded_joint=1.0 if loaded else 0.0,
     )
@@ -300,8 +300,9 @@ def solve_joint_contact(
     assumed_friction: AssumedJointFrictionInStep,
     point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
-    step_conditions: JointFrictionConditionsInStep,
-) -> tuple[Wrench, Wrench, StackContactChangesInStep, ContactPowerLossAndLostSpringEnergy,
+    step_conditions: JointFrictionSolutionInputs,
+) -> tuple[ForceAndMomentOrVelocities, ForceAndMomentOrVelocities, LargestContactChangesOfStack,
+ContactPowerLossAndLostSpringEnergy,
 JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
@@ -361,10 +362,10 @@ JointContactState]:  # fmt: skip
     one = 1.0 / (ends.normal_force if loaded else 1.0)
     early = ends.extra_impulse_of_points_closed_early_in_step * one if loaded else 0.0
     mx, my, mz = -(cz * fy), cz * fx, (cx * fy - cy * fx) + arm * ft
-    at_end = Wrench(
+    at_end = ForceAndMomentOrVelocities(
         Vector3(fx, fy, ends.normal_force), Vector3(ends.normal_force_times_y + mx, -ends.normal_force_times_x + my, mz)
     )
-    sooner = Wrench(
+    sooner = ForceAndMomentOrVelocities(
         Vector3(early * fx, early * fy, ends.extra_impulse_of_points_closed_early_in_step),
         Vector3(
             ends.early_contact_impulse_times_y + early * mx,

@@ -10,13 +10,13 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     ContactPointState,
+    HalfStepAndFlatLandingConditionsOfPoint,
     JointConstants,
     JointNormalForceSums,
     JointRelativeMotion,
     NormalForceAndEarlyContactImpulseSums,
-    PointStepLengthAndFlatLandingConditions,
 )
-from overturning.dem.stack.state import ContactPowerLossAndLostSpringEnergy, StackContactChangesInStep
+from overturning.dem.stack.state import ContactPowerLossAndLostSpringEnergy, LargestContactChangesOfStack
 
 MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 """Smallest share of the joint's stiffness with which a point asks for a finer step when it opens or closes."""
@@ -44,7 +44,7 @@ def predicted_force_per_stiffness_share_and_contact(
     forces_decide_contact, lands_flat, waits = forces_decide_lands_flat_and_is_deferred
     depth = (
         -point_position.upper_base_height_above_lower_face
-        - point_state_at_step_start.penetration_offset_from_wait_in_flat_landing
+        - point_state_at_step_start.force_free_penetration_in_flat_landing
     )
     pressure = joint_constants.normal_stiffness * depth - joint_constants.normal_dashpot * point_opening_rate(
         relative_motion, point_position
@@ -85,9 +85,9 @@ def normal_force_sum_terms_of_point(
 def solve_point_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
-    step_conditions: PointStepLengthAndFlatLandingConditions,
+    step_conditions: HalfStepAndFlatLandingConditionsOfPoint,
 ) -> tuple[
-    NormalForceAndEarlyContactImpulseSums, StackContactChangesInStep, ContactPowerLossAndLostSpringEnergy,
+    NormalForceAndEarlyContactImpulseSums, LargestContactChangesOfStack, ContactPowerLossAndLostSpringEnergy,
     ContactPointState
 ]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
@@ -105,7 +105,7 @@ def solve_point_contact(
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
     deep = -position.upper_base_height_above_lower_face - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
-    unloaded = previous.penetration_offset_from_wait_in_flat_landing
+    unloaded = previous.force_free_penetration_in_flat_landing
     offset = (deep if deep > unloaded else unloaded) if waits else unloaded
     offset = offset if deep > 0.0 else 0.0
     predicted_rate = point_opening_rate(relative_motion, position)
@@ -134,13 +134,13 @@ def solve_point_contact(
     both = (depth if inside else 0.0) * (previous.penetration if was else depth if joins else 0.0)
     let_go = (w * over if inside | was else 0.0) + both * (previous.joint_stiffness_share - w)
     let_go = 0.5 * joint.normal_stiffness * let_go if counts | had else 0.0
-    findings = StackContactChangesInStep(
+    findings = LargestContactChangesOfStack(
         positive_if_contact_opened_or_closed=changed if heavy else 0.0,
         has_wrong_slip_assumption=0.0,
-        has_friction_against_assumed_direction=0.0,
+        has_friction_opposite_to_assumption=0.0,
         has_sticking_loaded_joint=0.0,
         has_friction_reversal=0.0,
-        has_unloaded_point=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
+        some_point_carries_no_load=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
         largest_penetration=depth if counts else 0.0,
         has_loaded_joint=0.0,
     )
@@ -160,6 +160,6 @@ def solve_point_contact(
             force_per_stiffness_share=pressure,
             remaining_flat_landing_time=landing if (inside | waits) & counts else 0.0,
             joint_stiffness_share=w,
-            penetration_offset_from_wait_in_flat_landing=offset if counts else 0.0,
+            force_free_penetration_in_flat_landing=offset if counts else 0.0,
         ),
     )

@@ -11,7 +11,7 @@ from numba import njit
 
 from overturning.dem.body.vectors import Matrix3, Vector3
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
-from overturning.dem.stack.state import PARALLEL_CASE_COUNT, VelocityToForceBlocks, Wrench
+from overturning.dem.stack.state import PARALLEL_CASE_COUNT, ForceAndMomentOrVelocities, VelocityToForceBlocks
 
 
 class JointConstants(NamedTuple):
@@ -128,7 +128,7 @@ class JointRelativeMotion(NamedTuple):
     """Relative velocity at the origin, m/s."""
     angular_velocity: Vector3
     """Relative angular velocity, rad/s."""
-    min_base_corner_distance_inside_rim: float
+    smallest_distance_of_base_corners_inside_rim: float
     """Smallest distance of a corner of the upper base from the rim of the lower face, m; negative outside."""
     contact_patch_perimeter: float
     """Length of the rim of the patch, m."""
@@ -213,7 +213,7 @@ class JointEquations(NamedTuple):
     change of the relative velocity and angular velocity instead.
     """
 
-    force_and_moment_or_velocity_change: Wrench
+    predicted_wrench_replaced_by_velocity_change: ForceAndMomentOrVelocities
     half_step_times_negated_derivatives: VelocityToForceBlocks
 
 
@@ -276,7 +276,7 @@ class ContactPointState(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
     joint_stiffness_share: float
     """Share of the stiffness of the joint that stands at the point."""
-    penetration_offset_from_wait_in_flat_landing: float
+    force_free_penetration_in_flat_landing: float
     """Penetration that the point took up without force while it waited in a flat landing, m."""
 
 
@@ -287,7 +287,7 @@ class JointPointAtStepStartAndEnd(NamedTuple):
     at_step_end: ContactPointState
 
 
-class PointStepLengthAndFlatLandingConditions(NamedTuple):
+class HalfStepAndFlatLandingConditionsOfPoint(NamedTuple):
     """Length of a step, and conditions of a flat landing, for one contact point of two stones."""
 
     half_step_length_s: float
@@ -302,7 +302,7 @@ class PointStepLengthAndFlatLandingConditions(NamedTuple):
     """True if the joint has had contact points since the last step; False when a case begins."""
 
 
-class JointFrictionConditionsInStep(NamedTuple):
+class JointFrictionSolutionInputs(NamedTuple):
     """Conditions under which the friction between two stones is predicted and solved in a step."""
 
     half_step_length_s: float

@@ -43,14 +43,14 @@ def point_contact_is_deferred(
     landing_times_and_heights: FlatLandingTimesAndPointHeights,
     point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState,
-    min_base_corner_distance_inside_rim: float,
+    smallest_distance_of_base_corners_inside_rim: float,
 ) -> bool:
     """True if a contact point between the lowest and the highest one of a base that lands flat carries no load yet.
 
     A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
     up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim
-    of the face below (`min_base_corner_distance_inside_rim`, m, negative beyond it): the points where both rims cross
-    move along them, and would be deferred again and again.
+    of the face below (`smallest_distance_of_base_corners_inside_rim`, m, negative beyond it): the points where both
+    rims cross move along them, and would be deferred again and again.
     """
     spread = (
         landing_times_and_heights.highest_point_height_above_lower_face
@@ -59,7 +59,7 @@ def point_contact_is_deferred(
     is_open = (
         (point_state_at_step_start.penetration <= 0.0)
         & (point_state_at_step_start.joint_stiffness_share > 0.0)
-        & (point_state_at_step_start.penetration_offset_from_wait_in_flat_landing == 0.0)
+        & (point_state_at_step_start.force_free_penetration_in_flat_landing == 0.0)
     )
     inner = (
         point_position.upper_base_height_above_lower_face
@@ -74,10 +74,12 @@ def point_contact_is_deferred(
         spread
         < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing_times_and_heights.lowest_point_height_above_lower_face
     )
-    whole = min_base_corner_distance_inside_rim >= joint_constants.min_base_distance_inside_rim_to_defer_contact
+    whole = (
+        smallest_distance_of_base_corners_inside_rim >= joint_constants.min_base_distance_inside_rim_to_defer_contact
+    )
     # A point that has taken up its spring does not wait again.
     still_waits = (
-        (point_state_at_step_start.penetration_offset_from_wait_in_flat_landing > 0.0)
+        (point_state_at_step_start.force_free_penetration_in_flat_landing > 0.0)
         & (point_state_at_step_start.remaining_flat_landing_time > 0.0)
         & (point_state_at_step_start.penetration <= 0.0)
     )
@@ -85,7 +87,7 @@ def point_contact_is_deferred(
 
 
 @njit(**INLINE_OPTIONS)
-def include_point_in_landing_times_and_heights(
+def add_point_to_landing_times_and_height_range(
     landing_times_and_heights: FlatLandingTimesAndPointHeights,
     point_state_at_step_start: ContactPointState,
     point_position: ContactPointPosition,

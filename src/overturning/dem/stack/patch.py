@@ -54,7 +54,7 @@ from overturning.dem.stack.joint_state import (
 from overturning.dem.stack.state import PredictedStone, StoneConstants
 
 MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
-    JointRelativeMotion, "min_base_corner_distance_inside_rim"
+    JointRelativeMotion, "smallest_distance_of_base_corners_inside_rim"
 )
 """Array index, in the rows of a joint, at which the least distances of its base from the rim start."""
 
@@ -102,7 +102,7 @@ def relative_motion_at_lower_face(
         angular_velocity=matrix_times_vector(
             to_face, minus(predicted_upper_stone.end_angular_velocity, lower_velocity_at_origin_and_spin[1])
         ),
-        min_base_corner_distance_inside_rim=1e300,
+        smallest_distance_of_base_corners_inside_rim=1e300,
         contact_patch_perimeter=0.0,
     )
 
@@ -154,7 +154,7 @@ def predict_motion_relative_to_stone_below(
 
 @njit(**INLINE_OPTIONS)
 def base_corner_contact_point(
-    relative_motion: JointRelativeMotion, base_corner: FaceCorner, stone_is_simulated: float
+    relative_motion: JointRelativeMotion, base_corner: FaceCorner, one_if_stone_is_still_simulated: float
 ) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
@@ -173,7 +173,7 @@ def base_corner_contact_point(
             base_corner.x_from_face_centre * relative_motion.upper_x_axis.z
             + base_corner.y_from_face_centre * relative_motion.upper_y_axis.z
         ),
-        base_corner.joint_stiffness_share_if_whole_base_rests * stone_is_simulated,
+        base_corner.joint_stiffness_share_if_whole_base_rests * one_if_stone_is_still_simulated,
     )
 
 
@@ -306,8 +306,8 @@ def place_contact_points_of_lower_side(
         d = load_face_corner(next_lower_corner_rows, j)
         own, previous = load_clipped_side(lower_side_rows, j), load_clipped_side(previous_lower_side_rows, j)
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
-        part = unit * own.length if frame.min_base_corner_distance_inside_rim < 0.0 else 0.0
-        other = unit * previous.length if frame.min_base_corner_distance_inside_rim < 0.0 else 0.0
+        part = unit * own.length if frame.smallest_distance_of_base_corners_inside_rim < 0.0 else 0.0
+        other = unit * previous.length if frame.smallest_distance_of_base_corners_inside_rim < 0.0 else 0.0
         corner = (part if own.begin_side_fraction == 0.0 else 0.0) + (
             other if previous.end_side_fraction == 1.0 else 0.0
         )
@@ -338,7 +338,7 @@ def place_contact_points_of_base_side(
         b = load_point_position(next_base_corner_rows, j)
         own, previous = load_clipped_side(base_side_rows, j), load_clipped_side(previous_base_side_rows, j)
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
-        within = frame.min_base_corner_distance_inside_rim >= 0.0
+        within = frame.smallest_distance_of_base_corners_inside_rim >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)
         corner = (part if own.begin_side_fraction == 0.0 else 0.0) + (
             other if previous.end_side_fraction == 1.0 else 0.0

@@ -200,7 +200,7 @@ def write_stack_trajectory_row(
         load_case_progress(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval_s
     trajectory_row[1], trajectory_row[2] = (
-        -base_acceleration_at_tick(shaking.inertial_acceleration_x, time.ticks_since_sample_start),
+        -base_acceleration_at_tick(shaking.negative_of_base_acceleration_x, time.ticks_since_sample_start),
         -base_acceleration_at_tick(shaking.inertial_acceleration_y, time.ticks_since_sample_start),
     )
     trajectory_row[3] = base_acceleration_at_tick(shaking.upward_base_acceleration, time.ticks_since_sample_start)

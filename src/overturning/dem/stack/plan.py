@@ -45,7 +45,7 @@ from overturning.dem.stack.statics import (
     joint_constants_of_stack,
     kernel_rows_of_face_corners,
     motion_onset_acceleration_g_by_case,
-    scale_factors_for_unit_mass_matrix,
+    scale_factors_for_unit_mass_diagonal,
     scaled_stiffness_matrix_of_stack_at_rest,
     spring_energy_at_rest,
     stone_constants_and_initial_states_table,
@@ -224,7 +224,7 @@ def _rest_limit_to_onset_acceleration_ratio_by_case(
     slowest = np.array(
         [
             lowest_eigenvalue(
-                scaled_stiffness_matrix_of_stack_at_rest(stones, table, scale_factors_for_unit_mass_matrix(stones))
+                scaled_stiffness_matrix_of_stack_at_rest(stones, table, scale_factors_for_unit_mass_diagonal(stones))
             )
             for stones, table in zip(stones_by_stack, joint_constants_by_stack, strict=True)
         ]
@@ -248,7 +248,9 @@ def _least_overturning_energy_over_joints(joint_constants: ContactSpringsAndPatc
             - patch.height_of_centre_of_all_mass_above
         )
         for distance, patch in zip(
-            joint_constants.min_side_distances_from_mass_centre_above, joint_constants.contact_patches, strict=True
+            joint_constants.nearest_side_distances_from_centre_of_stones_above,
+            joint_constants.contact_patches,
+            strict=True,
         )
     )
 
@@ -275,15 +277,19 @@ def _face_corner_table(stones_by_stack: list[list[StackStone]]) -> FloatArray:
 
 def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return an upper bound of the highest squared angular frequency of a stack on its contact springs, 1/s²."""
-    scale_factors = scale_factors_for_unit_mass_matrix(stones)
+    scale_factors = scale_factors_for_unit_mass_diagonal(stones)
     stiffness = scaled_stiffness_matrix_of_stack_at_rest(stones, joint_constants, scale_factors)
     return highest_eigenvalue(stiffness) * eigenvalue_bound_factor_for_inertia_products(stones)
 
 
 def _longest_rocking_time_constant_s(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
-    half_width = joint_constants.min_side_distances_from_mass_centre_above
-    return float(rocking_time_constant(2.0 * half_width, 2.0 * joint_constants.mass_centre_heights_above_joints).max())
+    half_width = joint_constants.nearest_side_distances_from_centre_of_stones_above
+    return float(
+        rocking_time_constant(
+            2.0 * half_width, 2.0 * joint_constants.heights_of_centre_of_all_stones_above_joints
+        ).max()
+    )
 
 
 def plan_stack_simulation(
@@ -317,10 +323,10 @@ def plan_stack_simulation(
         STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO * period[which],
         STACK_STEP_CONTROL,
     )
-    pace["shortest_step_ticks"] = np.minimum(pace["shortest_step_ticks"], UPPER_LIMIT_OF_SHORTEST_STEP_TICKS)
+    pace["min_allowed_step_ticks"] = np.minimum(pace["min_allowed_step_ticks"], UPPER_LIMIT_OF_SHORTEST_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
     pace["long_steps_before_doubling"] = np.where(
-        pace["shortest_step_ticks"] < UPPER_LIMIT_OF_SHORTEST_STEP_TICKS,
+        pace["min_allowed_step_ticks"] < UPPER_LIMIT_OF_SHORTEST_STEP_TICKS,
         pace["steps_before_doubling_after_contact_change"],
         pace["long_steps_before_doubling"],
     )
@@ -337,7 +343,7 @@ def plan_stack_simulation(
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([_least_overturning_energy_over_joints(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    side = np.array([table.min_side_distances_from_mass_centre_above.min() for table in joints])
+    side = np.array([table.nearest_side_distances_from_centre_of_stones_above.min() for table in joints])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "stack": which, "amplitude_factor": amplitude, "damping_factor": damping,
@@ -347,7 +353,8 @@ def plan_stack_simulation(
         "min_distance_of_mass_centre_above_to_joint_side": side[which],
         "rest_limit_to_onset_acceleration_ratio": rest_share,
         "rest_acceleration_limit_upper_bound_g": rest_share * friction.min(axis=1),
-        "first_simulated_sample": first, "no_onset_from_sample": calm, "min_overturning_energy": barrier[which],
+        "first_simulated_sample": first, "cannot_start_moving_from_sample": calm,
+        "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which], "end_sample_if_undecided": samples + np.ceil(late[which] / interval),
         **pace,
     }  # fmt: skip

@@ -70,13 +70,13 @@ from overturning.dem.stack.joint_point import (
 )
 from overturning.dem.stack.joint_state import (
     FlatLandingTimesAndPointHeights,
-    JointFrictionConditionsInStep,
+    JointFrictionSolutionInputs,
     JointNormalForceSums,
 )
 from overturning.dem.stack.landing import (
     LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
+    add_point_to_landing_times_and_height_range,
     flat_landing_of_stone_is_under_way,
-    include_point_in_landing_times_and_heights,
     point_contact_is_deferred,
 )
 from overturning.dem.stack.solve import (
@@ -90,19 +90,19 @@ from overturning.dem.stack.solve import (
 )
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
+    ForceAndMomentOrVelocities,
     PredictedStone,
     StackClockWithinSample,
     StoneContactForceSums,
     StoneState,
     StoneVelocityCorrection,
-    Wrench,
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 add_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).plus
 create_zero_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).zero
 create_zero_stone_force_and_impulse_sums = create_tuple_sum_difference_and_maximum_functions(StoneContactForceSums).zero
-create_zero_wrench = create_tuple_sum_difference_and_maximum_functions(Wrench).zero
+create_zero_wrench = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).zero
 
 
 @njit(**INLINE_OPTIONS)
@@ -150,7 +150,8 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
         store_gravity_and_inertial_acceleration(case_rows, j, Vector3(
-            push_at(shaking.inertial_acceleration_x, tick, past), push_at(shaking.inertial_acceleration_y, tick, past),
+            push_at(shaking.negative_of_base_acceleration_x, tick, past), push_at(shaking.inertial_acceleration_y, tick,
+            past),
             -(GRAVITY + push_at(shaking.upward_base_acceleration, tick, past)),
         ))  # fmt: skip
         store_clock_within_sample(
@@ -182,7 +183,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             right_side_of_stone_equations(
                 half, constants.mass, create_zero_wrench(), load_gravity_and_inertial_acceleration(case_rows, j),
-                Wrench(state.acceleration_relative_to_base, state.contact_moment_per_mass),
+                ForceAndMomentOrVelocities(state.acceleration_relative_to_base, state.contact_moment_per_mass),
             ),
         ))  # fmt: skip
         store_force_sums(stone_rows, j, create_zero_stone_force_and_impulse_sums())
@@ -218,7 +219,7 @@ def include_point_in_joint_landing_times_and_heights(joint_rows: Any, point_rows
         store_flat_landing_state(
             joint_rows,
             j,
-            include_point_in_landing_times_and_heights(
+            add_point_to_landing_times_and_height_range(
                 load_flat_landing_state(joint_rows, j),
                 load_point_state_at_step_start(point_rows, j),
                 load_point_position(point_rows, j),
@@ -238,7 +239,9 @@ def predict_point_force_and_add_to_joint_sums(
         landing = load_flat_landing_state(joint_rows, j)
         old = load_point_state_at_step_start(point_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
-        waits = point_contact_is_deferred(joint, landing, place, old, frame.min_base_corner_distance_inside_rim)
+        waits = point_contact_is_deferred(
+            joint, landing, place, old, frame.smallest_distance_of_base_corners_inside_rim
+        )
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
@@ -265,7 +268,7 @@ def predict_joint_friction_and_equations(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         foot = load_stone_constants(upper_stone_rows, j).centre_height
-        friction = predict_friction(joint, frame, sums, old, JointFrictionConditionsInStep(half, fine, flat, foot))
+        friction = predict_friction(joint, frame, sums, old, JointFrictionSolutionInputs(half, fine, flat, foot))
         store_joint_friction(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
         store_joint_equations(
@@ -330,7 +333,7 @@ def compute_upper_stone_velocity_corrections(upper_stone_rows: Any, lower_stone_
         e = wrench_plus(
             solution.constant_part_of_correction,
             matrix_6x6_times_wrench(
-                solution.factor_of_correction_below, Wrench(below.velocity, below.angular_velocity)
+                solution.factor_of_correction_below, ForceAndMomentOrVelocities(below.velocity, below.angular_velocity)
             ),
         )
         store_velocity_correction(

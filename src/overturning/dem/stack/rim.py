@@ -239,7 +239,7 @@ def rotate_contact_frame_to_mean_normal(
         store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
         store_relative_motion(joint_rows, j, JointRelativeMotion(
             new.upper_base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity_at_origin, new.angular_velocity,
-            old.min_base_corner_distance_inside_rim, old.contact_patch_perimeter
+            old.smallest_distance_of_base_corners_inside_rim, old.contact_patch_perimeter
         ))  # fmt: skip
 
 
@@ -270,7 +270,7 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def sum_contact_normals(
+def sum_contact_loads_positions_and_normals(
     upper_stone_rows: Any,
     joint_rows: Any,
     joint_point_rows: Any,

@@ -14,14 +14,14 @@ from overturning.dem.body.state import (
 from overturning.dem.body.vectors import normalise_quaternion
 from overturning.dem.kernel.ending import CaseProgress, continuation_sample_tick_and_last_upright_time
 from overturning.dem.kernel.ground import (
-    GroundMotion,
+    BaseAccelerationsWithMaximaAhead,
     count_skippable_samples,
     is_rest_check_sample,
     next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
 from overturning.dem.kernel.queue import (
-    SettingsOfParallelCases,
+    SettingsCommonToParallelCases,
     grow_trajectory_array_if_needed,
     register_model_functions,
 )
@@ -73,7 +73,7 @@ LAST_UPRIGHT_TIME_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "la
 class StackKernelInput(NamedTuple):
     """Input of the stack kernel, for cases with equal steps per sample and equal numbers of stones and corners."""
 
-    settings: SettingsOfParallelCases
+    settings: SettingsCommonToParallelCases
     cases: NDArray[np.void]
     """Case parameters, of type `CASE_TABLE_DTYPE`, shape (n,)."""
     motion_row_by_case: NDArray[np.int64]
@@ -81,7 +81,7 @@ class StackKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     stone_results: NDArray[np.void]
     """Results of each stone to fill in, of type `STONE_RESULT_TABLE_DTYPE`, shape (n, stones)."""
-    ground_motion: GroundMotion
+    ground_motion: BaseAccelerationsWithMaximaAhead
     friction_by_case_and_joint: FloatArray
     """Coefficient of friction of each joint, shape (n, stones)."""
     stone_table_by_stack: NDArray[np.void]
@@ -94,7 +94,7 @@ class StackKernelInput(NamedTuple):
     """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `FaceCorner`."""
 
 
-class StackWorkspace(NamedTuple):
+class ParallelStacksStateArrays(NamedTuple):
     """Working arrays of the stack kernel: states of the cases, and indices of the contact points in use."""
 
     state: Any
@@ -107,7 +107,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
     size = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones * (
         VALUE_COUNT_PER_STONE_IN_ALL_LANES + state_array_length_per_joint(corners)
     )
-    return StackWorkspace(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
+    return ParallelStacksStateArrays(cache_line_aligned_zeros(size), np.zeros((stones, 1 + 6 * corners), np.int64))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
@@ -141,7 +141,7 @@ def advance_sample_and_load_base_motion(
     motion_row_by_case: Any,
     case_index_by_lane: Any,
     ground_motion: Any,
-    queue_settings: SettingsOfParallelCases,
+    queue_settings: SettingsCommonToParallelCases,
 ) -> None:
     """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
     along, up, ticks, interval, scale = (
@@ -238,7 +238,7 @@ def mark_possibly_ended_stacks(
         for s in range(stone_count):
             total += stone_state_sum_for_finite_check(load_stone_state(slice_stone_rows(stack_states, s), j))
         sample = course.current_sample + stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] / ticks_per_sample
-        due = total - total != 0.0 or sample >= min(course.no_onset_from_sample, record_sample_count)
+        due = total - total != 0.0 or sample >= min(course.cannot_start_moving_from_sample, record_sample_count)
         due = due or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count) < stone_count
         possible_end_flag_by_lane_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0

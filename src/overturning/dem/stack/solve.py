@@ -20,15 +20,15 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_tuple_sum_differ
 from overturning.dem.stack.joint_state import JointEquations
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
-    EliminatedStoneSolution,
+    ForceAndMomentOrVelocities,
+    StoneCorrectionFromStoneBelow,
     VelocityToForceBlocks,
-    Wrench,
 )
 
 sum_of_6x6_matrices = create_tuple_sum_difference_and_maximum_functions(VelocityToForceBlocks).plus
 difference_of_6x6_matrices = create_tuple_sum_difference_and_maximum_functions(VelocityToForceBlocks).minus
-wrench_plus = create_tuple_sum_difference_and_maximum_functions(Wrench).plus
-wrench_minus = create_tuple_sum_difference_and_maximum_functions(Wrench).minus
+wrench_plus = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).plus
+wrench_minus = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).minus
 
 
 @njit(**INLINE_OPTIONS)
@@ -58,10 +58,10 @@ def rotate_matrix(rotation_to_new_axes: Matrix3, m: Matrix3) -> Matrix3:
 @njit(**INLINE_OPTIONS)
 def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: JointEquations) -> JointEquations:
     """Rotate two stones' contact terms in the equations, from the axes of their contact to those of the ground."""
-    wrench = joint_equations.force_and_moment_or_velocity_change
+    wrench = joint_equations.predicted_wrench_replaced_by_velocity_change
     joint_matrix = joint_equations.half_step_times_negated_derivatives
     return JointEquations(
-        Wrench(
+        ForceAndMomentOrVelocities(
             matrix_times_vector(rotation_to_new_axes, wrench.force_or_velocity),
             matrix_times_vector(rotation_to_new_axes, wrench.moment_or_angular_velocity),
         ),
@@ -114,10 +114,10 @@ def shift_contact_matrix_to_stone_centres(
 
 @njit(**INLINE_OPTIONS)
 def shift_wrench_to_stone_centre(
-    wrench_about_reference_point: Wrench, reference_point_from_stone_centre: Vector3
-) -> Wrench:
+    wrench_about_reference_point: ForceAndMomentOrVelocities, reference_point_from_stone_centre: Vector3
+) -> ForceAndMomentOrVelocities:
     """Return a force and its moment about a stone's centre, given the moment about another point."""
-    return Wrench(
+    return ForceAndMomentOrVelocities(
         wrench_about_reference_point.force_or_velocity,
         plus(
             wrench_about_reference_point.moment_or_angular_velocity,
@@ -166,9 +166,9 @@ def product_of_6x6_matrices(a: VelocityToForceBlocks, b: VelocityToForceBlocks) 
 
 
 @njit(**INLINE_OPTIONS)
-def matrix_6x6_times_wrench(a: VelocityToForceBlocks, w: Wrench) -> Wrench:
+def matrix_6x6_times_wrench(a: VelocityToForceBlocks, w: ForceAndMomentOrVelocities) -> ForceAndMomentOrVelocities:
     """Return the product of a 6 × 6 matrix and a force and moment (vector of 6)."""
-    return Wrench(
+    return ForceAndMomentOrVelocities(
         plus(
             matrix_times_vector(a.force_per_velocity, w.force_or_velocity),
             matrix_times_vector(a.force_per_angular_velocity, w.moment_or_angular_velocity),
@@ -196,14 +196,14 @@ def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
 def right_side_of_stone_equations(
     half_step_length_s: float,
     stone_mass: float,
-    contact_force_and_moment: Wrench,
+    contact_force_and_moment: ForceAndMomentOrVelocities,
     inertial_and_gravity_acceleration: Vector3,
-    acceleration_and_moment_per_mass_at_start: Wrench,
-) -> Wrench:
+    acceleration_and_moment_per_mass_at_start: ForceAndMomentOrVelocities,
+) -> ForceAndMomentOrVelocities:
     """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""
     f, m = contact_force_and_moment.force_or_velocity, contact_force_and_moment.moment_or_angular_velocity
     a, t = acceleration_and_moment_per_mass_at_start
-    return Wrench(
+    return ForceAndMomentOrVelocities(
         Vector3(
             half_step_length_s * (f.x + stone_mass * (inertial_and_gravity_acceleration.x - a.x)),
             half_step_length_s * (f.y + stone_mass * (inertial_and_gravity_acceleration.y - a.y)),
@@ -218,10 +218,12 @@ def right_side_of_stone_equations(
 
 
 @njit(**INLINE_OPTIONS)
-def scale_wrench(factor: float, w: Wrench) -> Wrench:
+def scale_wrench(factor: float, w: ForceAndMomentOrVelocities) -> ForceAndMomentOrVelocities:
     """Return a force and moment, both multiplied by a number."""
     f, m = w.force_or_velocity, w.moment_or_angular_velocity
-    return Wrench(Vector3(factor * f.x, factor * f.y, factor * f.z), Vector3(factor * m.x, factor * m.y, factor * m.z))
+    return ForceAndMomentOrVelocities(
+        Vector3(factor * f.x, factor * f.y, factor * f.z), Vector3(factor * m.x, factor * m.y, factor * m.z)
+    )
 
 
 @njit(**INLINE_OPTIONS)
@@ -232,13 +234,13 @@ def eliminate_stone_from_equations(
     half_step_length_s: float,
     contact_origin_from_upper_stone_centre: Vector3,
     contact_origin_from_lower_stone_centre: Vector3,
-) -> tuple[EliminatedStoneSolution, DiagonalBlockAndRightSide]:
+) -> tuple[StoneCorrectionFromStoneBelow, DiagonalBlockAndRightSide]:
     """Eliminate a stone from a stack's equations; return its solution, and the reduced equations of the stone below.
 
     `upper_stone_equations` and `lower_stone_equations` do not contain the contact of the two stones yet.
     """
     joint_matrix = joint_equations.half_step_times_negated_derivatives
-    wrench = scale_wrench(half_step_length_s, joint_equations.force_and_moment_or_velocity_change)
+    wrench = scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change)
     own = sum_of_6x6_matrices(
         upper_stone_equations.diagonal_block,
         shift_contact_matrix_to_stone_centres(
@@ -263,7 +265,7 @@ def eliminate_stone_from_equations(
         ),
     )
     # e = fixed part + factor · e_below: the coupling has a minus sign.
-    return EliminatedStoneSolution(factor_below, fixed_part), DiagonalBlockAndRightSide(
+    return StoneCorrectionFromStoneBelow(factor_below, fixed_part), DiagonalBlockAndRightSide(
         difference_of_6x6_matrices(
             sum_of_6x6_matrices(
                 lower_stone_equations.diagonal_block,
@@ -289,7 +291,7 @@ def solve_velocity_correction_of_lowest_stone(
     joint_equations: JointEquations,
     half_step_length_s: float,
     contact_origin_from_stone_centre: Vector3,
-) -> Wrench:
+) -> ForceAndMomentOrVelocities:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
     own = sum_of_6x6_matrices(
         lowest_stone_equations.diagonal_block,
@@ -302,7 +304,7 @@ def solve_velocity_correction_of_lowest_stone(
     right = wrench_plus(
         lowest_stone_equations.right_hand_side,
         shift_wrench_to_stone_centre(
-            scale_wrench(half_step_length_s, joint_equations.force_and_moment_or_velocity_change),
+            scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change),
             contact_origin_from_stone_centre,
         ),
     )

@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.body.state import squared_sine_of_lean_continued_beyond_90_deg
 from overturning.dem.body.vectors import Quaternion, SymmetricMatrix, Vector3, rotation_matrix
-from overturning.dem.kernel.clock import CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.access import (
@@ -37,7 +37,7 @@ from overturning.dem.stack.joint_state import (
 from overturning.dem.stack.state import (
     PARALLEL_CASE_COUNT,
     StackRestFlagAndLimits,
-    StackTickLengthAndLimits,
+    StackTickLengthFailureAndRestLimits,
     StoneConstants,
     StoneFallState,
     StonePeakLeanAndLastUprightTick,
@@ -62,11 +62,11 @@ def write_initial_stack_state(
     first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones.size * VALUE_COUNT_PER_STONE_IN_ALL_LANES
     size = state_array_length_per_joint(base_and_top_corners_by_stone.shape[2])
     steps = case_table_row.steps_before_doubling_after_contact_change
-    store_step_control(stack_states, lane, CaseStepControl(
-        case_table_row.shortest_step_ticks, case_table_row.longest_step_at_rest_ticks, steps,
+    store_step_control(stack_states, lane, CaseStepLengthsAndDoublingCounts(
+        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_at_rest_ticks, steps,
         case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
-    store_stack_limits(stack_states, lane, StackTickLengthAndLimits(
+    store_stack_limits(stack_states, lane, StackTickLengthFailureAndRestLimits(
         sampling_interval / ticks_per_sample, case_table_row.max_penetration,
         case_table_row.max_base_acceleration_for_sample_long_steps_g,
         case_table_row.max_kinetic_energy_at_rest, case_table_row.min_distance_of_mass_centre_above_to_joint_side
@@ -80,7 +80,7 @@ def write_initial_stack_state(
             0.0,
         ),
     )
-    store_next_step_to_attempt(stack_states, lane, NextStepToAttempt(case_table_row.shortest_step_ticks, steps, 0.0))
+    store_next_step_to_attempt(stack_states, lane, NextStepToAttempt(case_table_row.min_allowed_step_ticks, steps, 0.0))
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
         write_stone_constants_and_initial_state(slice_stone_rows(stack_states, s), lane, stone)
@@ -110,7 +110,8 @@ def write_initial_stack_state(
                     FaceCorner(o[0], o[1], o[2], o[3], o[4], o[5]),
                 )
     store_case_progress(stack_states, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample, case_table_row.no_onset_from_sample,
+        case_table_row.amplitude_factor, case_table_row.first_simulated_sample,
+        case_table_row.cannot_start_moving_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval, case_table_row.spring_energy_at_rest,
         case_table_row.min_overturning_energy,

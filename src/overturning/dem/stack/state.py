@@ -14,10 +14,10 @@ from typing import Final, NamedTuple
 from overturning.dem.body.state import (
     InertialAndUpwardBaseAccelerations3D,
     LoadedBaseMotionSampleNumber,
-    StepRejectionAndKeptSlipAssumptionFlags,
+    StepRejectedAndSameContactStateFlags,
 )
 from overturning.dem.body.vectors import Matrix3, Quaternion, SymmetricMatrix, Vector3
-from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepControl, NextStepToAttempt
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL, CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import CaseProgress, LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.lanes import TupleRowLayout
 
@@ -28,7 +28,7 @@ TICKS_PER_WHOLE_STEP: Final = STACK_STEP_CONTROL.ticks_per_whole_step
 """Ticks of a whole step."""
 
 
-class StackTickLengthAndLimits(NamedTuple):
+class StackTickLengthFailureAndRestLimits(NamedTuple):
     """Constants of one simulated stack: length of a tick, and limits for failure, for long steps and for rest."""
 
     tick_length_s: float
@@ -72,20 +72,20 @@ class StackEnergyAccountAndPeakPenetration(NamedTuple):
     """Largest penetration so far, m."""
 
 
-class StackContactChangesInStep(NamedTuple):
+class LargestContactChangesOfStack(NamedTuple):
     """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
 
     positive_if_contact_opened_or_closed: float
     """Above 0 if a contact opened or closed."""
     has_wrong_slip_assumption: float
     """1 if a joint stuck or slid contrary to the assumption."""
-    has_friction_against_assumed_direction: float
+    has_friction_opposite_to_assumption: float
     """1 if the friction of a joint assumed to slide acts against the assumed direction."""
     has_sticking_loaded_joint: float
     """1 if a loaded joint sticks."""
     has_friction_reversal: float
     """1 if a joint slides whose friction had the opposite sign before."""
-    has_unloaded_point: float
+    some_point_carries_no_load: float
     """1 if a point within a joint carries no load."""
     largest_penetration: float
     """Largest penetration, m."""
@@ -187,7 +187,7 @@ class VelocityToForceBlocks(NamedTuple):
     moment_per_angular_velocity: Matrix3
 
 
-class Wrench(NamedTuple):
+class ForceAndMomentOrVelocities(NamedTuple):
     """Force and moment (N, N·m), or velocity and angular velocity (m/s, rad/s)."""
 
     force_or_velocity: Vector3
@@ -198,17 +198,17 @@ class DiagonalBlockAndRightSide(NamedTuple):
     """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step."""
 
     diagonal_block: VelocityToForceBlocks
-    right_hand_side: Wrench
+    right_hand_side: ForceAndMomentOrVelocities
 
 
-class EliminatedStoneSolution(NamedTuple):
+class StoneCorrectionFromStoneBelow(NamedTuple):
     """Velocity correction of a stone eliminated from the equations, as a function of that of the stone below.
 
     It is `constant_part_of_correction` + `factor_of_correction_below` × (velocity correction of the stone below).
     """
 
     factor_of_correction_below: VelocityToForceBlocks
-    constant_part_of_correction: Wrench
+    constant_part_of_correction: ForceAndMomentOrVelocities
 
 
 class StoneVelocityCorrection(NamedTuple):
@@ -221,19 +221,20 @@ class StoneVelocityCorrection(NamedTuple):
 class StoneContactForceSums(NamedTuple):
     """Sum of the contact forces and moments on a stone, and of the impulses of contacts that closed early."""
 
-    force_and_moment_at_step_end: Wrench
-    extra_impulses_of_early_contacts: Wrench
+    force_and_moment_at_step_end: ForceAndMomentOrVelocities
+    extra_impulses_of_early_contacts: ForceAndMomentOrVelocities
 
 
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, CaseStepControl, StackTickLengthAndLimits, StackRestFlagAndLimits, StackClockWithinSample,
+    PARALLEL_CASE_COUNT, CaseStepLengthsAndDoublingCounts, StackTickLengthFailureAndRestLimits, StackRestFlagAndLimits,
+    StackClockWithinSample,
     StackEnergyAccountAndPeakPenetration, InertialAndUpwardBaseAccelerations3D, LoadedBaseMotionSampleNumber,
     CaseProgress, NextStepToAttempt,
-    StepRejectionAndKeptSlipAssumptionFlags, StackContactChangesInStep, ContactPowerLossAndLostSpringEnergy, Vector3,
+    StepRejectedAndSameContactStateFlags, LargestContactChangesOfStack, ContactPowerLossAndLostSpringEnergy, Vector3,
     LastSampleOfContinuedSlidingCase
 )  # fmt: skip
 STONE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, StoneConstants, StoneState, StonePeakLeanAndLastUprightTick, StoneFallState, PredictedStone,
     Matrix3,
-    DiagonalBlockAndRightSide, EliminatedStoneSolution, StoneVelocityCorrection, StoneContactForceSums
+    DiagonalBlockAndRightSide, StoneCorrectionFromStoneBelow, StoneVelocityCorrection, StoneContactForceSums
 )  # fmt: skip

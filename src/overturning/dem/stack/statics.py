@@ -42,12 +42,12 @@ class ContactSpringsAndPatchesOfStack:
         return np.asarray(self.joint_table["normal_dashpot"] / self.joint_table["normal_stiffness"])
 
     @property
-    def min_side_distances_from_mass_centre_above(self) -> FloatArray:
+    def nearest_side_distances_from_centre_of_stones_above(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
         return np.array([patch.side_distances_from_mass_centre_above.min() for patch in self.contact_patches])
 
     @property
-    def mass_centre_heights_above_joints(self) -> FloatArray:
+    def heights_of_centre_of_all_stones_above_joints(self) -> FloatArray:
         """Height, above each contact, of the common centre of mass of all stones above the contact, m."""
         return np.array([patch.height_of_centre_of_all_mass_above for patch in self.contact_patches])
 
@@ -107,7 +107,7 @@ def stone_constants_and_initial_states_table(
             stone.upper_face_height_above_centre,
             reach,
         )
-        ahead, height = tipping_side_distance_and_mass_centre_height(stone, patch)
+        ahead, height = side_distance_and_height_of_tipping_mass_centre(stone, patch)
         row["critical_lean_squared_sine_on_contact_at_rest"] = ahead**2 / (ahead**2 + height**2)
         row["critical_lean_squared_sine_on_whole_base"] = reach**2 / (reach**2 + stone.centre_height_above_base**2)
         tilt = max(
@@ -128,7 +128,7 @@ def stone_constants_and_initial_states_table(
     return table
 
 
-def tipping_side_distance_and_mass_centre_height(
+def side_distance_and_height_of_tipping_mass_centre(
     stone: StackStone, contact_patch: ContactPatchAndMassAboveAtRest
 ) -> tuple[float, float]:
     """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
@@ -226,7 +226,7 @@ def scaled_stiffness_matrix_of_stack_at_rest(
     return matrix
 
 
-def scale_factors_for_unit_mass_matrix(stones: list[StackStone]) -> FloatArray:
+def scale_factors_for_unit_mass_diagonal(stones: list[StackStone]) -> FloatArray:
     """Return the factors that scale a stack's unknowns to a mass matrix with unit diagonal, shape (6 n,)."""
     return np.concatenate([
         1.0 / np.sqrt(stone.mass * np.array([1.0, 1.0, 1.0, *np.diag(stone.inertia_per_mass)])) for stone in stones
@@ -236,7 +236,7 @@ def scale_factors_for_unit_mass_matrix(stones: list[StackStone]) -> FloatArray:
 def eigenvalue_bound_factor_for_inertia_products(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
-    `scale_factors_for_unit_mass_matrix` leaves them out. With the correlation ρ of x and z, the least eigenvalue of
+    `scale_factors_for_unit_mass_diagonal` leaves them out. With the correlation ρ of x and z, the least eigenvalue of
     the scaled mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
     """
     correlation = [
@@ -256,7 +256,7 @@ def static_displacements_and_rotations(
     count = len(stones)
     weight = np.zeros(6 * count)
     weight[2::6] = [-stone.mass * STANDARD_GRAVITY for stone in stones]
-    scale = scale_factors_for_unit_mass_matrix(stones)
+    scale = scale_factors_for_unit_mass_diagonal(stones)
     loaded = [np.ones(len(patch.corners_xy_in_stack_axes), np.bool_) for patch in joint_constants.contact_patches]
     level = np.zeros((count, 6))
     level[:, 2] = -np.cumsum(joint_constants.mean_penetration_at_rest)
@@ -334,8 +334,8 @@ def motion_onset_acceleration_g_by_case(
     return np.minimum(
         float(
             np.min(
-                joint_constants.min_side_distances_from_mass_centre_above
-                / joint_constants.mass_centre_heights_above_joints
+                joint_constants.nearest_side_distances_from_centre_of_stones_above
+                / joint_constants.heights_of_centre_of_all_stones_above_joints
             )
         ),
         friction_by_case_and_joint.min(axis=1),

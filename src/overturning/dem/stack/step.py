@@ -7,9 +7,9 @@ from numba import njit
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.stack.acceptance_loops import (
     decide_step_acceptance_and_advance_clock,
-    store_contact_point_states_after_accepted_steps,
     store_joint_states_after_accepted_steps,
     store_stone_and_add_work_if_step_accepted,
+    update_contact_point_states_after_attempted_steps,
 )
 from overturning.dem.stack.access import (
     VALUE_COUNT_PER_CASE_IN_ALL_LANES,
@@ -26,7 +26,7 @@ from overturning.dem.stack.clip import (
 from overturning.dem.stack.end_loops import (
     add_force_times_pressure_centre_distance,
     compute_joint_forces_and_add_to_stones,
-    mark_joints_that_use_a_non_corner_point,
+    mark_joints_bearing_on_non_corner_point,
     store_joint_velocity_change_and_clear_sums,
     store_point_state_and_add_normal_force_to_joint,
 )
@@ -53,7 +53,7 @@ from overturning.dem.stack.predict_loops import (
 from overturning.dem.stack.rim import (
     express_point_in_mean_normal_frame,
     rotate_contact_frame_to_mean_normal,
-    sum_contact_normals,
+    sum_contact_loads_positions_and_normals,
 )
 
 
@@ -93,7 +93,9 @@ def predict_contact_points_and_patch_forces(
             joint_rows, joint_point_rows, upper_count, lower_count, lane_count
         )
         place_partial_patch_points_with_stiffness(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
-        sum_contact_normals(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count)
+        sum_contact_loads_positions_and_normals(
+            upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count
+        )
         rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
             used_point_count_and_indices_by_stone[1 + count] = i
@@ -180,7 +182,7 @@ def store_accepted_stack_states(
         )
         points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + state_array_length_per_joint]
         for n in range(used_point_count_and_indices_by_stone[s, 0]):
-            store_contact_point_states_after_accepted_steps(
+            update_contact_point_states_after_attempted_steps(
                 case, slice_contact_point_rows(points, used_point_count_and_indices_by_stone[s, 1 + n]), lane_count
             )
 
@@ -269,7 +271,7 @@ def attempt_time_steps_of_stacks(
                     case, stone, lower, joint, points, used_point_count_and_indices_by_stone[s], lane_count, None
                 )
                 for n in range(corner_count_by_stone[s], used_point_count_and_indices_by_stone[s, 0]):
-                    mark_joints_that_use_a_non_corner_point(
+                    mark_joints_bearing_on_non_corner_point(
                         joint,
                         slice_contact_point_rows(points, used_point_count_and_indices_by_stone[s, 1 + n]),
                         lane_count,

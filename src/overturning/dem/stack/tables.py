@@ -5,14 +5,17 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from overturning.dem.body.tables import BodyInitialStateTableColumns
-from overturning.dem.kernel.clock import CaseStepControl
+from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.stack.joint_state import JointConstants
 from overturning.dem.stack.state import StoneConstants
 
 
 class StackCaseTableColumns(NamedTuple):
-    """Parameters of a case of a 3-D stack: columns of the kernel's table, before those of `CaseStepControl`."""
+    """Parameters of a case of a 3-D stack.
+
+    Columns of the kernel's table, before those of `CaseStepLengthsAndDoublingCounts`.
+    """
 
     amplitude_factor: float
     """Factor on the motion."""
@@ -32,7 +35,7 @@ class StackCaseTableColumns(NamedTuple):
     """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     first_simulated_sample: float
     """First sample that is computed."""
-    no_onset_from_sample: float
+    cannot_start_moving_from_sample: float
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
@@ -97,7 +100,7 @@ class StackResultTableColumns(NamedTuple):
 
 INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
 CASE_TABLE_DTYPE: Final = np.dtype(
-    [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepControl).descr]
+    [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepLengthsAndDoublingCounts).descr]
 )
 STONE_TABLE_DTYPE: Final = np.dtype(
     [

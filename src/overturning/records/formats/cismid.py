@@ -9,7 +9,7 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import AzimuthAndVerticalSense, HeaderPeak, RecordComponent
+from overturning.records.component import AzimuthAndVerticalSense, PeakStatedInFileHeader, RecordComponent
 from overturning.records.formats.header import (
     HeaderFieldPatterns,
     HeaderFields,
@@ -119,7 +119,7 @@ def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> date
     return None if moment and moment.year in YEARS_WITH_SUMMER_TIME_IN_PERU and moment.month <= 4 else moment
 
 
-def _stated_peak_of_column(header: HeaderFields, acceleration_column_index: int) -> HeaderPeak | None:
+def _stated_peak_of_column(header: HeaderFields, acceleration_column_index: int) -> PeakStatedInFileHeader | None:
     """Return the peak that the header states for an acceleration column, counted from 0; None if it states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
     return (

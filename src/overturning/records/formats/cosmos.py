@@ -18,7 +18,7 @@ from overturning.arrays import FloatArray
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
     AzimuthAndVerticalSense,
-    HeaderPeak,
+    PeakStatedInFileHeader,
     RecordComponent,
     checked_axis_direction_from_name_or_code,
     classify_as_surface_or_borehole,
@@ -127,8 +127,10 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == UNIT_CODE_OF_DIGITISER_COUNTS else 1e-5) * scale
     peak = (
-        HeaderPeak(
-            abs(known[63]) * scale, digit, line_number=lines_from_channel_start.preceding_line_count + reals_at + 12
+        PeakStatedInFileHeader(
+            abs(known[63]) * scale,
+            digit,
+            line_number=lines_from_channel_start.file_line_count_before_first_line + reals_at + 12,
         )
         if 63 in known
         else None

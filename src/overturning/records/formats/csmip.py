@@ -99,7 +99,8 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.field_text("channel")
     if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
-        why = f"axis {channel.split()[0]!r}, but line {channel_lines.preceding_line_count + at + 1} says {axis!r}"
+        line_number = channel_lines.file_line_count_before_first_line + at + 1
+        why = f"axis {channel.split()[0]!r}, but line {line_number} says {axis!r}"
         raise header.line_error("channel", f"{why}; find out which, and correct the file")
     whole = channel_lines.read_fixed_width_integers(text_lines, column_width=5, numbers_per_line=16, number_count=100)
     code = int(whole[26])
@@ -188,7 +189,8 @@ def _read_evenly_spaced_samples_interval_and_notes(
         replace(
             channel_lines,
             lines=channel_lines.lines[sample_block_heading_line_index:],
-            preceding_line_count=channel_lines.preceding_line_count + sample_block_heading_line_index,
+            file_line_count_before_first_line=channel_lines.file_line_count_before_first_line
+            + sample_block_heading_line_index,
         ),
         SAMPLE_BLOCK_HEADING_FIELD_PATTERNS,
         1,

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RecordRefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasonCollector
 from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent, parse_axis_direction
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.headings import (
@@ -32,7 +32,7 @@ def read_components(source_file: SourceFile, user_declared_properties: DeclaredF
     eight values of one axis per line, ``north:gal*8F10`` the same in fields of ten characters. Headings and lines that
     begin with ``#`` are skipped.
     """
-    name, reasons = source_file.name, RecordRefusalReasons()
+    name, reasons = source_file.name, RecordRefusalReasonCollector()
     columns: list[tuple[str, str]] = []
     with reasons.suppress_record_error_and_keep_reasons():
         text, sisters = _column_declaration_and_record_key_of_file(user_declared_properties.columns, name)

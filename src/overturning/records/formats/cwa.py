@@ -9,7 +9,7 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import AzimuthAndVerticalSense, HeaderPeak, RecordComponent
+from overturning.records.component import AzimuthAndVerticalSense, PeakStatedInFileHeader, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile
@@ -79,7 +79,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _read_header_peak(header: HeaderFields, field_name: str) -> HeaderPeak:
+def _read_header_peak(header: HeaderFields, field_name: str) -> PeakStatedInFileHeader:
     """Return the peak of a component, the larger of the two extremes in a header field."""
     stated = re.fullmatch(rf"({FLOAT_PATTERN})\s*~\s*({FLOAT_PATTERN})", header.field_text(field_name))
     if stated is None:

@@ -15,7 +15,7 @@ from overturning.errors import RecordError
 from overturning.records.component import (
     UNKNOWN_DIRECTION,
     AzimuthAndVerticalSense,
-    HeaderPeak,
+    PeakStatedInFileHeader,
     RecordComponent,
     parse_axis_direction,
 )
@@ -58,7 +58,7 @@ def read_components(record_source: str) -> list[RecordComponent]:
         ) from problem
     # The set's PGAmax (two decimals, in g) is the peak of the larger component.
     larger = max(range(2), key=lambda at: np.abs(components[at].acceleration).max())
-    stated = HeaderPeak(float(records[number]["PGAmax"]) * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
+    stated = PeakStatedInFileHeader(float(records[number]["PGAmax"]) * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
     components[larger] = replace(components[larger], header_peak=stated)
     return components
 

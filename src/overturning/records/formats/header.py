@@ -9,7 +9,12 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import AzimuthAndVerticalSense, HeaderPeak, RecordComponent, normalise_coordinates
+from overturning.records.component import (
+    AzimuthAndVerticalSense,
+    PeakStatedInFileHeader,
+    RecordComponent,
+    normalise_coordinates,
+)
 from overturning.records.formats.lines import FLOAT_PATTERN, TextLines
 from overturning.records.source import SourceFile
 
@@ -113,7 +118,10 @@ class HeaderFields(TextLines):
                         at, f"{line.strip()[:60]!r} where {name} belongs; get the file again"
                     )
         return cls(
-            lines_or_source_file.source, lines_or_source_file.lines, lines_or_source_file.preceding_line_count, found
+            lines_or_source_file.source,
+            lines_or_source_file.lines,
+            lines_or_source_file.file_line_count_before_first_line,
+            found,
         )
 
     def line_index_of_field(self, field_name: str) -> int:
@@ -178,18 +186,18 @@ class HeaderFields(TextLines):
         *,
         is_peak_after_mean_removal: bool = False,
         format_states_sign_of_peak: bool = False,
-    ) -> HeaderPeak:
+    ) -> PeakStatedInFileHeader:
         """Return the peak acceleration (converted to m/s²), its sign and its resolution from a header field.
 
         A positive number has the sign + only if the format writes the sign of peaks (``format_states_sign_of_peak``).
         """
         stated = self.field_text(field_name) if override_text is None else override_text
         number = self.number_in_field(field_name, stated)
-        return HeaderPeak(
+        return PeakStatedInFileHeader(
             abs(number) * unit_in_m_s2,
             last_digit_resolution(stated) * unit_in_m_s2,
             is_peak_after_mean_removal,
-            self.preceding_line_count + self.line_index_of_field(field_name) + 1,
+            self.file_line_count_before_first_line + self.line_index_of_field(field_name) + 1,
             -1 if number < 0 else int(format_states_sign_of_peak and number > 0),
         )
 

@@ -70,7 +70,9 @@ def split_heading_lines_into_cells(
     may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
     """
     return [
-        cells for line in lines_above_numbers if (cells := _split_heading_line(line, separator, declared_column_count))
+        cells
+        for line in lines_above_numbers
+        if (cells := _split_heading_line_or_empty_if_count_differs(line, separator, declared_column_count))
     ]
 
 
@@ -79,7 +81,9 @@ def _strip_comment_marks(line: str, separator: str | None) -> str:
     return line.strip().lstrip("#%!/* \t" + ("" if separator == ";" else ";")).strip()
 
 
-def _split_heading_line(line: str, separator: str | None, declared_column_count: int) -> list[str]:
+def _split_heading_line_or_empty_if_count_differs(
+    line: str, separator: str | None, declared_column_count: int
+) -> list[str]:
     """Split a heading line into cells; return [] if the line does not have one cell per column."""
     text = _strip_comment_marks(line, separator)
     ways = [text.split(separator)] if separator else []
@@ -122,7 +126,10 @@ def unit_line_notes_and_non_acceleration_reason(
         plain = _normalise_heading(text)
         quantity = re.match(r"(?:(?:un)?corrected |processed |ground )*(velocity|displacement)\b", plain)
         about = bool(quantity) or re.match(r"(?:(?:un)?corrected |processed |ground )*acc|.*\bunits?\b", plain)
-        if _split_heading_line(line, separator, len(axis_and_unit_of_declared_columns)) or not about:
+        if (
+            _split_heading_line_or_empty_if_count_differs(line, separator, len(axis_and_unit_of_declared_columns))
+            or not about
+        ):
             continue
         stated = [word for match in _STATED_UNIT_PATTERN.finditer(plain) for word in match.groups() if word]
         what = (

@@ -30,7 +30,7 @@ class TextLines:
 
     source: SourceFile
     lines: Sequence[str]
-    preceding_line_count: int = 0  # number of lines of the file before these
+    file_line_count_before_first_line: int = 0  # number of lines of the file before these
 
     @property
     def ends_with_newline(self) -> bool:
@@ -39,7 +39,9 @@ class TextLines:
 
     def line_error(self, line_index: int, problem: str) -> RecordError:
         """Return an error with the file name, the line number and a description of the problem."""
-        return RecordError(f"{self.source.name} line {self.preceding_line_count + line_index + 1}: {problem}")
+        return RecordError(
+            f"{self.source.name} line {self.file_line_count_before_first_line + line_index + 1}: {problem}"
+        )
 
     def parse_number(self, number_text: str, line_index: int, quantity_label: str) -> float:
         """Parse a text as one finite number; raise a RecordError for other text, such as blanks, ``nan`` or ``***``."""

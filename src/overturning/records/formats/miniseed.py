@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RecordRefusalReasons
+from overturning.errors import RecordError, RecordRefusalReasonCollector
 from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
@@ -77,7 +77,7 @@ def stream_components_in_m_s2(
             raise RecordError(f"{name}: channel {trace.id} has a gap or an overlap; cut the file to one side of it")
         if trace.stats.npts < 2:
             raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
-    components, reasons = [], RecordRefusalReasons()
+    components, reasons = [], RecordRefusalReasonCollector()
     for trace in obspy_stream:
         with reasons.suppress_record_error_and_keep_reasons():
             components.append(_component_of_trace(trace, obspy_inventory, source_file, user_declared_properties))

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import (
-    HeaderPeak,
+    PeakStatedInFileHeader,
     RecordComponent,
     channel_direction_mismatch_notes,
     classify_as_surface_or_borehole,
@@ -114,7 +114,9 @@ def _component_of_trace(
         event=str(header.get("kevnm", "")).strip(),
         origin_time_utc=origin,
         station_latitude_longitude_deg=(header_number("stla"), header_number("stlo")),
-        header_peak=HeaderPeak.from_signed_acceleration(extreme * scale, 2e-7) if extreme is not None else None,
+        header_peak=PeakStatedInFileHeader.from_signed_acceleration(extreme * scale, 2e-7)
+        if extreme is not None
+        else None,
         sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
         sensor_location=obspy_trace.stats.location,
         is_already_corrected=bool(user_declared_properties.processed),

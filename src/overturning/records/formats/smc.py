@@ -13,7 +13,7 @@ import numpy as np
 
 from overturning.records.component import (
     AzimuthAndVerticalSense,
-    HeaderPeak,
+    PeakStatedInFileHeader,
     RecordComponent,
     checked_axis_direction_from_name_or_code,
     direction_from_azimuth_and_dip_with_notes,
@@ -69,7 +69,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             station_latitude_longitude_deg=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
-            header_peak=HeaderPeak.from_signed_acceleration(extreme * GAL, 1e-4, line_number=23)
+            header_peak=PeakStatedInFileHeader.from_signed_acceleration(extreme * GAL, 1e-4, line_number=23)
             if extreme is not None
             else None,
             sensor_location=_sensor_location_in_structure(whole),

@@ -96,12 +96,16 @@ class ChannelEpoch:
     direction: AzimuthAndVerticalSense
     is_orientation_unknown: bool  # whether a text of the channel says that its orientation is not known
     notes: tuple[str, ...]
-    trusted_contradictions: tuple[str, ...]  # contradictions that --trust-data goes on over
+    contradictions_accepted_with_trust_data: tuple[str, ...]  # contradictions that --trust-data goes on over
 
     @property
     def trusted_contradictions_metadata(self) -> dict[str, tuple[str, ...]]:
         """Return contradictions in the StationXML that the user accepts, as metadata of a component; {} if none."""
-        return {"trusted": self.trusted_contradictions} if self.trusted_contradictions else {}
+        return (
+            {"trusted": self.contradictions_accepted_with_trust_data}
+            if self.contradictions_accepted_with_trust_data
+            else {}
+        )
 
 
 def find_channel_epoch(

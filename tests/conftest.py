@@ -9,21 +9,22 @@ from pathlib import Path
 import pytest
 from xdist.scheduler import LoadFileScheduling
 
-KERNEL_TEST_FILES = (
+KERNEL_COMPILING_TEST_FILES_IN_ORDER = (
     "test_ladder.py", "test_one.py", "test_digests.py", "test_closed_forms.py", "test_bad_input.py",
     "test_polygon_cost.py",
 )  # fmt: skip
 """Files whose tests compile the kernels of scenes and stacks. They run in one process, in this order: two processes
 would compile the same kernel at the same time, and a second variant of a kernel takes a quarter of the first."""
 
-SOURCE_CODE_TEST_FILES = ("test_layers.py", "test_locks.py")
+TEST_FILES_SHARING_PARSED_SOURCES = ("test_layers.py", "test_locks.py")
 """Files whose tests search the same Python sources for imports: in one process, so that each is parsed once."""
 
 WORKFLOW_TEST_FILES = ("test_study.py", "test_messages.py", "test_imports.py")
 """Files whose tests plan studies by Snakemake: in one process, so that it is imported once."""
 
 TEST_FILES_RUN_FIRST = (
-    *KERNEL_TEST_FILES, "test_body_closed_forms.py", "test_rocking.py", "test_study.py", "test_messages.py",
+    *KERNEL_COMPILING_TEST_FILES_IN_ORDER, "test_body_closed_forms.py", "test_rocking.py", "test_study.py",
+    "test_messages.py",
     "test_in_browsers.py", "test_explorer_in_browsers.py", "test_commands_on_results.py", "test_japanese_figures.py",
     "test_fetch.py", "test_imports.py", "test_new_project.py", "test_python.py", "test_fork_server.py",
 )  # fmt: skip
@@ -36,7 +37,11 @@ class GroupedFileScheduling(LoadFileScheduling):
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
         name = file.rpartition("/")[2]
-        groups = {"kernels": KERNEL_TEST_FILES, "sources": SOURCE_CODE_TEST_FILES, "workflow": WORKFLOW_TEST_FILES}
+        groups = {
+            "kernels": KERNEL_COMPILING_TEST_FILES_IN_ORDER,
+            "sources": TEST_FILES_SHARING_PARSED_SOURCES,
+            "workflow": WORKFLOW_TEST_FILES,
+        }
         return next((group for group, names in groups.items() if name in names), file)
 
 

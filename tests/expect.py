@@ -35,7 +35,7 @@ def skip_test_unless_skipping_is_forbidden(reason: str) -> NoReturn:
     raise AssertionError
 
 
-def instruction_sets_to_compile_for(targets: Sequence[str]) -> Sequence[str]:
+def other_instruction_sets_to_compile_for(targets: Sequence[str]) -> Sequence[str]:
     """Return the instruction sets to compile for besides that of this machine: only the first, as compiling is slow.
 
     All targets are returned if ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.

@@ -72,7 +72,7 @@ def names_in_module(parts: list[str]) -> set[str]:
 
 
 @pytest.fixture(scope="module")
-def names_by_class() -> dict[str, set[str]]:
+def own_and_inherited_names_by_class() -> dict[str, set[str]]:
     """Names that each class of the project has, by class name; those of its bases in the project are included."""
     own: dict[str, set[str]] = {}
     bases: dict[str, set[str]] = {}
@@ -88,7 +88,7 @@ def names_by_class() -> dict[str, set[str]]:
     return {name: names_with_bases(name) for name in own}
 
 
-def test_sections_of_docstrings_list_existing_parameters_and_attributes(names_by_class):
+def test_sections_of_docstrings_list_existing_parameters_and_attributes(own_and_inherited_names_by_class):
     wrong = []
     for path in PYTHON_FILES:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -96,21 +96,25 @@ def test_sections_of_docstrings_list_existing_parameters_and_attributes(names_by
                 continue
             text = ast.get_docstring(node) or ""
             listed = names_listed_in_section(text, "Parameters") + names_listed_in_section(text, "Attributes")
-            known = parameter_names(node) if isinstance(node, ast.FunctionDef) else set(names_by_class[node.name])
+            known = (
+                parameter_names(node)
+                if isinstance(node, ast.FunctionDef)
+                else set(own_and_inherited_names_by_class[node.name])
+            )
             for one in node.body:
                 known |= parameter_names(one) if isinstance(one, ast.FunctionDef) and one.name == "__init__" else set()
             wrong += [f"{path.relative_to(ROOT)}, {node.name}: {name}" for name in listed if name not in known]
     assert wrong == []
 
 
-def test_attributes_that_docstrings_name_with_their_class_exist(names_by_class):
+def test_attributes_that_docstrings_name_with_their_class_exist(own_and_inherited_names_by_class):
     wrong = []
     for path in PYTHON_FILES:
         mentions = re.findall(r"`(?:[\w.]+\.)?([A-Z]\w+)\.(\w+)(?:\(\))?`", path.read_text(encoding="utf-8"))
         wrong += [
             f"{path.relative_to(ROOT)}: {of}.{name}"
             for of, name in mentions
-            if of in names_by_class and name not in names_by_class[of]
+            if of in own_and_inherited_names_by_class and name not in own_and_inherited_names_by_class[of]
         ]
     assert wrong == []
 

@@ -44,7 +44,7 @@ PACKAGES = {"overturning": ROOT / "src" / "overturning", "verification": ROOT / 
 
 
 @cache
-def paths_by_module() -> dict[str, Path]:
+def source_paths_of_package_verification_and_tests() -> dict[str, Path]:
     """Return the paths of all modules of the package, the verification and the tests, by module name."""
     found = {}
     for package, folder in PACKAGES.items():
@@ -57,17 +57,17 @@ def paths_by_module() -> dict[str, Path]:
 @cache
 def imported_project_modules(module: str) -> frozenset[str]:
     """Return the names of the project modules that a module imports, also inside functions."""
-    names, text = set(), paths_by_module()[module].read_text(encoding="utf-8")
+    names, text = set(), source_paths_of_package_verification_and_tests()[module].read_text(encoding="utf-8")
     for node in ast.walk(ast.parse(text)) if "import_module" in text else import_statements(text):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{module} imports relatively; write the full name"
             below = {f"{node.module}.{alias.name}" for alias in node.names}
-            names |= below & paths_by_module().keys() or {str(node.module)}
+            names |= below & source_paths_of_package_verification_and_tests().keys() or {str(node.module)}
         elif isinstance(node, ast.Call) and _last_name_of_called_function(node.func) == "import_module":
             names |= {one.value for one in node.args if isinstance(one, ast.Constant)}
-    return frozenset((names & paths_by_module().keys()) - {module})
+    return frozenset((names & source_paths_of_package_verification_and_tests().keys()) - {module})
 
 
 def _last_name_of_called_function(function: ast.expr) -> str:
@@ -87,7 +87,7 @@ def layer_of_module(module: str) -> str:
 
 def test_each_module_imports_only_from_allowed_layers() -> None:
     faults = []
-    for name in (name for name in paths_by_module() if name.startswith("overturning.")):
+    for name in (name for name in source_paths_of_package_verification_and_tests() if name.startswith("overturning.")):
         assert layer_of_module(name) in IMPORT_LAYERS, f"{layer_of_module(name)} is not a layer"
         allowed = ["", *IMPORT_LAYERS[: IMPORT_LAYERS.index(layer_of_module(name)) + 1]]
         faults += [
@@ -103,7 +103,7 @@ IMPORTERS_OF_VERIFICATION = ("verification", "tests.verification", "tests.workfl
 
 
 def test_tests_import_only_reference_solutions_from_verification() -> None:
-    for name in paths_by_module():
+    for name in source_paths_of_package_verification_and_tests():
         others = {other for other in imported_project_modules(name) if not other.startswith("verification.reference.")}
         packages = {other.partition(".")[0] for other in others}
         if name.startswith("verification"):
@@ -114,12 +114,14 @@ def test_tests_import_only_reference_solutions_from_verification() -> None:
 
 def test_the_project_has_no_circular_imports() -> None:
     try:
-        TopologicalSorter({name: imported_project_modules(name) for name in paths_by_module()}).prepare()
+        TopologicalSorter(
+            {name: imported_project_modules(name) for name in source_paths_of_package_verification_and_tests()}
+        ).prepare()
     except CycleError as error:
         pytest.fail(f"a circle of imports: {' → '.join(error.args[1])}")
 
 
 def test_the_package_does_not_import_the_workflow_engine() -> None:
-    for name, path in paths_by_module().items():
+    for name, path in source_paths_of_package_verification_and_tests().items():
         if name.startswith("overturning"):
             assert "import snakemake" not in path.read_text(encoding="utf-8"), path

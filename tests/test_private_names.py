@@ -35,7 +35,9 @@ CACHE_TEST = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss
 COMPILER_SETTINGS_TEST_NODE_ID = (
     "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
 )
-LANES_TEST = "tests/dem/test_lanes.py::test_store_unless_keeps_values_on_request_and_skips_omitted_fields"
+ID_OF_TEST_OF_STORING_TUPLES_IN_LANES = (
+    "tests/dem/test_lanes.py::test_store_unless_writes_neither_if_true_nor_omitted_fields"
+)
 VECTORISATION_TEST_NODE_ID = (
     "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
 )
@@ -92,8 +94,14 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
         ),
     },
     "dem/kernel/tuples.py": {
-        ("numba.core", "numba.core.errors"): ("named tuples are loaded and stored by generated LLVM code", LANES_TEST),
-        ("llvmlite.ir.instructions", "_insert"): ("llvmlite's builder has no method for freeze", LANES_TEST),
+        ("numba.core", "numba.core.errors"): (
+            "named tuples are loaded and stored by generated LLVM code",
+            ID_OF_TEST_OF_STORING_TUPLES_IN_LANES,
+        ),
+        ("llvmlite.ir.instructions", "_insert"): (
+            "llvmlite's builder has no method for freeze",
+            ID_OF_TEST_OF_STORING_TUPLES_IN_LANES,
+        ),
     },
     "figures/style.py": {
         ("_repr_png_",): (

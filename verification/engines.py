@@ -55,7 +55,7 @@ def convert_elements_to_planar_bodies(free_elements: Iterable[PlacedElement]) ->
         PlanarBody(
             one.centre_of_mass_x,
             one.centre_of_mass_z,
-            one.shape.vertices_from_centroid.tolist(),
+            one.shape.vertices_from_whole_polygon_centroid.tolist(),
             one.mass,
             one.inertia_about_centre_of_mass,
         )

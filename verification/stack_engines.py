@@ -58,7 +58,7 @@ class TopmostStoneOutcome(NamedTuple):
     """Azimuth to which its axis points at the time of the first fall, degrees; NaN if all stones stand."""
     first_fall_time: float
     """Time at which the first stone counts as fallen, s; NaN if all stand."""
-    lowest_fallen_stone_index: int
+    lowest_stone_index_at_first_fall: int
     """Index of the lowest stone that counts as fallen at that time; -1 if all stand."""
     tilt_at_fall_or_topmost_peak_tilt_deg: float
     """Tilt of the fallen stone at that time, degrees; the largest tilt of the topmost stone if all stand."""

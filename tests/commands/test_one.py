@@ -100,7 +100,7 @@ def test_the_help_lists_workflow_steps_separately() -> None:
 
 
 RINALDI_RECORD_OPTIONS = ("--record", "rinaldi")
-PLANAR_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--azimuth", "1")
+RINALDI_AND_AZIMUTH_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--azimuth", "1")
 BODY_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--body")
 
 
@@ -108,14 +108,14 @@ BODY_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--body")
     ("given", "message"),
     [
         (("--record", "rinaldo", "--azimuth", "1"), "did you mean rinaldi?"),
-        ((*PLANAR_OPTIONS, "--animate", "fall.avi"), "use the extension"),
-        ((*PLANAR_OPTIONS, "--damping", "3", "--damping-ratio", "1"), "keep one"),
-        ((*PLANAR_OPTIONS, "--b-over-h", "-1"), "b_over_h"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--animate", "fall.avi"), "use the extension"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--damping", "3", "--damping-ratio", "1"), "keep one"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--b-over-h", "-1"), "b_over_h"),
         ((*RINALDI_RECORD_OPTIONS, "--azimuth", "nan"), "azimuth"),
-        ((*PLANAR_OPTIONS, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
         ((*BODY_OPTIONS, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
-        ((*PLANAR_OPTIONS, "--scene", "gone"), "scene gone: no file"),
-        ((*PLANAR_OPTIONS, "--scene", "boulder", "--damping", "3"), "set them in the scene file"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--scene", "gone"), "scene gone: no file"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--scene", "boulder", "--damping", "3"), "set them in the scene file"),
         (RINALDI_RECORD_OPTIONS, "--azimuth: not given; give it, or in 3-D --orientation with --body or --scene"),
         ((*BODY_OPTIONS, "--azimuth", "3"), "--body, --mesh: accept --orientation"),
         ((*BODY_OPTIONS, "--animate", "a.gif"), "a.gif: a film of a 3-D body is an HTML page; use the extension .html"),
@@ -127,9 +127,9 @@ BODY_OPTIONS = (*RINALDI_RECORD_OPTIONS, "--body")
         ((*RINALDI_RECORD_OPTIONS, "--mesh", "a.obj", "--azimuth", "3"), "--body, --mesh: accept --orientation"),
         ((*BODY_OPTIONS, "--relief", "0.001"), "--mesh-unit, --relief: only for a mesh; add --mesh"),
         ((*BODY_OPTIONS, "--density", "2000"), "density without --mesh"),
-        ((*PLANAR_OPTIONS, "--plan", "circle"), "error: --plan: only for a 3-D body; add --body"),
+        ((*RINALDI_AND_AZIMUTH_OPTIONS, "--plan", "circle"), "error: --plan: only for a 3-D body; add --body"),
         (
-            (*PLANAR_OPTIONS, "--relief", "0.001", "--mesh-unit", "mm"),
+            (*RINALDI_AND_AZIMUTH_OPTIONS, "--relief", "0.001", "--mesh-unit", "mm"),
             "error: --mesh-unit, --relief: only for a 3-D body",
         ),
         (

@@ -108,7 +108,9 @@ def outcomes_of_3d_blocks_and_their_2d_models() -> dict[str, Any]:
     return simulate_grid_and_2d_face_planes_of_rectangle(model, motion_for_outcome_digests(), grid, NumericalOptions())
 
 
-SOFT_BLOCK = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)
+BLOCK_WITH_SOFT_CONTACT = gravestone(
+    Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0
+)
 BOUNCING_BLOCK = gravestone(Contact(stiffness=4e6, damping=300.0, stiffness_ratio=2.0))
 WEDGE = Polyhedron([[0, 0, 0], [0.5, 0, 0], [0.55, 0.4, 0], [0, 0.35, 0], [0.2, 0.2, 1.1], [0.25, 0.1, 1.1]])
 BASE_STONE_AND_CAP_SCENE = scene_of_elements(
@@ -165,7 +167,9 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
     "block, short budget": partial(
         outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(30, 5), budget=4000
     ),
-    "soft block": partial(outcomes_under_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(120, 7), True),
+    "soft block": partial(
+        outcomes_under_digest_motion, BLOCK_WITH_SOFT_CONTACT, random_cases_of_varied_blocks(120, 7), True
+    ),
     "bouncing block": partial(
         outcomes_under_digest_motion, BOUNCING_BLOCK, random_cases_of_varied_blocks(120, 8, tilted=True)
     ),
@@ -173,7 +177,10 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
         outcomes_under_digest_motion, BOUNCING_BLOCK, random_cases_of_varied_blocks(40, 9), True, scheme="cundall"
     ),
     "soft block, Cundall": partial(
-        outcomes_under_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(40, 10, tilted=True), scheme="cundall"
+        outcomes_under_digest_motion,
+        BLOCK_WITH_SOFT_CONTACT,
+        random_cases_of_varied_blocks(40, 10, tilted=True),
+        scheme="cundall",
     ),
     "rigid block": partial(outcomes_of_random_rigid_rocking_blocks, False, 12),
     "rigid block, ground up and down": partial(outcomes_of_random_rigid_rocking_blocks, True, 8),
@@ -212,7 +219,11 @@ OUTCOME_FUNCTIONS: dict[str, Callable[[], Mapping[str, Any]]] = {
         outcomes_under_digest_motion, PlanarModel(), random_cases_of_varied_blocks(30, 30), True, general=True
     ),
     "scene of a block, Cundall": partial(
-        outcomes_under_digest_motion, SOFT_BLOCK, random_cases_of_varied_blocks(10, 31), general=True, scheme="cundall"
+        outcomes_under_digest_motion,
+        BLOCK_WITH_SOFT_CONTACT,
+        random_cases_of_varied_blocks(10, 31),
+        general=True,
+        scheme="cundall",
     ),
     "stack in 3-D": partial(
         outcomes_under_digest_motion,

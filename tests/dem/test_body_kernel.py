@@ -28,7 +28,7 @@ from overturning.model.variables import BODY_OUTCOME_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import motion_at_rest
-from tests.dem.near_field import near_field_motion_and_component_azimuths, strong_part_of_near_field_record
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths, strong_part_of_near_field_record
 from verification.reference.sliding import peak_and_final_slip
 
 SOFT_CONTACT = VertexContact(2e-5)
@@ -44,13 +44,13 @@ def strong_part_of_record_with_artificial_vertical(number: int) -> Motion:
 
 
 PARAMETRIZE_SCHEME = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
+pytestmark = pytest.mark.usefixtures("enable_cundall_scheme_for_3d_bodies")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [1, 7])
 def test_a_3d_body_shaken_along_a_face_normal_equals_the_2d_model(number: int) -> None:
-    motion, normal, _ = near_field_motion_and_component_azimuths(number)
+    motion, normal, _ = near_field_motion_and_fault_component_azimuths(number)
     along = motion.acceleration_along(normal)
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
@@ -279,7 +279,7 @@ def plate_displacement_and_rotation_until_rest(
     `start` has the velocity along x and y (m/s) and the angular velocity (rad/s).
     """
 
-    def state_rates(_: float, state: np.ndarray) -> np.ndarray:
+    def sliding_plate_state_derivative(_: float, state: np.ndarray) -> np.ndarray:
         """Return the time derivative of place, rotation and their velocities."""
         cosine, sine = np.cos(state[2]), np.sin(state[2])
         arms = corners @ np.array([[cosine, sine], [-sine, cosine]])
@@ -294,7 +294,12 @@ def plate_displacement_and_rotation_until_rest(
 
     remaining_speed.terminal = True  # type: ignore[attr-defined]
     found = solve_ivp(
-        state_rates, (0.0, 1e4), np.append(np.zeros(3), start), events=remaining_speed, rtol=1e-8, atol=1e-9
+        sliding_plate_state_derivative,
+        (0.0, 1e4),
+        np.append(np.zeros(3), start),
+        events=remaining_speed,
+        rtol=1e-8,
+        atol=1e-9,
     )
     return np.asarray(found.y[:3, -1])
 

@@ -18,7 +18,7 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.kernel_cache import cache_compiled_kernel, kernel_cache_directory
 from overturning.motion.motion import Motion
-from tests.test_layers import imported_project_modules, paths_by_module
+from tests.test_layers import imported_project_modules, source_paths_of_package_verification_and_tests
 
 
 def test_a_damaged_cache_file_is_a_cache_miss(
@@ -126,22 +126,25 @@ def test_kernel_variants_compiled_by_different_processes_are_not_confused(tmp_pa
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
 
-    def run_program(*bases: str) -> list[str]:
+    def printed_lines_of_program_for_base_motions(*bases: str) -> list[str]:
         """Run the Python code `program` for some base motions in a new process, and return its output lines."""
         done = subprocess.run(
             [sys.executable, "-c", program, *bases], env=environment, capture_output=True, text=True, check=True
         )
         return done.stdout.splitlines()
 
-    assert run_program("level") + run_program("up") == run_program("level", "up")
+    assert printed_lines_of_program_for_base_motions("level") + printed_lines_of_program_for_base_motions(
+        "up"
+    ) == printed_lines_of_program_for_base_motions("level", "up")
 
 
 def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
     """A compiled-in constant of a module that is not hashed would leave a stale kernel in use."""
-    for name, path in paths_by_module().items():
+    for name, path in source_paths_of_package_verification_and_tests().items():
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
-            assert {paths_by_module()[other] for other in imported_project_modules(name) - types} <= {
-                *kernel_cache._SOURCE_PATHS_IN_KERNEL_DIGEST
-            }, name
+            assert {
+                source_paths_of_package_verification_and_tests()[other]
+                for other in imported_project_modules(name) - types
+            } <= {*kernel_cache._SOURCE_PATHS_IN_KERNEL_DIGEST}, name
     assert queue.run_case_queue._cache._cache_path == str(kernel_cache_directory())

@@ -19,7 +19,7 @@ from overturning.model.status import CaseStatus
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 from tests.dem.paths import lower_corner_penetrations, trajectory_of_element_named_stone
 from tests.dem.reference.particles import final_slip_with_flights_and_landings
 from verification.reference.closed_forms import (
@@ -264,7 +264,7 @@ def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval
 )  # fmt: skip
 def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, azimuth: int, friction: float) -> None:
     """Slabs 0.6 to 10 m high under records at 0.02 s, and interpolated to 0.01 s, slip like the rigid sliding block."""
-    record = near_field_motion_and_component_azimuths(number, pulse=number < 15)[0]
+    record = near_field_motion_and_fault_component_azimuths(number, pulse=number < 15)[0]
     north, east = cosine_and_sine_of_azimuth(azimuth)
     along = record.north * north + record.east * east
     expected = peak_and_final_slip(along, record.sampling_interval, friction)[0]
@@ -276,7 +276,7 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, 
 
 def test_peak_rotation_of_a_squat_block_equals_that_of_housners_block() -> None:
     """At B/H 0.428 under the Sepulveda record the peak rotation equals that of Housner's block, which never bounces."""
-    record, height, b_over_h = near_field_motion_and_component_azimuths(23, pulse=False)[0], 1.597, 0.428
+    record, height, b_over_h = near_field_motion_and_fault_component_azimuths(23, pulse=False)[0], 1.597, 0.428
     north, east = cosine_and_sine_of_azimuth(41.24)
     along = 1.4508 * (record.north * north + record.east * east)
     motion, case = (
@@ -332,7 +332,7 @@ def base_accelerations_throwing_block_up(lift: float, push: float) -> tuple[np.n
 
 
 @cache
-def outcomes_of_thrown_up_blocks_by_case(
+def thrown_up_block_outcomes_by_friction_azimuth_amplitude(
     b_over_h: float, lift: float, push: float, use_scene_kernel: bool, scheme: str
 ) -> dict[Any, tuple[int, Any, Any]]:
     """Return overturning flag, peak rotation and residual slip of all blocks of one B/H that a motion throws up.
@@ -364,7 +364,7 @@ def test_a_block_that_lands_flat_while_it_slides_stays_flat(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """The block is thrown up and lands with µ < B/H: the impulse acts within its base, so that no end lifts."""
-    found = outcomes_of_thrown_up_blocks_by_case(b_over_h, lift, push, general, scheme)
+    found = thrown_up_block_outcomes_by_friction_azimuth_amplitude(b_over_h, lift, push, general, scheme)
     slip = final_slip_with_flights_and_landings(*base_accelerations_throwing_block_up(lift, push), 0.01, friction)
     for turn, expected in ((0, slip), (180, -slip)):
         overturned, rotation, residual = found[friction, turn, 1.0]
@@ -415,7 +415,7 @@ def test_a_thrown_up_block_lands_flat_at_all_of_many_nearby_amplitudes(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
     """In flight the block rotates by less than 0.001 rad/s, so that one end touches microseconds earlier."""
-    found = outcomes_of_thrown_up_blocks_by_case(b_over_h, lift, push, general, scheme)
+    found = thrown_up_block_outcomes_by_friction_azimuth_amplitude(b_over_h, lift, push, general, scheme)
     overturned, rotation, residual = zip(
         *(found[friction, 0, amplitude] for amplitude in AMPLITUDES_NEAR_ONE), strict=True
     )

@@ -17,7 +17,7 @@ from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 from tests.dem.polygon_scenes import load_shipped_scene
 
 RECORD_NUMBERS = (7, pytest.param(10, marks=pytest.mark.long))
@@ -108,7 +108,7 @@ SIMULATORS: dict[str, CaseSimulator] = {
 @cache
 def strong_part_of_record_with_artificial_vertical(number: int) -> Motion:
     """Return eight seconds around a record's peak, with artificial vertical motion, zero at both ends."""
-    motion, _, _ = near_field_motion_and_component_azimuths(number)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(number)
     peak, around = int(np.argmax(np.hypot(motion.north, motion.east))), round(4.0 / motion.sampling_interval)
     north, east = (part[max(peak - around, 0) : peak + around].copy() for part in (motion.north, motion.east))
     for part in (north, east):
@@ -166,14 +166,14 @@ def halve_sampling_interval(motion: Motion) -> Motion:
     return Motion(*parts, sampling_interval=motion.sampling_interval / 2.0)
 
 
-def scale_motion_time(motion: Motion) -> Motion:
+def stretch_motion_time_for_length_scale(motion: Motion) -> Motion:
     """Return the same accelerations with time scaled by the square root of `LENGTH_SCALE`."""
     interval = motion.sampling_interval * np.sqrt(LENGTH_SCALE)
     return Motion(motion.north, motion.east, motion.up, sampling_interval=interval)
 
 
 MOTION_CHANGES = {
-    "similarity": (scale_motion_time, {"scale": LENGTH_SCALE}),
+    "similarity": (stretch_motion_time_for_length_scale, {"scale": LENGTH_SCALE}),
     "rotation": (lambda motion: rotate_motion(motion, ROTATION_DEG), {"turn": ROTATION_DEG}),
     "quiet samples": (add_quiet_samples_before_and_after, {}),
     "interpolation": (halve_sampling_interval, {}),
@@ -217,7 +217,7 @@ def test_a_2d_case_under_the_opposite_motion_has_exactly_the_mirrored_outcome(mo
         np.testing.assert_array_equal(getattr(other, name), getattr(found, name))
 
 
-@pytest.mark.usefixtures("enable_cundall_scheme_for_bodies")
+@pytest.mark.usefixtures("enable_cundall_scheme_for_3d_bodies")
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
 def test_a_3d_case_under_mirrored_motion_has_exactly_the_mirrored_outcome(body: int | str, scheme: str) -> None:

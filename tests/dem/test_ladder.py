@@ -62,7 +62,7 @@ def block_cases() -> Cases:
 
 
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
-def test_contact_stiffness_and_damping_do_not_change_whole_steps_per_sample(step: float | str) -> None:
+def test_planned_steps_per_sample_do_not_depend_on_contact_parameters(step: float | str) -> None:
     made = [
         plan_simulation(PlanarModel(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))),
         motion_of_two_cycles_with_vertical(),
@@ -110,12 +110,12 @@ NO_CONTACT_CHANGES = StepContactChanges(False, False, False, False, False, False
 
 
 def step_control_of_case(
-    kernel_step_control: StepLimitsCommonToAllCases, longest_step_at_rest_ticks: float | None = None
+    kernel_step_control: StepLimitsCommonToAllCases, longest_step_with_all_contacts_closed_ticks: float | None = None
 ) -> CaseStepLengthsAndDoublingCounts:
     """Return the step control of a case whose finest step is 64 ticks (time units of the kernel)."""
     return CaseStepLengthsAndDoublingCounts(
         64.0,
-        longest_step_at_rest_ticks or kernel_step_control.ticks_per_whole_step,
+        longest_step_with_all_contacts_closed_ticks or kernel_step_control.ticks_per_whole_step,
         8.0,
         kernel_step_control.long_steps_before_doubling,
     )
@@ -247,7 +247,7 @@ def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() 
 
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
-def test_every_long_time_step_is_tried_equally_often_before_it_is_halved(pace: StepLimitsCommonToAllCases) -> None:
+def test_sliding_correction_repeats_restart_at_each_step(pace: StepLimitsCommonToAllCases) -> None:
     """Each try assumes that other contact points slide; tries of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.ticks_per_whole_step
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
@@ -311,8 +311,8 @@ def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(st
     usual = plan_simulation(
         PlanarModel(gravestone(contacts[1])), motion_of_two_cycles_with_vertical(), block_cases(), NumericalOptions()
     ).steps_per_sample
-    assert (soft.case_table["longest_step_at_rest_ticks"] == TICKS_PER_WHOLE_STEP).all()
-    standing = rigid.case_table["longest_step_at_rest_ticks"] / TICKS_PER_WHOLE_STEP
+    assert (soft.case_table["longest_step_with_all_contacts_closed_ticks"] == TICKS_PER_WHOLE_STEP).all()
+    standing = rigid.case_table["longest_step_with_all_contacts_closed_ticks"] / TICKS_PER_WHOLE_STEP
     np.testing.assert_array_equal(rigid.steps_per_sample % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps_per_sample))
 

@@ -111,7 +111,7 @@ def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
-def test_store_unless_keeps_values_on_request_and_skips_omitted_fields() -> None:
+def test_store_unless_writes_neither_if_true_nor_omitted_fields() -> None:
     array = state_array_filled_with_indices()
     value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
     CONTACT_PAIR_READER_AND_WRITER.store_unless(array, 0, True, value)
@@ -127,12 +127,12 @@ def test_store_unless_keeps_values_on_request_and_skips_omitted_fields() -> None
 
 def test_compiled_code_allocates_aligned_zeros() -> None:
     @njit(**COMPILE_OPTIONS)
-    def allocate_zeros(size: int) -> np.ndarray:
+    def allocate_aligned_zeros_in_compiled_code(size: int) -> np.ndarray:
         """Allocate zeros in compiled code."""
         return cache_line_aligned_zeros(size)
 
     for size in (1, 100, 4032):
-        numbers = allocate_zeros(size)  # not a copy: Python gets the array at its address
+        numbers = allocate_aligned_zeros_in_compiled_code(size)  # not a copy: Python gets the array at its address
         assert (numbers.ctypes.data % 64, numbers.size, np.abs(numbers).sum()) == (0, size, 0.0)
 
 

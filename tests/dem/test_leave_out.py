@@ -28,11 +28,11 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 from tests.dem.polygon_scenes import GROUND, block_element, load_shipped_scene, scene_of_elements
 from tests.dem.test_stack_answers import shaft_off_centre
 
-RECORD_NUMBERS_AND_PULSE_FLAGS = ((6, True), (8, True), (9, True), (18, False), (21, False))
+NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS = ((6, True), (8, True), (9, True), (18, False), (21, False))
 """Near-fault records (number, with pulse); the third gets vertical motion, so that thresholds vary with time."""
 BLOCK_GRID_WITH_TWO_THREADS: dict[str, Any] = {
     "azimuth_deg": np.arange(0.0, 360.0, 15.0), "height": [0.6, 1.2], "b_over_h": np.arange(0.1, 0.61, 0.1),
@@ -42,13 +42,13 @@ BLOCK_GRID_WITH_TWO_THREADS: dict[str, Any] = {
 
 def near_field_motion(number: int, pulse: bool) -> Motion:
     """Return a near-field record; number 9 gets an artificial vertical component."""
-    motion, _, _ = near_field_motion_and_component_azimuths(number, pulse)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(number, pulse)
     up = 0.7 * motion.east if number == 9 else None
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("number", "pulse"), RECORD_NUMBERS_AND_PULSE_FLAGS)
+@pytest.mark.parametrize(("number", "pulse"), NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS)
 def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_flag(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,7 +69,7 @@ def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_f
 @pytest.mark.long
 def test_skipping_times_at_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> None:
     changed = np.zeros(3, int)
-    for motion in (near_field_motion(*one) for one in RECORD_NUMBERS_AND_PULSE_FLAGS):
+    for motion in (near_field_motion(*one) for one in NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS):
         short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
         full, more, less = (
             simulate_as_arrays(motion.scaled_by(factor), **BLOCK_GRID_WITH_TWO_THREADS, leave_out=False)
@@ -89,7 +89,7 @@ def test_skipping_times_at_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_ch
         "model": Stack(load_shipped_scene("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0),
         "height": [0.8], "b_over_h": [0.25, 0.35, 0.45], "friction": [0.3, 0.5, 0.7, 0.9], "threads": 2,
     }  # fmt: skip
-    for motion in (near_field_motion(*one) for one in RECORD_NUMBERS_AND_PULSE_FLAGS[2:]):
+    for motion in (near_field_motion(*one) for one in NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS[2:]):
         short = simulate_as_arrays(motion, **stacks)
         full, *others = (
             simulate_as_arrays(motion.scaled_by(factor), **stacks, leave_out=False)
@@ -110,7 +110,7 @@ GRID = {
 
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 def test_motion_without_vertical_gives_the_same_bits_as_zero_vertical_motion(scheme: str) -> None:
-    motion, _, _ = near_field_motion_and_component_azimuths(8, True)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
     without, with_zeros = (
         simulate_as_arrays(which, gravestone(SOFT_CONTACT), **GRID, friction=[0.33, 1.0], scheme=scheme)

@@ -42,7 +42,7 @@ def _momenta_and_energy_of_collision_in_flight(
         how, 2, x=0.8, z=10.0 + 0.2 * rng.normal(), angle=rng.uniform(-1.5, 1.5), vx=-1.5, vz=0.0, vw=rng.normal()
     )
     _, _, poses = run_planned_case(how, motion)
-    bodies = how.scene_variants[0].elements[1:]
+    bodies = how.prepared_scenes_by_size_and_damping[0].elements[1:]
     mass, inertia = np.array([b.mass for b in bodies]), np.array([b.inertia_about_centre_of_mass for b in bodies])
     x, z, _, vx, vz, vw = np.moveaxis(poses[:, 1:], 2, 0)
     impulse = np.stack([mass * vx, mass * vz], axis=-1).sum(axis=1)

@@ -15,7 +15,7 @@ from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from tests.dem.compiled.polygon_steps import (
     run_case_and_find_max_tested_pairs_per_step,
-    solve_equations_and_count_submatrices,
+    solve_equations_and_count_nonzero_submatrices,
 )
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
 
@@ -44,7 +44,9 @@ def solve_random_equations_by_kernel_and_numpy(
     )
     for j in range(rows.PARALLEL_CASE_COUNT):
         state[places + j] = right
-    used, left_over, _, _ = solve_equations_and_count_submatrices(state, blocks, np.array(links, np.int64), size)
+    used, left_over, _, _ = solve_equations_and_count_nonzero_submatrices(
+        state, blocks, np.array(links, np.int64), size
+    )
     assert not left_over, "the pattern is empty for the next step"
     dense = blocks.transpose(0, 2, 1, 3).reshape(3 * size, 3 * size)
     return used, state[places + 5], np.linalg.solve(dense, right.ravel()).reshape(size, 3)

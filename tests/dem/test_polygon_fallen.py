@@ -16,7 +16,7 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 from tests.dem.polygon_scenes import (
     GROUND,
     block_element,
@@ -51,7 +51,8 @@ def test_fall_angles_of_shipped_scenes_are_rotations_to_rest_on_another_side(nam
     for item in place_elements(load_shipped_scene(name)):
         if not item.is_driven_or_held:
             assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
-                smallest_rotations_to_rest_on_other_side(item.shape.vertices_from_centroid), abs=ROTATION_STEP
+                smallest_rotations_to_rest_on_other_side(item.shape.vertices_from_whole_polygon_centroid),
+                abs=ROTATION_STEP,
             ), item.element.name
             if item.element.width is not None:
                 assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
@@ -93,7 +94,8 @@ def test_fall_angles_of_random_polygons_are_rotations_to_rest_on_another_side() 
         vertices = random_standing_polygon(generator)
         body = place_elements(scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
         assert body.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
-            smallest_rotations_to_rest_on_other_side(body.shape.vertices_from_centroid), abs=2 * ROTATION_STEP
+            smallest_rotations_to_rest_on_other_side(body.shape.vertices_from_whole_polygon_centroid),
+            abs=2 * ROTATION_STEP,
         ), vertices
 
 
@@ -212,7 +214,7 @@ def gate_scene() -> Scene:
 )
 def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, azimuth: float, friction: float) -> None:
     """The stones end rotated by 81°, 90° and 10°, the lintel at least 0.85 m below its initial place."""
-    motion = near_field_motion_and_component_azimuths(9)[0] if motion is None else motion
+    motion = near_field_motion_and_fault_component_azimuths(9)[0] if motion is None else motion
     path = trajectory(motion, gate_scene(), azimuth_deg=azimuth, friction=friction)
     turned, sunk = np.degrees(path["rotation"][-1]), path["z"][0] - path["z"][-1]
     assert (np.abs(turned[1:3]) > 45.0).all(), "the gate collapses"
@@ -229,7 +231,7 @@ def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, az
 
 
 @pytest.mark.parametrize(("peak", "frequency", "rocks"), [(3.75, 2.0, 0.5), (2.0, 2.0, 0.1)])
-def test_a_gate_that_only_rocks_stands(peak: float, frequency: float, rocks: float) -> None:
+def test_rocking_gate_without_overturning_counts_as_standing(peak: float, frequency: float, rocks: float) -> None:
     found = simulate_single_case(gate_scene(), sine_motion(peak, frequency), 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (CaseStatus.SIMULATED, [0, 0, 0])
     assert rocks < found.peak_rotation[0, 0] < 1.0
@@ -350,7 +352,7 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() 
 
 
 def test_an_arch_falls_only_after_it_starts_to_move() -> None:
-    motion = near_field_motion_and_component_azimuths(9)[0]
+    motion = near_field_motion_and_fault_component_azimuths(9)[0]
     path = trajectory(motion, arch_scene(), azimuth_deg=32.0, friction=0.7)
     assert path["status"] == CaseStatus.SIMULATED
     fell = path["overturned"][1:] != 0
@@ -403,7 +405,7 @@ def test_a_stone_sliding_off_its_pedestal_after_another_fall_has_fallen() -> Non
     np.testing.assert_array_equal(short.overturning_time, full.overturning_time)
 
 
-def test_a_stone_that_another_falls_on_has_fallen() -> None:
+def test_a_stone_hit_by_a_falling_stone_counts_as_fallen() -> None:
     """A stone falls from a pedestal onto a lower one, also if the motion is over before it hits: both have fallen."""
     made = scene_of_elements(
         GROUND,
@@ -422,7 +424,7 @@ def test_a_stone_that_another_falls_on_has_fallen() -> None:
 
 def test_a_stack_trajectory_with_aftermath_goes_on_until_its_stones_lie() -> None:
     """A trajectory with 5 s of aftermath begins like one without it, has the same outcome, and ends at rest."""
-    motion, given = near_field_motion_and_component_azimuths(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
+    motion, given = near_field_motion_and_fault_component_azimuths(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
     decided, lying = (
         trajectory(motion, load_shipped_scene("three-tier"), **given, aftermath=time) for time in (0.0, 5.0)
     )

@@ -91,7 +91,7 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajec
     item = next(
         one for one in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])) if not one.is_driven_or_held
     )
-    way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices_from_centroid
+    way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices_from_whole_polygon_centroid
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
     turn = way["rotation"].to_numpy()
     x = way["x"].to_numpy() + low[0] * np.cos(turn) + low[1] * np.sin(turn)

@@ -20,7 +20,7 @@ from overturning.model.pieces import (
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 from tests.dem.polygon_scenes import GROUND, block_element, motion_towards_north, scene_of_elements
 
 FOOT_OUTLINE = [[0, 0], [0.8, 0], [0.8, 0.3], [0, 0.3]]
@@ -92,8 +92,10 @@ def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
         whole = place_elements(scene_of_elements(stone_element(pieces=list(order))))[1]
         assert whole.shape.convex_pieces_if_not_convex == ()
         np.testing.assert_allclose(
-            whole.shape.vertices_from_centroid,
-            place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[1].shape.vertices_from_centroid,
+            whole.shape.vertices_from_whole_polygon_centroid,
+            place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[
+                1
+            ].shape.vertices_from_whole_polygon_centroid,
             atol=1e-15,
         )
 
@@ -144,7 +146,7 @@ def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
 
 
 def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
-    motion, azimuths = near_field_motion_and_component_azimuths(7)[0], np.arange(0, 360, 60.0)
+    motion, azimuths = near_field_motion_and_fault_component_azimuths(7)[0], np.arange(0, 360, 60.0)
     beside = block_element("beside", 0.1, 0.5, x=0.6)  # so that both use the scene kernel
     whole = simulate_scene(scene_of_elements(block_element("stone", 0.2, 0.6), beside), motion, azimuths)
     halves = [[[-0.1, 0], [0.0, 0], [0.05, 0.6], [-0.1, 0.6]], [[0.0, 0], [0.1, 0], [0.1, 0.6], [0.05, 0.6]]]
@@ -156,7 +158,7 @@ def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
 
 def test_a_corner_shared_by_two_pieces_of_a_stone_touches_the_ground_once() -> None:
     """A notch of 1e-7 m in the top divides a stone into two pieces that share a lower corner."""
-    motion, azimuths = near_field_motion_and_component_azimuths(7)[0], np.arange(0, 360, 45.0)
+    motion, azimuths = near_field_motion_and_fault_component_azimuths(7)[0], np.arange(0, 360, 45.0)
     corners = [[-0.12, 0], [0.12, 0], [0.13, 0.6], [-0.12, 0.6]]
     notched = [*corners[:3], [0.02, 0.6 - 1e-7], corners[3]]
     whole, divided = (
@@ -190,7 +192,7 @@ def test_a_stone_rests_in_the_inner_corner_of_an_l_shaped_stone() -> None:
 
 @pytest.mark.parametrize("vertices", [L_OUTLINE, CROSS_OUTLINE])
 def test_energy_balances_and_mirrored_shapes_fall_to_the_opposite_side(vertices: list[list[float]]) -> None:
-    motion, azimuths = near_field_motion_and_component_azimuths(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
+    motion, azimuths = near_field_motion_and_fault_component_azimuths(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
     mirrored = [[-x, z] for x, z in vertices[::-1]]
     one, other = (
         simulate_scene(scene_of_elements(stone_element(vertices=points)), motion, azimuths)

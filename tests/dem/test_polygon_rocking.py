@@ -58,7 +58,7 @@ def rotations_of_rigid_stack_until_impact(
         (size.prod() * size @ size / 12 for size in (LOWER_SIZE, UPPER_SIZE)),
     )
 
-    def state_rates(time: float, state: FloatArray) -> FloatArray:
+    def sliding_plate_state_derivative(time: float, state: FloatArray) -> FloatArray:
         """Return the time derivative of both rotations and their velocities."""
         (lower, upper), (v, w) = state[:2], state[2:]
         a, b, c = (rotate_clockwise(angle + 0.5 * np.pi, arm) for angle, arm in
@@ -77,7 +77,13 @@ def rotations_of_rigid_stack_until_impact(
     samples = np.arange(0.0, duration, 0.005)
     return (
         solve_ivp(
-            state_rates, (0, duration), [*angles, 0, 0], t_eval=samples, events=impact_event, rtol=1e-11, atol=1e-13
+            sliding_plate_state_derivative,
+            (0, duration),
+            [*angles, 0, 0],
+            t_eval=samples,
+            events=impact_event,
+            rtol=1e-11,
+            atol=1e-13,
         )
         .y[:2]
         .T

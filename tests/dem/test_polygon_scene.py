@@ -289,7 +289,7 @@ def test_an_element_past_the_end_of_the_ground_has_a_missing_outcome() -> None:
     assert found.overturned.tolist() == [INT8_MISSING]
 
 
-def test_a_stone_on_a_fixed_shelf_is_not_shaken() -> None:
+def test_stone_on_shelf_fixed_in_space_does_not_rock() -> None:
     """Elements of kind `held` are fixed in space while the ground moves."""
     shelf = {"name": "shelf", "kind": "held", "width": 2.0, "height": 0.5, "at": [5, 0.1]}
     made = scene_of_elements(GROUND, shelf, block_element("stone", 0.2, 0.8, "shelf"), block_element("other", 0.2, 0.8))

@@ -315,7 +315,7 @@ def test_a_shaft_leaning_by_0_2_degrees_has_no_critical_angle_but_its_base_has()
     assert alpha[1] == pytest.approx(np.arctan(0.6 / 0.5))
 
 
-def test_a_shaft_a_tenth_of_a_degree_from_a_wall_has_a_critical_angle() -> None:
+def test_a_shaft_leaning_slightly_against_a_wall_has_a_critical_angle() -> None:
     lean = np.radians(0.05)
     edge = prepare_scene(leaning_shaft(lean)).elements[2].vertices_in_scene[:, 0].max()
     wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}

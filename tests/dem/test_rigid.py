@@ -70,7 +70,7 @@ def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h
             now, state = fine[later[0]], [0.0, 0.0]
             side = -1 if np.interp(now, time, waves[0]) > 0 else 1
 
-        def state_rates(t: float, y: np.ndarray, side: int = side) -> list[float]:
+        def sliding_plate_state_derivative(t: float, y: np.ndarray, side: int = side) -> list[float]:
             """Return the time derivative of rotation and angular velocity."""
             return [
                 y[1],
@@ -87,7 +87,14 @@ def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h
 
         landing_event.terminal, landing_event.direction, fall_event.terminal = True, -1, True
         how = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-11, "max_step": motion.sampling_interval}
-        done = solve_ivp(state_rates, (now, end), state, events=(landing_event, fall_event), dense_output=True, **how)
+        done = solve_ivp(
+            sliding_plate_state_derivative,
+            (now, end),
+            state,
+            events=(landing_event, fall_event),
+            dense_output=True,
+            **how,
+        )
         peak = max(peak, float(np.abs(done.sol(np.linspace(now, done.t[-1], 2000))[0]).max()))
         now = done.t[-1]
         if done.t_events[1].size:

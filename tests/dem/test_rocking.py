@@ -13,7 +13,7 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 
 INTERVAL = 0.005
 OVERTURNING_RECORDS = {7: "Petrolia", 9: "Rinaldi", 10: "Sylmar Olive View"}
@@ -79,9 +79,9 @@ def test_peak_rotation_after_a_short_pulse_agrees_with_the_rocking_block(scheme:
 
 @pytest.mark.parametrize("damping_ratio", [0.5, 1.0])
 @pytest.mark.parametrize("number", range(1, 15))
-def test_pulse_records_overturn_in_the_fault_normal_component_only(number: int, damping_ratio: float) -> None:
+def test_three_pulse_records_overturn_in_fault_normal_component_only(number: int, damping_ratio: float) -> None:
     """Three of fourteen pulse records overturn B/H = 0.4, in the fault-normal component only."""
-    motion, normal, parallel = near_field_motion_and_component_azimuths(number)
+    motion, normal, parallel = near_field_motion_and_fault_component_azimuths(number)
     grid = {"azimuth_deg": [normal, parallel], "height": [0.6], "b_over_h": [0.39, 0.4, 0.42], "friction": [1.0]}
     found = simulate_as_arrays(motion, gravestone(Contact(damping_ratio=damping_ratio)), **grid)
     assert (found["status"] <= 1).all()

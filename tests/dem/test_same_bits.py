@@ -18,9 +18,9 @@ from overturning.model.cases import Cases
 from overturning.records.catalogue import read_record_table
 from overturning.records.read import read_record
 from overturning.records.store import write_record_to_motion_file
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 from tests.dem.paths import trajectory_of_element_named_stone
-from tests.expect import instruction_sets_to_compile_for, skip_test_unless_skipping_is_forbidden
+from tests.expect import other_instruction_sets_to_compile_for, skip_test_unless_skipping_is_forbidden
 
 COMPARED_RESULTS = (
     "overturned", "status", "overturning_time", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration",
@@ -51,7 +51,7 @@ def select_cases(cases: Cases, rows: np.ndarray) -> Cases:
 def test_threads_order_and_subset_of_cases_change_no_bit(
     cases_of_small_block_grid: Cases, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    motion, _, _ = near_field_motion_and_component_azimuths(10)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(10)
     whole = run_cases(motion, cases_of_small_block_grid)
     assert_bit_equal(whole, run_cases(motion, cases_of_small_block_grid, threads=2))
     order = np.random.default_rng(1).permutation(cases_of_small_block_grid.case_count)
@@ -63,7 +63,7 @@ def test_threads_order_and_subset_of_cases_change_no_bit(
 
 
 def test_a_trajectory_is_bit_equal_to_the_same_case_of_a_grid() -> None:
-    motion, _, _ = near_field_motion_and_component_azimuths(10)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(10)
     cell = {"azimuth_deg": 32.0, "height": 0.6, "b_over_h": 0.35, "friction": 0.58}
     found = simulate_as_arrays(motion, **{name: [value] for name, value in cell.items()})
     path = trajectory(motion, **cell)
@@ -80,7 +80,7 @@ def test_a_trajectory_is_bit_equal_to_the_same_case_of_a_grid() -> None:
 
 @pytest.mark.parametrize("vertical", [False, True])
 def test_azimuths_filled_by_mirroring_are_bit_equal_to_simulated_ones(vertical: bool) -> None:
-    motion, _, _ = near_field_motion_and_component_azimuths(7)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(7)
     if vertical:
         motion = type(motion)(motion.north, motion.east, 0.4 * motion.north, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.1, 0.25, 0.4], "friction": [0.33, 1.0]}
@@ -119,7 +119,7 @@ ENVIRONMENT_AND_THREADS_BY_PROCESSOR = {
 def folder_of_motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Provide a folder with the motion that each target processor simulates."""
     folder = tmp_path_factory.mktemp("bits")
-    motion, _, _ = near_field_motion_and_component_azimuths(10)
+    motion, _, _ = near_field_motion_and_fault_component_azimuths(10)
     part = slice(100, 500)
     np.savez(folder / "motion.npz", north=motion.north[part], east=motion.east[part], interval=motion.sampling_interval)
     write_record_to_motion_file(
@@ -148,7 +148,9 @@ def outcome_hashes_of_host(folder_of_motions: Path) -> str:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("target", instruction_sets_to_compile_for(list(ENVIRONMENT_AND_THREADS_BY_PROCESSOR)[1:]))
+@pytest.mark.parametrize(
+    "target", other_instruction_sets_to_compile_for(list(ENVIRONMENT_AND_THREADS_BY_PROCESSOR)[1:])
+)
 def test_outcomes_have_the_same_bits_for_each_instruction_set(
     target: str, folder_of_motions: Path, outcome_hashes_of_host: str
 ) -> None:

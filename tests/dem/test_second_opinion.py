@@ -45,7 +45,7 @@ def side_agreement_and_peak_differences(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), [(7, True), (10, True), (15, False)])
-def test_sides_rotations_and_slips_agree_with_an_independent_integration(number: int, pulse: bool) -> None:
+def test_fall_sides_rotations_and_slips_match_scalar_kernel(number: int, pulse: bool) -> None:
     motion = strong_part_of_near_field_record(
         number, 3.0, 3.0, pulse
     )  # short: the reference takes 100,000 steps per second of motion

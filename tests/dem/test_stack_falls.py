@@ -162,7 +162,7 @@ CUP_PIECES: Rectangles = [
     rectangle_outline(-0.3, -0.2, 0.1, 0.3),
     rectangle_outline(0.2, 0.3, 0.1, 0.3),
 ]
-TABLE_PIECES: Rectangles = [
+RECTANGLES_OF_TABLE_SHAPED_STONE: Rectangles = [
     rectangle_outline(-0.3, -0.2, 0.0, 0.3),
     rectangle_outline(0.2, 0.3, 0.0, 0.3),
     rectangle_outline(-0.3, 0.3, 0.3, 0.4),
@@ -174,7 +174,10 @@ BOX_SIZE: dict[str, Any] = {"width": 0.5, "depth": 0.4, "height": 0.3}
     ("stones", "reason"),
     [
         (({"pieces": CUP_PIECES, "depth": 0.4}, BOX_SIZE), "stone-0 has a gap in its upper face"),
-        ((BOX_SIZE, {"pieces": TABLE_PIECES, "depth": 0.4, "at": (0.1, 0.0)}), "stone-1 has a gap in its base"),
+        (
+            (BOX_SIZE, {"pieces": RECTANGLES_OF_TABLE_SHAPED_STONE, "depth": 0.4, "at": (0.1, 0.0)}),
+            "stone-1 has a gap in its base",
+        ),
     ],
 )
 def test_a_contact_face_with_a_gap_is_refused_in_a_stack(stones: tuple[dict[str, Any], ...], reason: str) -> None:
@@ -233,7 +236,7 @@ def test_a_stone_whose_outline_touches_its_support_before_it_tips_is_refused(
     assert touching < critical
 
 
-def cube_overhanging_plates(*plates: dict[str, Any], at: float = 0.0) -> Scene:
+def stack_of_plates_below_overhanging_cube(*plates: dict[str, Any], at: float = 0.0) -> Scene:
     """Return a stack of plates, lowest first, below a cube of 0.6 m, shifted by ``at`` (m), that overhangs them."""
     return stack_of_stones(*plates, {"width": 0.6, "depth": 0.6, "height": 0.6, "at": (at, 0.0)})
 
@@ -278,7 +281,9 @@ def test_a_warning_names_a_face_that_an_overhanging_stone_meets_before_it_tips(
     plates: list[dict[str, Any]], at: float, met: str | None, tilt_deg: float | None
 ) -> None:
     """A point that overhangs by a meets a face at the depth h below the contact at the tilt asin(h/a)."""
-    touches = unsimulated_overhang_contact_warnings(stack_stones(cube_overhanging_plates(*plates, at=at)))
+    touches = unsimulated_overhang_contact_warnings(
+        stack_stones(stack_of_plates_below_overhanging_cube(*plates, at=at))
+    )
     if met is None:
         assert touches == []
         return

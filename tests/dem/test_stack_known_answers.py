@@ -83,7 +83,9 @@ def free_rocking_velocity_ratios(scene: Scene, mass: float, arm: float, critical
 
     The energy at the top of each swing, M g R (cos(α − θ) − cos α), falls by the square of the ratio.
     """
-    motion = Motion(*joint_opening_pulse_accelerations(scene, stone), sampling_interval=INTERVAL, trust_data=True)
+    motion = Motion(
+        *acceleration_histories_of_joint_opening_pulse(scene, stone), sampling_interval=INTERVAL, trust_data=True
+    )
     path = trajectory(motion, scene, orientation_deg=0.0, friction=3.0)
     tilt = np.abs(path["tilt_north"].to_numpy()[:, stone])
     free = path["time"].to_numpy() > 1.05
@@ -100,7 +102,7 @@ def free_rocking_velocity_ratios(scene: Scene, mass: float, arm: float, critical
     return [math.sqrt(later / earlier) for earlier, later in pairwise(energy)]
 
 
-def joint_opening_pulse_accelerations(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
+def acceleration_histories_of_joint_opening_pulse(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
     """Return north and east accelerations of 6 s: half a sine of 0.5 s that lifts the stones above a joint."""
     t = np.arange(0.0, 6.0, INTERVAL)
     level = 1.6 * joint_opening_acceleration_ratio(scene, stone, 0.0) * GRAVITY

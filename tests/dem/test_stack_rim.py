@@ -61,7 +61,7 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
         -float(np.trapezoid(pulse * time, time)) / speed + SHAFT_CENTRE_TO_BASE_RIM_DISTANCE / speed
     )  # the centre is above the rim, s
 
-    def state_rates(_: float, state: np.ndarray[Any, Any]) -> list[float]:
+    def sliding_plate_state_derivative(_: float, state: np.ndarray[Any, Any]) -> list[float]:
         """Return the time derivative of the state (x, z, angle and their velocities)."""
         x, z, angle, vx, vz, spin = state
         normal, along = np.array([math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), -math.sin(angle)])
@@ -73,7 +73,12 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
         return [vx, vz, spin, force * normal[0], force * normal[1] - GRAVITY, force * lever / INERTIA_PER_MASS]
 
     expected = solve_ivp(
-        state_rates, (0.0, 0.33), [0.0, 0.5 * HEIGHT, 0.0, speed, 0.0, 0.0], rtol=1e-10, atol=1e-12, dense_output=True
+        sliding_plate_state_derivative,
+        (0.0, 0.33),
+        [0.0, 0.5 * HEIGHT, 0.0, speed, 0.0, 0.0],
+        rtol=1e-10,
+        atol=1e-12,
+        dense_output=True,
     ).sol
     since = path["time"].to_numpy() - passes
     leans = (since > 0.1) & (since < 0.33)
@@ -95,7 +100,7 @@ def test_a_rough_stone_turns_about_the_rim_like_a_pendulum(level: float) -> None
     path = path_of_overhanging_shaft(np.where(time < 0.2 + 0.5 * INTERVAL, -level, 0.0), 5.0)
     above = 0.5 * HEIGHT
 
-    def state_rates(t: float, state: np.ndarray[Any, Any]) -> list[float]:
+    def sliding_plate_state_derivative(t: float, state: np.ndarray[Any, Any]) -> list[float]:
         """Return the time derivative of angle and angular velocity."""
         angle, spin = state
         x = -SHAFT_CENTRE_TO_BASE_RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
@@ -107,7 +112,7 @@ def test_a_rough_stone_turns_about_the_rim_like_a_pendulum(level: float) -> None
         ]
 
     expected = solve_ivp(
-        state_rates, (0.0, 0.6), [0.0, 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, dense_output=True
+        sliding_plate_state_derivative, (0.0, 0.6), [0.0, 0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, dense_output=True
     ).sol
     at = path["time"].to_numpy()
     known = expected(at[at < 0.6])[0]

@@ -64,7 +64,7 @@ def test_alignment_figure_sorts_earthquakes_and_prints_each_value_and_the_mean()
         assert ["along" in ticks[-1], "neither" in ticks[0], "across" in ticks[1]] == [True] * 3
 
 
-def figure_of_alignments_with_references() -> Figure:
+def figure_of_fall_alignment_with_reference_axes() -> Figure:
     pulse = {
         "pulse": PlottedEstimate(0.4, 0.2, 0.6, 11),
         "peak velocity": PlottedEstimate(0.56, 0.4, 0.7, 11),
@@ -77,7 +77,7 @@ def figure_of_alignments_with_references() -> Figure:
 def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
     """Rows have the order of the first group; an unknown reference of a group has no dot, and a note says so."""
     with use_package_matplotlib_settings():
-        figure = figure_of_alignments_with_references()
+        figure = figure_of_fall_alignment_with_reference_axes()
     (axes,) = figure.axes
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close("all")
@@ -125,7 +125,8 @@ def test_figure_of_two_settings_shows_overturned_shares_and_their_difference() -
 
 
 @pytest.mark.parametrize(
-    "draw", [figure_of_sorted_fall_alignments, figure_of_alignments_with_references, figure_of_two_overturned_shares]
+    "draw",
+    [figure_of_sorted_fall_alignments, figure_of_fall_alignment_with_reference_axes, figure_of_two_overturned_shares],
 )
 def test_letters_of_answer_figures_have_at_least_7_points_at_printed_width(draw: object) -> None:
     with use_package_matplotlib_settings():

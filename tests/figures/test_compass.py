@@ -43,7 +43,7 @@ def artificial_pga_and_pgv_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({name: ("azimuth", 3.0 + np.cos(2 * angle)) for name in ("pga", "pgv")}, cube[["azimuth"]].coords)
 
 
-def figure_of_one_azimuth_map() -> Figure:
+def figure_of_one_fall_map_by_azimuth() -> Figure:
     return fall_map_by_azimuth_figure(cube_of_one_record(1, 1), "A station\nof an earthquake")
 
 
@@ -77,7 +77,7 @@ def figure_of_overturning_boundary() -> Figure:
 
 
 FUNCTIONS_MAKING_COMPASS_FIGURES = (
-    figure_of_one_azimuth_map,
+    figure_of_one_fall_map_by_azimuth,
     figure_of_four_azimuth_maps,
     azimuth_map_figure_of_two_records,
     azimuth_map_figure_of_three_long_names,

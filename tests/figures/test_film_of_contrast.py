@@ -16,7 +16,7 @@ from tests.figures.test_film import unpack_film_numbers
 from tests.study.small_study import simulate_study_cube, sine_cycle_record, small_study
 
 
-def save_film_strips_and_touch_other_files(figure: Figure, path: Path) -> None:
+def save_only_film_strips_and_create_other_files_empty(figure: Figure, path: Path) -> None:
     """Write a figure to a file only if it is a film strip; create an empty file in place of others, to save time."""
     if path.stem.endswith("-strip"):
         save_figure_files(figure, path)
@@ -42,7 +42,7 @@ def folder_and_differing_cases_with_figures(
     record = replace(level, up=np.round(shaken, 9))
     cube, other = (simulate_study_cube(settings, [record], folder, name) for name in ("nominal", "level"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(illustrative, "save_figure_files", save_film_strips_and_touch_other_files)
+        patch.setattr(illustrative, "save_figure_files", save_only_film_strips_and_create_other_files_empty)
         illustrative.draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
     return folder, read_illustrative_case_list(folder / "cases")
 
@@ -86,7 +86,7 @@ def test_film_strip_of_each_differing_case_is_written(
 
 def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The reference is the upper base, which always stands; the film shows a case in which one of the shafts falls."""
-    monkeypatch.setattr(illustrative, "save_figure_files", save_film_strips_and_touch_other_files)
+    monkeypatch.setattr(illustrative, "save_figure_files", save_only_film_strips_and_create_other_files_empty)
     scene = load_scene("three-tier").model_copy(update={"reference": "upper-base"})
     settings = small_study(
         records={"use": ["a"]}, scene=scene, height=[0.27], b_over_h=[1.3, 1.4], friction=[0.4, 0.7],

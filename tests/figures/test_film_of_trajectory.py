@@ -412,7 +412,7 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
     assert np.hypot(*circle.get_xydata().T) == pytest.approx(np.degrees(np.arctan(1 / 6)))
 
 
-def test_axis_figure_of_a_stack_shows_the_tilt_of_the_reference_element() -> None:
+def test_critical_angles_and_axis_figure_of_a_stack_match_its_2d_scene_and_reference() -> None:
     """The reference element is the foot below a shaft 0.2 m off its middle, which carries a roof twice as wide.
 
     The shaft balances over the near side of its base, 0.1 m from the rim of the foot: arctan(0.1/0.45). The roof, 0.2 m
@@ -440,7 +440,7 @@ def test_axis_figure_of_a_stack_shows_the_tilt_of_the_reference_element() -> Non
     )
 
 
-def test_axis_figure_shows_tilt_and_outcome(
+def test_tilt_path_figure_shows_fall_direction_of_body_axis(
     trajectories_of_falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
 ) -> None:
     with use_package_matplotlib_settings():

@@ -217,7 +217,7 @@ FUNCTIONS_MAKING_FIGURES_BY_NAME: dict[str, Callable[[], Figure]] = {
 
 
 @cache
-def cached_scaled_figure(name: str, factor: float) -> Figure:
+def cached_figure_at_size_factor(name: str, factor: float) -> Figure:
     """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
     with use_package_matplotlib_settings():
         figure = FUNCTIONS_MAKING_FIGURES_BY_NAME[name]()
@@ -242,7 +242,7 @@ def test_figure_files_are_reproducible(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
 @pytest.mark.parametrize("name", FUNCTIONS_MAKING_FIGURES_BY_NAME)
 def test_no_figure_text_is_cut_off(name: str, factor: float) -> None:
-    figure = cached_scaled_figure(name, factor)
+    figure = cached_figure_at_size_factor(name, factor)
     with use_package_matplotlib_settings():
         box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
@@ -380,7 +380,7 @@ def test_survey_figure_has_no_mark_of_an_unknown_direction_or_share() -> None:
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])
 def test_figure_text_is_legible_at_page_width(name: str) -> None:
     factor = 0.85  # that of another test: the size of a letter does not depend on that of its figure
-    figure = cached_scaled_figure(name, factor)
+    figure = cached_figure_at_size_factor(name, factor)
     shrunk = min(1.0, PAGE_WIDTH_INCHES / (figure.get_figwidth() / factor))
     sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     assert min(sizes) * shrunk >= 7.8

@@ -85,7 +85,7 @@ def draw_fragility_curves() -> Figure:
 
 FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FUNCTIONS_MAKING_FIGURES_BY_NAME | {
     "alignments": answers.figure_of_sorted_fall_alignments,
-    "references": answers.figure_of_alignments_with_references,
+    "references": answers.figure_of_fall_alignment_with_reference_axes,
     "contrast": answers.figure_of_two_overturned_shares,
     "history of noise": lambda: record_before_and_after_processing_figure(
         noise_record(), process_record(noise_record(), None)

@@ -57,7 +57,7 @@ def fall_shares_of_cells_and_opposite_azimuths(*cells: tuple[int, int, float, fl
     return towards, away
 
 
-def pixels_in_outer_half_of_map_cell(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
+def rgb_pixels_in_radially_outer_half_of_map_cell(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
     """Return the pixels, (n, 3) from 0 to 1, in the outer half of a map cell: its middle may be on a grid line."""
     axes = figure.axes[0]
     picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
@@ -102,11 +102,13 @@ def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -
         lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*cells), "A")
     )
     for azimuth, share in shares.items():
-        assert grey_level(pixels_in_outer_half_of_map_cell(figure, azimuth, 0.4)).min() > 0.99, "probability 0 is white"
-        opposite = pixels_in_outer_half_of_map_cell(figure, azimuth + 180, 0.4)
+        assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, azimuth, 0.4)).min() > 0.99, (
+            "probability 0 is white"
+        )
+        opposite = rgb_pixels_in_radially_outer_half_of_map_cell(figure, azimuth + 180, 0.4)
         np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY_COLOURMAP(share)[:3], atol=0.01)
     for azimuth in (180, 210):
-        stands = grey_level(pixels_in_outer_half_of_map_cell(figure, azimuth, 0.4))
+        stands = grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, azimuth, 0.4))
         assert stands.max() < 0.95, "no part of a standing cell is white"
         assert np.ptp(stands) > 0.15, "but it is hatched"
     plt.close(figure)
@@ -117,7 +119,7 @@ def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
     figure = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*cells), "A")
     )
-    grey = {at: grey_level(pixels_in_outer_half_of_map_cell(figure, at, 0.4)) for at in (60, 120, 0, 90)}
+    grey = {at: grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, at, 0.4)) for at in (60, 120, 0, 90)}
     plt.close(figure)
     white, pale, dark, stands = (grey[at].mean() for at in (60, 120, 0, 90))
     assert white - pale > 0.05
@@ -138,7 +140,10 @@ def test_map_cell_is_white_if_the_block_falls_but_no_run_of_its_ensemble_does() 
             cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths(), flags), "A"
         )
     )
-    fell, stands = pixels_in_outer_half_of_map_cell(figure, 60, 0.4), pixels_in_outer_half_of_map_cell(figure, 90, 0.4)
+    fell, stands = (
+        rgb_pixels_in_radially_outer_half_of_map_cell(figure, 60, 0.4),
+        rgb_pixels_in_radially_outer_half_of_map_cell(figure, 90, 0.4),
+    )
     plt.close(figure)
     assert grey_level(fell).min() > 0.99
     assert grey_level(stands).max() < 0.95
@@ -151,7 +156,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
     figure = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(towards, away, flags), "A")
     )
-    unknown = pixels_in_outer_half_of_map_cell(figure, 60, 0.4)
+    unknown = rgb_pixels_in_radially_outer_half_of_map_cell(figure, 60, 0.4)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert np.ptp(grey_level(unknown)) > 0.3, "crossed"
@@ -163,10 +168,10 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
     part = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths()).isel(azimuth=slice(0, 4))
     figure = make_figure_and_draw_its_pixels(lambda: fall_map_by_azimuth_figure(part, "A"))
-    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 140, 0.4)).min() > 0.99
-    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 30, 0.4)).max() < 0.95
-    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 210, 0.4)).max() < 0.95, "the mirror image"
-    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 60, 0.015)).min() > 0.99
+    assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 140, 0.4)).min() > 0.99
+    assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 30, 0.4)).max() < 0.95
+    assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 210, 0.4)).max() < 0.95, "the mirror image"
+    assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 60, 0.015)).min() > 0.99
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "not computed (B/H below 0.1)" in legend
@@ -242,10 +247,12 @@ def test_polar_map_shows_a_fall_at_its_azimuth() -> None:
         figure = make_figure_and_draw_its_pixels(lambda one=one: fall_map_by_azimuth_figure(one, "A"))
         axes = figure.axes[0]
         np.testing.assert_allclose(
-            pixels_in_outer_half_of_map_cell(figure, 30, 0.4).mean(axis=0), PROBABILITY_COLOURMAP(1.0)[:3], atol=0.01
+            rgb_pixels_in_radially_outer_half_of_map_cell(figure, 30, 0.4).mean(axis=0),
+            PROBABILITY_COLOURMAP(1.0)[:3],
+            atol=0.01,
         )
-        assert grey_level(pixels_in_outer_half_of_map_cell(figure, 210, 0.4)).min() > 0.99
-        assert grey_level(pixels_in_outer_half_of_map_cell(figure, 120, 0.4)).max() < 0.95
+        assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 210, 0.4)).min() > 0.99
+        assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 120, 0.4)).max() < 0.95
         assert (axes.get_theta_direction(), np.degrees(axes.get_theta_offset())) == (-1, 90)
         legend = [text.get_text() for text in figure.legends[0].get_texts()]
         assert ("falls towards this azimuth" in legend) == ("probability_towards" not in one)
@@ -331,7 +338,7 @@ def test_letters_of_a_map_have_at_least_7_points_at_the_printed_width(blocks: tu
 
 
 @pytest.mark.parametrize("free", [22.5, 112.5, 247.5])
-def test_arrow_next_to_radius_labels_lies_outside_the_rim_and_points_outward(free: float) -> None:
+def test_stouter_arrow_is_outside_the_rim_and_points_outward(free: float) -> None:
     """The arrow stands outside the rim next to the labels of the radius; text on the left ends at the rim."""
     towards = (np.abs((AZIMUTHS_DEG - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
     figure = make_figure_and_lay_it_out(
@@ -367,7 +374,7 @@ def test_map_marks_the_direction_away_from_the_epicentre_if_it_is_known() -> Non
 
 
 @pytest.mark.parametrize("step", [1, 3])
-def test_cells_of_a_polar_map_are_arcs_and_fill_the_panel(step: int) -> None:
+def test_polar_map_cells_are_fine_arcs_and_the_panel_is_80_to_120_mm_wide(step: int) -> None:
     one = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((0, 1, 0.9, 0.0))).isel(
         azimuth=slice(None, None, step)
     )
@@ -412,13 +419,13 @@ def test_map_and_boundary_of_a_partial_circle_end_where_it_was_simulated() -> No
     peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
     figure = make_figure_and_draw_its_pixels(lambda: fall_map_by_azimuth_figure(part, "A"))
     seen = {
-        at: grey_level(pixels_in_outer_half_of_map_cell(figure, at, 0.2)).mean()
+        at: grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, at, 0.2)).mean()
         for at in (8, 72, 98, 135, 172, 195, 225)
     }
     assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
     plt.close(figure)
     assert {at for at, grey in seen.items() if grey < 0.3} == {8, 72}
-    assert grey_level(pixels_in_outer_half_of_map_cell(figure, 40, 0.4)).max() < 0.95
+    assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 40, 0.4)).max() < 0.95
     with use_package_matplotlib_settings():
         for curves in (
             pga_and_pgv_by_azimuth_figure(peaks, np.nan, "A"),
@@ -448,7 +455,7 @@ def test_innermost_ring_of_a_map_is_drawn_if_b_over_h_values_are_far_apart() -> 
     figure = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(ones, 0 * ones, ones, (0.1, 0.4)), "A")
     )
-    pixels = pixels_in_outer_half_of_map_cell(figure, 60, 0.03)
+    pixels = rgb_pixels_in_radially_outer_half_of_map_cell(figure, 60, 0.03)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     np.testing.assert_allclose(pixels.mean(axis=0), PROBABILITY_COLOURMAP(1.0)[:3], atol=0.01)

@@ -40,7 +40,7 @@ from tests.study.test_config import SCENE_WITH_ITS_OWN_FRICTION
 
 
 @pytest.fixture
-def cube_of_falls_within_90_degrees_of_azimuth_30() -> xr.Dataset:
+def cube_of_falls_to_the_side_of_azimuth_30() -> xr.Dataset:
     """Return a cube of two records: all blocks fall to the side of 30°, but stand along 120° and 300°."""
     azimuth = np.arange(0, 360, 30, dtype=np.int16)
     flags = np.sign(np.round(np.cos(np.radians(azimuth - 30.0)), 3))[None, :, None, None, None] * np.ones(
@@ -87,17 +87,17 @@ def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None
 
 
 def test_maps_and_roses_are_drawn_without_falls_without_outcomes_and_for_one_azimuth(
-    cube_of_falls_within_90_degrees_of_azimuth_30: xr.Dataset, tmp_path: Path
+    cube_of_falls_to_the_side_of_azimuth_30: xr.Dataset, tmp_path: Path
 ) -> None:
     with use_package_matplotlib_settings():
         for name, odd in {
-            "none": cube_of_falls_within_90_degrees_of_azimuth_30.assign(
-                overturned=cube_of_falls_within_90_degrees_of_azimuth_30["overturned"] * 0
+            "none": cube_of_falls_to_the_side_of_azimuth_30.assign(
+                overturned=cube_of_falls_to_the_side_of_azimuth_30["overturned"] * 0
             ),
-            "unknown": cube_of_falls_within_90_degrees_of_azimuth_30.assign(
-                overturned=cube_of_falls_within_90_degrees_of_azimuth_30["overturned"] * np.nan
+            "unknown": cube_of_falls_to_the_side_of_azimuth_30.assign(
+                overturned=cube_of_falls_to_the_side_of_azimuth_30["overturned"] * np.nan
             ),
-            "single": cube_of_falls_within_90_degrees_of_azimuth_30.isel(azimuth=[1], b_over_h=[0]),
+            "single": cube_of_falls_to_the_side_of_azimuth_30.isel(azimuth=[1], b_over_h=[0]),
         }.items():
             save_figure_files(fall_map_by_azimuth_figure(odd.isel(record=1), name), tmp_path / f"{name}.png", dpi=50)
             save_figure_files(fall_roses_by_group_figure(odd), tmp_path / f"rose-{name}.png", dpi=50)

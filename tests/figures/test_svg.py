@@ -46,7 +46,7 @@ def svg_text(svg: str) -> str:
     return "".join(re.findall(r">([^<>\n]+)</t", svg))
 
 
-def svg_raster_pixels(svg: str) -> np.ndarray:
+def pixels_of_png_embedded_in_svg(svg: str) -> np.ndarray:
     """Return the pixels of the raster image in an SVG."""
     (data,) = re.findall(r"data:image/png;base64,([^\"]*)", svg)
     with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
@@ -61,7 +61,7 @@ def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
     assert len(small) < 0.9 * len(large)
     assert svg_text(small) == svg_text(large)
     assert "µ · H/B" in svg_text(small)
-    np.testing.assert_array_equal(svg_raster_pixels(small), svg_raster_pixels(large))
+    np.testing.assert_array_equal(pixels_of_png_embedded_in_svg(small), pixels_of_png_embedded_in_svg(large))
     named = set(re.findall(r'id="([^"]+)"', small))
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', small)) <= named, "what is referred to is there"
     assert small == draw_two_panels_as_svg(tmp_path / "again.svg", reduce_file_size=True)

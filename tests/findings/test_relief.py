@@ -111,7 +111,7 @@ def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -
     assert all(number in method and number not in plain for number in ("0.532", "7.4°", "8.35"))
 
 
-def test_shares_of_disagreement_exclude_cells_with_fewer_runs_than_a_batch() -> None:
+def test_disagreement_shares_count_only_cells_with_a_full_batch_of_runs() -> None:
     """Of three cells of 4 runs, all, half to either side, or half of the runs fall; a cell of 3 runs is excluded."""
     towards, away = np.array([[1.0, 0.5, 0.5, 1 / 3], [0.0, 0.5, 0.0, 1 / 3]])
     dims = ("record", "azimuth", "height", "b_over_h", "friction")

@@ -19,7 +19,7 @@ from overturning.errors import MAX_MESSAGE_LINE_CHARACTERS, MAX_MESSAGE_LINES, O
 from tests.bounds import limited_time_and_memory
 
 TOTAL_FUZZING_SECONDS = float(os.environ.get("FUZZ_SECONDS", "10"))
-FUZZ_TEST_COUNT = 12
+COUNT_OF_TESTS_SHARING_FUZZING_TIME = 12
 
 EVIL_NUMBERS = [
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "1e999", "-0", "9" * 400, "0x1F", "٣", "1_0", "--1", ""),
@@ -88,7 +88,7 @@ STRATEGY_FOR_ANY_VALUE = st.recursive(
 )  # fmt: skip
 
 
-def strategy_for_corrupted_yaml_files(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
+def strategy_for_yaml_files_with_changed_settings(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
     """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
     change = st.tuples(
         st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), STRATEGY_FOR_ANY_VALUE
@@ -125,9 +125,13 @@ def assert_read_or_plain_error(read: Callable[[], Any]) -> None:
         assert not set(message) & {"\0", "\x1b", "\r", "\u202e"}, repr(message[:300])
 
 
-def run_on_random_examples(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25) -> None:
+def run_on_random_examples_for_share_of_fuzzing_time(
+    strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25
+) -> None:
     """Run a test on random examples, with a new seed each round, until its share of the fuzzing time is used up."""
-    end = sum(os.times()[:4]) + TOTAL_FUZZING_SECONDS / FUZZ_TEST_COUNT  # of processor time, that of children too
+    end = (
+        sum(os.times()[:4]) + TOTAL_FUZZING_SECONDS / COUNT_OF_TESTS_SHARING_FUZZING_TIME
+    )  # of processor time, that of children too
     for turn in itertools.count():
         run = given(strategy)(lambda example: test(example))
         run = settings(
@@ -157,7 +161,7 @@ class _CollectorOfTagsAndAttributesThatRunOrLoadCode(HTMLParser):
                 self.found.append(f"{tag} {name}")
 
 
-def script_tags_and_attributes_in_page(page: str) -> list[str]:
+def tags_and_attributes_that_run_or_load_code(page: str) -> list[str]:
     """Return the tags, and attributes after their tag, by which a page runs or loads code or content."""
     parser = _CollectorOfTagsAndAttributesThatRunOrLoadCode()
     parser.feed(page)

@@ -28,10 +28,10 @@ from overturning.study.sweep import simulate_and_write_cases_of_record
 from tests.fuzz.spoiling import (
     EVIL_WORDS,
     assert_read_or_plain_error,
-    run_on_random_examples,
-    script_tags_and_attributes_in_page,
+    run_on_random_examples_for_share_of_fuzzing_time,
     strategy_for_corrupted_bytes,
-    strategy_for_corrupted_yaml_files,
+    strategy_for_yaml_files_with_changed_settings,
+    tags_and_attributes_that_run_or_load_code,
 )
 from tests.report.by_hand import RECORD_FINDING, STUDY_FINDINGS, findings_with_changed_entries
 
@@ -69,7 +69,7 @@ def make_and_check_explorer_page_of_cube(path: Path) -> None:
         code = end.code
     assert not code or (code == 1 and said.getvalue().startswith("error: ")), said.getvalue()
     if page.is_file():
-        assert script_tags_and_attributes_in_page(page.read_text(encoding="utf-8")) == [
+        assert tags_and_attributes_that_run_or_load_code(page.read_text(encoding="utf-8")) == [
             "meta",
             "meta",
             "script",
@@ -102,7 +102,7 @@ def test_a_corrupted_cube_raises_no_unexpected_python_error(
     path = isolated_folder / "cube.nc"
     bare = bytes_of_small_cube_file[:-75]
 
-    def check_page_of_corrupted_cube(case: tuple[bool, bytes]) -> None:
+    def check_explorer_page_of_byte_corrupted_cube(case: tuple[bool, bytes]) -> None:
         path.write_bytes(case[1])
         if case[0]:
             append_checksum(path)
@@ -110,10 +110,12 @@ def test_a_corrupted_cube_raises_no_unexpected_python_error(
         # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
         assert said in ("", "signal 11", "signal 6"), said
 
-    check_page_of_corrupted_cube((False, bytes_of_small_cube_file))
-    check_page_of_corrupted_cube((False, bare))
-    run_on_random_examples(
-        st.tuples(st.booleans(), strategy_for_corrupted_bytes(bare)), check_page_of_corrupted_cube, examples=6
+    check_explorer_page_of_byte_corrupted_cube((False, bytes_of_small_cube_file))
+    check_explorer_page_of_byte_corrupted_cube((False, bare))
+    run_on_random_examples_for_share_of_fuzzing_time(
+        st.tuples(st.booleans(), strategy_for_corrupted_bytes(bare)),
+        check_explorer_page_of_byte_corrupted_cube,
+        examples=6,
     )
 
 
@@ -126,7 +128,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
         whole = opened.load()
     study = json.loads(whole.attrs["study"])
 
-    def check_page_of_changed_cube(case: tuple[str, str, Any]) -> None:
+    def check_explorer_page_of_cube_with_altered_content(case: tuple[str, str, Any]) -> None:
         what, name, value = case
         changed = whole.copy()
         if what == "variable":
@@ -151,10 +153,14 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
         st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
         st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
         st.tuples(
-            st.just("value"), st.just("study"), strategy_for_corrupted_yaml_files(study).map(convert_yaml_to_json)
+            st.just("value"),
+            st.just("study"),
+            strategy_for_yaml_files_with_changed_settings(study).map(convert_yaml_to_json),
         ),
     )
-    run_on_random_examples(cases, check_page_of_changed_cube, examples=6)
+    run_on_random_examples_for_share_of_fuzzing_time(
+        cases, check_explorer_page_of_cube_with_altered_content, examples=6
+    )
 
 
 def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -> None:
@@ -174,9 +180,11 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         text = render_template_as_markdown(Findings.model_validate(data))
         return render_report_html_page(parse_markdown_and_number_figures_and_tables(text), three, "en", None, {})
 
-    usual = script_tags_and_attributes_in_page(report_page_with_names(["a", "b", "c"]))
+    usual = tags_and_attributes_that_run_or_load_code(report_page_with_names(["a", "b", "c"]))
 
     def assert_page_has_no_added_script(names: list[str]) -> None:
-        assert script_tags_and_attributes_in_page(report_page_with_names(names)) == usual
+        assert tags_and_attributes_that_run_or_load_code(report_page_with_names(names)) == usual
 
-    run_on_random_examples(st.lists(name, min_size=3, max_size=3), assert_page_has_no_added_script)
+    run_on_random_examples_for_share_of_fuzzing_time(
+        st.lists(name, min_size=3, max_size=3), assert_page_has_no_added_script
+    )

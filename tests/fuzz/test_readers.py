@@ -21,9 +21,9 @@ from overturning.surveys.stones import read_counted_stones
 from tests.fuzz.spoiling import (
     apply_edits,
     assert_read_or_plain_error,
-    run_on_random_examples,
+    run_on_random_examples_for_share_of_fuzzing_time,
     strategy_for_corrupted_bytes,
-    strategy_for_corrupted_yaml_files,
+    strategy_for_yaml_files_with_changed_settings,
 )
 from tests.model.solids import box
 from tests.records.malformed_corpus import SAMPLES_IN_COUNTS, VALID_FILES_AND_HEADER_LINE_COUNTS
@@ -50,7 +50,7 @@ def test_a_corrupted_text_record_is_read_or_refused_plainly(isolated_folder: Pat
         st.tuples(st.just(form), strategy_for_corrupted_bytes(next(iter(texts.values())).encode()))
         for form, (texts, _) in VALID_FILES_AND_HEADER_LINE_COUNTS.items()
     ]
-    run_on_random_examples(st.one_of(forms), read_corrupted_text_record)
+    run_on_random_examples_for_share_of_fuzzing_time(st.one_of(forms), read_corrupted_text_record)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -78,7 +78,7 @@ def test_a_corrupted_binary_record_is_read_or_refused_plainly(isolated_folder: P
             )
         )
 
-    run_on_random_examples(strategy_for_corrupted_bytes(whole), read_corrupted_binary_record)
+    run_on_random_examples_for_share_of_fuzzing_time(strategy_for_corrupted_bytes(whole), read_corrupted_binary_record)
 
 
 def read_record_table_and_check_ids_as_file_names(path: Path) -> None:
@@ -130,8 +130,8 @@ def test_corrupted_files_of_the_user_are_read_or_refused_plainly(
         }
         for bomb in (ALIAS_BOMB, *(bomb.format(**words) for bomb in bombs)):
             write_and_read_corrupted_file(bomb.encode())
-    run_on_random_examples(
-        strategy_for_corrupted_yaml_files(yaml.safe_load(whole)) | strategy_for_corrupted_bytes(whole)
+    run_on_random_examples_for_share_of_fuzzing_time(
+        strategy_for_yaml_files_with_changed_settings(yaml.safe_load(whole)) | strategy_for_corrupted_bytes(whole)
         if bombs
         else strategy_for_corrupted_bytes(whole),
         write_and_read_corrupted_file,
@@ -172,7 +172,7 @@ def test_a_corrupted_mesh_is_read_or_refused_plainly(isolated_folder: Path) -> N
     huge = _PLY_HEADER_TEMPLATE.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
     read_corrupted_mesh(("ply", huge.encode()))
     read_corrupted_mesh(("stl", bytes(80) + b"\xff\xff\xff\xff"))
-    run_on_random_examples(
+    run_on_random_examples_for_share_of_fuzzing_time(
         st.one_of(
             [
                 st.tuples(st.just(form), strategy_for_corrupted_bytes(whole))

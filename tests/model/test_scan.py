@@ -322,7 +322,7 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
         "contact_points_from_centre_of_mass",
         "inertia_per_mass",
         "resting_face_normals_after_fall",
-        "lean_sector_vectors_and_fall_limits",
+        "lean_sector_start_vector_and_min_fall_dot_product",
     ):
         assert getattr(own, name).tobytes() == getattr(other, name).tobytes()
     # As a scan with a relief of its own it differs by the rounding to micrometres only.

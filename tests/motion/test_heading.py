@@ -9,7 +9,7 @@ from overturning.motion.heading import (
     strongest_pulse_axis_deg_and_period_s,
 )
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field_motion_and_component_azimuths
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
@@ -25,7 +25,7 @@ def test_axis_and_period_of_a_velocity_pulse_are_found_in_noise(azimuth: float) 
     assert period == pytest.approx(2.0, rel=0.15)
 
 
-def test_the_pulse_wavelet_matches_pywavelets_db4() -> None:
+def test_pulse_wavelet_values_match_pywavelets_db4() -> None:
     """Values from PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments, shifts by definition."""
     wavelet, x = daubechies_wavelet_values(), np.arange(1793) / 256
     known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
@@ -43,7 +43,7 @@ def test_the_pulse_wavelet_matches_pywavelets_db4() -> None:
 def test_pulse_axes_match_a_wavelet_convolution_in_the_time_domain(number: int, axis: float, period: float) -> None:
     """Reference: PyWavelets' db4 convolved in time with the velocity; only samples at least 0.04 s apart are used."""
     found = strongest_pulse_axis_deg_and_period_s(
-        near_field_motion_and_component_azimuths(number, pulse=number < 15)[0]
+        near_field_motion_and_fault_component_azimuths(number, pulse=number < 15)[0]
     )
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)

@@ -264,7 +264,7 @@ def test_a_stream_with_drifting_velocity_gives_a_warning() -> None:
         )
 
 
-def test_a_stream_of_a_kik_net_borehole_must_be_declared() -> None:
+def test_obspy_channels_of_another_sensor_than_declared_are_refused() -> None:
     with pytest.raises(ArgumentError, match=r"NS1: it belongs to the borehole sensor; .* sensor='borehole'"):
         Motion.from_obspy(stream_of_channels("NS1", "EW1", "UD1"))
     assert Motion.from_obspy(stream_of_channels("NS1", "EW1", "UD1"), sensor="borehole").sample_count == 100

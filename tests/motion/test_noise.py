@@ -49,9 +49,9 @@ def test_signal_to_noise_ratio_of_white_signals_matches_their_amplitudes():
     )
     assert found is not None
     assert found.onset_s == pytest.approx(20.0, abs=0.1)
-    assert found.band_frequency_hz[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
+    assert found.band_centre_frequencies_hz[0] == pytest.approx(3 / found.onset_s)  # three cycles of the slowest
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
-    middle = (found.band_frequency_hz > 1) & (found.band_frequency_hz < 30)
+    middle = (found.band_centre_frequencies_hz > 1) & (found.band_centre_frequencies_hz < 30)
     assert np.median(found.signal_over_noise_plus_offset_spectrum[:, middle]) == pytest.approx(56, rel=0.15)
 
 
@@ -72,9 +72,9 @@ def test_spectral_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
         (moving[:first], found.noise_amplitude_per_root_duration[0]),
     ):
         window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
-        expected = rms_fourier_amplitude_in_bands((part - part.mean()) * window, DT, found.band_frequency_hz) / np.sqrt(
-            part.size * DT
-        )
+        expected = rms_fourier_amplitude_in_bands(
+            (part - part.mean()) * window, DT, found.band_centre_frequencies_hz
+        ) / np.sqrt(part.size * DT)
         np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
 
 
@@ -116,7 +116,7 @@ def test_signal_to_noise_ratio_at_long_sampling_intervals_is_finite_or_missing(i
         found = signal_and_noise_spectra([np.append(noise, 10.0 * signal)], interval)
     if found is not None:
         assert found.onset_s >= 15.0 * interval
-        assert found.band_frequency_hz[-1] >= 2.0 * found.band_frequency_hz[0] * (1 - 1e-9)
+        assert found.band_centre_frequencies_hz[-1] >= 2.0 * found.band_centre_frequencies_hz[0] * (1 - 1e-9)
         assert np.isfinite(found.signal_over_noise_plus_offset_spectrum).all()
     assert found is not None or motion_onset_index(np.append(noise, 10.0 * signal)) * interval < max(2.0, 15 * interval)
 

@@ -151,9 +151,9 @@ def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> N
     within, beyond = (
         propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (10.0, 30.0)
     )
-    assert (within.is_converged, within.effective_strain_and_exceeded_curve_end) == (True, None)
+    assert (within.is_converged, within.effective_strain_and_end_of_curve_if_exceeded) == (True, None)
     assert within.max_shear_strain_of_any_layer < 0.01
-    assert beyond.effective_strain_and_exceeded_curve_end == pytest.approx(
+    assert beyond.effective_strain_and_end_of_curve_if_exceeded == pytest.approx(
         (0.65 * beyond.max_shear_strain_of_any_layer, 0.01)
     )
     assert beyond.max_shear_strain_of_any_layer > 0.02

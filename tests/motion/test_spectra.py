@@ -413,7 +413,7 @@ def test_the_predominant_period_of_a_sine_is_its_period():
     )
 
 
-def test_predominant_period_is_between_0_04_and_4_s():
+def test_predominant_period_is_clipped_to_0_04_and_4_s():
     """For a motion outside the range, the closest end of the range is returned."""
     time = np.arange(0, 40, 0.002)
     motion = Motion(np.sin(2 * np.pi * time / 0.01), np.sin(2 * np.pi * time / 10), sampling_interval=0.002)

@@ -31,14 +31,14 @@ def text_mutation_from_change_of_lines(change: Callable[[list[str]], list[str]])
 def line_change_replacing_first_number(index: int, word: str) -> Callable[[list[str]], list[str]]:
     """Return a change that replaces the first number of a line by a word of the same width."""
 
-    def replace_first_number(lines: list[str]) -> list[str]:
+    def replace_first_number_in_line_by_word(lines: list[str]) -> list[str]:
         found = re.search(r"[+-]?\d*\.?\d+(E[+-]?\d+)?", lines[index])
         assert found
         width = max(found.end() - found.start(), 1)
         spoilt = lines[index][: found.start()] + word[:width].rjust(width) + lines[index][found.end() :]
         return [*lines[:index], spoilt, *lines[index + 1 :]]
 
-    return replace_first_number
+    return replace_first_number_in_line_by_word
 
 
 def named_mutations_of_any_text_format(header_line_count: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:

@@ -20,7 +20,7 @@ from overturning.records.store import write_record_to_motion_file
 from tests.expect import expect_error
 from tests.records.record_writers import geonet_text
 
-TABLE_HEADING = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
+RECORD_TABLE_HEADER_LINE = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
 
 
 @pytest.mark.parametrize(
@@ -29,12 +29,12 @@ TABLE_HEADING = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
         ("", ["empty"]),
         ("id\tformat\tsuorce\nx\tauto\ty\n", ["line 1", "suorce", "did you mean source?"]),
         ("id\tid\n", ["named twice"]),
-        (TABLE_HEADING + "a\tauto\tx\t\t\t400\t\n", ["line 2", "fault_strike_deg", "400"]),
-        (TABLE_HEADING + "a\tauto\tx\t\t\t\tmaybe\n", ["line 2", "pulse", "maybe"]),
-        (TABLE_HEADING + "A b\tauto\tx\t\t\t\t\n", ["line 2", "column id", "A b"]),
-        (TABLE_HEADING + "a\tauto\tx\na\tauto\ty\n", ["line 3", "twice"]),
-        (TABLE_HEADING + "a\tauto\tx\t1\t2\t3\ttrue\t8\n", ["line 2", "8 cells"]),
-        (TABLE_HEADING + "a\tauto\t\n", ["line 2", "source"]),
+        (RECORD_TABLE_HEADER_LINE + "a\tauto\tx\t\t\t400\t\n", ["line 2", "fault_strike_deg", "400"]),
+        (RECORD_TABLE_HEADER_LINE + "a\tauto\tx\t\t\t\tmaybe\n", ["line 2", "pulse", "maybe"]),
+        (RECORD_TABLE_HEADER_LINE + "A b\tauto\tx\t\t\t\t\n", ["line 2", "column id", "A b"]),
+        (RECORD_TABLE_HEADER_LINE + "a\tauto\tx\na\tauto\ty\n", ["line 3", "twice"]),
+        (RECORD_TABLE_HEADER_LINE + "a\tauto\tx\t1\t2\t3\ttrue\t8\n", ["line 2", "8 cells"]),
+        (RECORD_TABLE_HEADER_LINE + "a\tauto\t\n", ["line 2", "source"]),
         ("id\tsource\tstation_latitude_deg\na\tx\t35\n", ["line 2", "station_longitude_deg", "both"]),
         ("id\tsource\tepicentre_latitude_deg\na\tx\t95\n", ["line 2", "epicentre_latitude_deg", "95"]),
         ("id\tsource\tfault_trace\na\tx\t35 133, 36 134\n", ["line 2", "fault_trace_source", "catalogue"]),
@@ -54,7 +54,9 @@ def test_the_error_names_an_invalid_line_of_the_record_table(tmp_path, text, wor
 def test_the_record_table_may_have_comments_a_bom_and_empty_cells(tmp_path):
     path = tmp_path / "records.tsv"
     path.write_text(
-        "\ufeff# mine\n" + TABLE_HEADING + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
+        "\ufeff# mine\n"
+        + RECORD_TABLE_HEADER_LINE
+        + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
         encoding="utf-8",
     )
     table = read_record_table(path)

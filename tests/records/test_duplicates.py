@@ -111,7 +111,7 @@ def test_equal_pulses_and_motions_from_python_are_not_reported_as_copies():
     assert find_id_pairs_of_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
 
 
-def test_the_shipped_records_contain_no_copies():
+def test_the_shipped_fema_p695_records_contain_no_duplicates():
     from overturning.records.read import read_record
 
     table = read_record_table(Path(__file__).parents[2] / "config" / "records.tsv")

@@ -59,7 +59,7 @@ def test_one_origin_under_two_names_becomes_one_earthquake_with_a_note() -> None
     assert found.doubtful_assignment_notes == ()
 
 
-def test_an_origin_time_is_read_in_any_time_zone() -> None:
+def test_origin_times_in_two_time_zones_are_one_earthquake() -> None:
     found = earthquake_assignment_of_table_rows(
         table_row("a", "x", origin_time="2000-10-06T13:30:18+09:00"),
         table_row("b", "y", origin_time="2000-10-06T04:30:00Z"),
@@ -164,7 +164,7 @@ def test_earthquake_names_ignore_capitals_and_blanks() -> None:
     )
 
 
-def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
+def test_records_without_an_earthquake_are_noted_as_a_joint_one() -> None:
     found = earthquake_assignment_of_table_rows(table_row("a"), table_row("b", "Gazli 1976"), table_row("c"))
     assert found.earthquake_labels_in_record_order == ("", "Gazli 1976", "")
     assert "2 records (a, c) name no earthquake and count as one" in found.doubtful_assignment_notes[0]

@@ -299,7 +299,7 @@ def test_channel_codes_give_azimuth_and_vertical_sense():
     assert [direction_from_channel_code(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
 
 
-def test_geonet_header_gives_prepended_samples_and_an_unknown_magnitude(tmp_path):
+def test_geonet_start_allows_for_prepended_samples_and_magnitude_0_is_unknown(tmp_path):
     axes = {"N00E": (0, A), "N90E": (90, B)}
     record = write_files_and_read_record(tmp_path, geonet_text(axes, 0.02, prepended=250, magnitude=0.0))
     assert record.start == "2016-11-13T11:02:14Z"
@@ -504,7 +504,7 @@ def test_a_cismid_file_counts_as_processed_if_its_comments_name_a_filter(tmp_pat
     assert record.extra["processed"] == processed
 
 
-def test_cismid_peaks_follow_the_column_order_and_its_earthquake_date_is_read(tmp_path):
+def test_cismid_stated_peaks_are_checked_and_date_is_read(tmp_path):
     text = cismid_text(A, B, C)
     late = text.replace("16:41:00", "23:59:58").replace("16:41:08", "00:00:06")
     record = write_files_and_read_record(tmp_path, late)
@@ -723,7 +723,7 @@ def test_signed_station_coordinates_are_read_and_those_out_of_range_left_out(tmp
     assert any("no place on the globe" in note for note in record.notes) is (place is None)
 
 
-def test_epicentres_with_sign_and_letter_or_out_of_range_are_checked(tmp_path):
+def test_epicentre_with_sign_and_letter_is_read_and_out_of_range_omitted(tmp_path):
     (text,) = (
         TEXT_FORMATS_WITH_WRITERS["csmip2"].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION).values()
     )

@@ -31,7 +31,7 @@ from tests.records.seed_writers import write_mseed, write_sac, write_stationxml_
 
 DECLARED_UNIT_GAL = DeclaredFileProperties(unit="gal")
 
-TEXT_FILE_MUTATIONS_BY_FORMAT = {
+TEXT_FILE_MUTATION_FUNCTIONS_BY_FORMAT = {
     form: dict(named_mutations_of_first_file_of_format(form)) for form in VALID_FILES_AND_HEADER_LINE_COUNTS
 }
 
@@ -40,7 +40,7 @@ HARMLESS_MUTATIONS = ("BOM", "CRLF", "CR CRLF", "CR", "UTF-16", "DOS end of file
 
 
 def test_at_least_2126_text_mutations_and_19_byte_mutations_exist():
-    assert sum(map(len, TEXT_FILE_MUTATIONS_BY_FORMAT.values())) >= 2126
+    assert sum(map(len, TEXT_FILE_MUTATION_FUNCTIONS_BY_FORMAT.values())) >= 2126
     assert len(BINARY_FILE_MUTATIONS) >= 19
 
 
@@ -88,7 +88,7 @@ def describe_wrong_reading_of_mutated_files(paths: list[Path], good: Record, new
     return "" if told or is_same_motion(record, good) else "read without a word, but not the numbers of the whole file"
 
 
-@pytest.mark.parametrize("form", TEXT_FILE_MUTATIONS_BY_FORMAT)
+@pytest.mark.parametrize("form", TEXT_FILE_MUTATION_FUNCTIONS_BY_FORMAT)
 def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form):
     paths = write_valid_files(tmp_path, form)
     good, whole = (
@@ -97,7 +97,7 @@ def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form
     )
     objections: dict[str, str] = {}
     read: dict[bytes, str] = {}  # Mutations may make the same file, as of the digits in a line without digits.
-    for name, change in TEXT_FILE_MUTATIONS_BY_FORMAT[form].items():
+    for name, change in TEXT_FILE_MUTATION_FUNCTIONS_BY_FORMAT[form].items():
         if (
             name in UNDETECTABLE_MUTATIONS.get(form, ()) or name in HARMLESS_MUTATIONS
         ):  # The latter are all read right: see below.
@@ -118,7 +118,7 @@ def test_other_encodings_and_line_ends_do_not_change_a_record(tmp_path, form):
         VALID_FILES_AND_HEADER_LINE_COUNTS[form][0][paths[0].name],
     )
     for name in HARMLESS_MUTATIONS:
-        replace_file(paths[0], TEXT_FILE_MUTATIONS_BY_FORMAT[form][name](whole))
+        replace_file(paths[0], TEXT_FILE_MUTATION_FUNCTIONS_BY_FORMAT[form][name](whole))
         with limited_time_and_memory():
             record = read_record_without_processing(paths, DECLARED_UNIT_GAL)
         assert is_same_motion(record, good), name

@@ -141,7 +141,7 @@ def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(
         )
 
 
-def test_a_constant_pulse_has_constant_acceleration():
+def test_a_constant_pulse_is_zero_outside_its_stated_duration():
     time, a, _ = pulse_times_acceleration_and_parameters(
         "constant amplitude_gal=50 duration_s=2 sampling_interval_s=0.01"
     )

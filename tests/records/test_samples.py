@@ -36,7 +36,7 @@ def test_the_geonet_te_mara_record_has_its_published_peaks():
     assert record.start == "2016-11-13T11:02:14.715Z"
 
 
-def test_raw_and_processed_geonet_records_agree():
+def test_raw_and_processed_geonet_records_correlate_at_equal_times():
     raw = read_record_without_processing(SAMPLE_RECORD_FOLDER / "20161113_110313_THZ_20.V1A")
     done = read_record_without_processing(SAMPLE_RECORD_FOLDER / "20161113_110313_THZ_20.V2A")
     assert np.abs(raw.east).max() * 100 == pytest.approx(39.97, abs=0.01)

@@ -170,7 +170,7 @@ def test_an_axis_neither_horizontal_nor_vertical_is_refused(tmp_path, dip):
         )
 
 
-def test_an_azimuth_without_a_dip_is_used_if_the_code_is_horizontal(tmp_path):
+def test_stated_azimuth_without_dip_overrides_channel_code(tmp_path):
     """Regression: the code's direction replaced the stated azimuth."""
     paths = [
         write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, None) for c, x, a in (("HNN", N, 180.0), ("HNE", E, 270.0))

@@ -38,7 +38,7 @@ def test_error_of_recheck_without_motion_files_names_the_motions_option(
     assert "--motions" in capsys.readouterr().err
 
 
-def test_recheck_command_refuses_a_part_of_a_cube(
+def test_recheck_command_refuses_a_subset_of_a_study_cube(
     results_with_hostile_names: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with xr.open_dataset(results_with_hostile_names / "cube.nc", decode_timedelta=False) as cube:

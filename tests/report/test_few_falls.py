@@ -299,7 +299,7 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
     assert (jackknife in page) == (fitted and not note)
 
 
-PHRASES_ON_REFERENCE_DIRECTIONS = {
+CONCLUSION_PHRASES_BY_LANGUAGE = {
     "en": ("two dimensions are enough", "of the borderline cases", "set up to test the fault normal",
            "with the fault normal it", "largest alignment was not predicted", "it is –"),
     "ja": ("二次元モデルは転倒の有無には十分", "転倒の境界付近では", "事前に定めた問い", "断層直交方向との一致度は",
@@ -330,7 +330,7 @@ def test_conclusions_about_reference_directions_follow_from_their_numbers(
     data["planar_model_agreement"] |= planar
     data["reference_alignments"] = [data["reference_alignments"][0] | reference]
     text = report_text(Findings.model_validate(data), language)
-    *sentences, missing = PHRASES_ON_REFERENCE_DIRECTIONS[language]
+    *sentences, missing = CONCLUSION_PHRASES_BY_LANGUAGE[language]
     assert [one in text for one in sentences] == shown
     assert missing not in text
 

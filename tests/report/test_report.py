@@ -10,7 +10,7 @@ from overturning.study.schema import Study
 from tests.expect import skip_test_unless_skipping_is_forbidden
 
 
-def test_rewriting_a_report_in_a_chosen_language_gives_identical_bytes(
+def test_report_language_argument_overrides_that_of_study(
     results_with_hostile_names: Path, report_page_and_pdf: tuple[str, bytes], study_in_japanese: Study, tmp_path: Path
 ) -> None:
     page, pdf = tmp_path / "again.html", tmp_path / "again.pdf"
@@ -62,6 +62,6 @@ def test_recheck_reproduces_unchanged_results_and_detects_changed_outcomes(
     spoilt = recompute_and_compare_random_cases(
         changed, results_with_hostile_names / "motion", max_random_case_count=10
     )
-    assert not spoilt.content_hash_matches
+    assert not spoilt.stored_values_match_content_hash
     assert len(spoilt.difference_messages) >= 5
     assert "overturned is" in spoilt.difference_messages[0]

@@ -174,7 +174,7 @@ def test_report_omits_the_slenderness_only_criterion_for_a_single_b_over_h(sever
     assert ({"en": "Guessing by slenderness alone", "ja": "幅高さ比だけによる判定"}[language] in text) is several
 
 
-class FindingsOfOneEstimate(BaseModel):
+class FindingsWithSingleEstimate(BaseModel):
     """Findings that consist of a single estimate."""
 
     alignment: Estimate
@@ -188,5 +188,5 @@ def test_printed_findings_write_one_earthquake_in_the_singular(
     value: float | None, earthquakes: int, shown: str
 ) -> None:
     estimate = Estimate(statistic="by hand", value=value, low=None, high=None, earthquake_count=earthquakes)
-    (line,) = finding_text_lines(FindingsOfOneEstimate(alignment=estimate))
+    (line,) = finding_text_lines(FindingsWithSingleEstimate(alignment=estimate))
     assert f"{line},".startswith(f"alignment: {shown}")

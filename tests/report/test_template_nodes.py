@@ -38,7 +38,7 @@ def test_templates_have_no_arithmetic_and_no_logic_beyond_if_and_for(language: s
     assert meta.find_undeclared_variables(tree) <= {"f", "media", "one", "strength", "survey"}
 
 
-def included_templates(language: str, name: str) -> set[str]:
+def directly_included_templates(language: str, name: str) -> set[str]:
     """Return the names of the templates that a template includes, without the macros of its language."""
     found = meta.find_referenced_templates(
         parse_template(language, dict(template_names_and_paths_of_language(language))[name])
@@ -55,5 +55,5 @@ def test_templates_of_all_languages_include_the_same_parts() -> None:
     names = [[name for name, _ in template_names_and_paths_of_language(language)] for language in LANGUAGES]
     assert all(one == names[0] for one in names)
     for name in names[0]:
-        found = {language: included_templates(language, name) for language in LANGUAGES}
+        found = {language: directly_included_templates(language, name) for language in LANGUAGES}
         assert all(one == found["en"] for one in found.values()), name

@@ -45,11 +45,13 @@ class FallAxisSummariesOfRandomDataSet(NamedTuple):
 def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int) -> FallRule:
     """Return a rule: blocks of each B/H fall in planes within ``half_width`` degrees of the axis of their B/H."""
 
-    def falls_near_block_axis(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_near_axis_of_own_b_over_h(
+        azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray
+    ) -> np.ndarray:
         axis = axes_deg[np.searchsorted(BLOCK_B_OVER_H, slender - 1e-9)]
         return (np.abs((azimuth - axis + 90) % 180 - 90) <= half_width).astype(float)
 
-    return falls_near_block_axis
+    return falls_near_axis_of_own_b_over_h
 
 
 def expected_fault_normal_alignment(kappa: float) -> float:

@@ -29,7 +29,7 @@ def compute_fall_axes_from_fault_normal_offsets(make_cube_from_fall_rules, make_
     Offsets are in degrees; the function computes the axes by earthquake.
     """
 
-    def fall_axes(offsets, *, normals=None, events=None):
+    def fall_axes_from_fault_normal_of_offset_sectors(offsets, *, normals=None, events=None):
         normals = [20.0 + 37 * i for i in range(len(offsets))] if normals is None else normals
         rules = [make_sector_fall_rule(normal + offset, 10) for normal, offset in zip(normals, offsets, strict=True)]
         names = [f"E{i}" for i in range(len(offsets))] if events is None else events
@@ -37,7 +37,7 @@ def compute_fall_axes_from_fault_normal_offsets(make_cube_from_fall_rules, make_
             make_cube_from_fall_rules(rules, azimuth=range(360), events=names, fault_normal=normals)
         )
 
-    return fall_axes
+    return fall_axes_from_fault_normal_of_offset_sectors
 
 
 @pytest.mark.parametrize(
@@ -155,12 +155,12 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
         ]
     )
     along, aside = (summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(one)) for one in cube)
-    assert along.largest_possible_mean_cos_of_doubled_angle == pytest.approx(largest)
+    assert along.mean_resultant_length_of_doubled_fall_axes == pytest.approx(largest)
     assert along.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(largest), (
         "it is reached where all fall along the normal"
     )
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
-    assert aside.largest_possible_mean_cos_of_doubled_angle == pytest.approx(largest)
+    assert aside.mean_resultant_length_of_doubled_fall_axes == pytest.approx(largest)
     cosines = [
         (resultant_of_planes_within_half_width(10) - resultant_of_planes_within_half_width(40)) / 2,
         0.5 * resultant_of_planes_within_half_width(20),
@@ -180,27 +180,28 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     axis, normals = {0.1: 0.0, 0.2: 20.0, 0.3: 50.0, 0.4: 80.0}, np.array([10.0, 130.0])
     planes = np.arange(0, 180, 1.0)
 
-    def is_near_axis(azimuth: np.ndarray, normal: float, slender: float) -> np.ndarray:
+    def is_in_fall_range_of_b_over_h(azimuth: np.ndarray, normal: float, slender: float) -> np.ndarray:
         apart = np.abs((azimuth - normal - axis[slender] + 89.5) % 180 - 90)
         return apart < 90 * share[slender]
 
     def fall_rule_with_own_axis_for_each_b_over_h(normal: float, most: float):
-        def signed_falls(azimuth, height, slender, friction):
+        def falls_near_axis_signed_by_half_circle(azimuth, height, slender, friction):
             fell = np.zeros(azimuth.shape, bool)
             for one in share:
-                fell |= (slender == one) & is_near_axis(azimuth, normal, one) & (one <= most)
+                fell |= (slender == one) & is_in_fall_range_of_b_over_h(azimuth, normal, one) & (one <= most)
             return np.where(fell, np.where(azimuth < 180, 1, -1), 0)
 
-        return signed_falls
+        return falls_near_axis_signed_by_half_circle
 
     cube = make_cube_from_fall_rules(
         [fall_rule_with_own_axis_for_each_b_over_h(10.0, 0.4), fall_rule_with_own_axis_for_each_b_over_h(130.0, 0.2)],
         azimuth=range(360), b_over_h=tuple(share), events="AB", fault_normal=normals
     )  # fmt: skip
 
-    def mean_vector_of_doubled_axes(record: int, shapes: list[float]) -> complex:
+    def mean_doubled_axis_vector_from_fault_normal(record: int, shapes: list[float]) -> complex:
         doubled = [
-            2j * np.radians(planes[is_near_axis(planes, normals[record], one)] - normals[record]) for one in shapes
+            2j * np.radians(planes[is_in_fall_range_of_b_over_h(planes, normals[record], one)] - normals[record])
+            for one in shapes
         ]
         return np.exp(np.concatenate(doubled)).mean()
 
@@ -209,13 +210,13 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     ((group, found),) = fault_normal_alignments_by_record_group(cube).items()
     assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_SELECTION_RULES_IN_REPORT))
     for one, shapes in zip(found, chosen, strict=True):
-        means = [mean_vector_of_doubled_axes(record, own) for record, own in enumerate(shapes) if own]
+        means = [mean_doubled_axis_vector_from_fault_normal(record, own) for record, own in enumerate(shapes) if own]
         assert (one.records_with_falls_and_fault_normal, one.mean_cos_of_doubled_angle.earthquake_count) == (
             len(means),
             len(means),
         )
         assert one.mean_cos_of_doubled_angle.mean == pytest.approx(np.mean(np.real(means)), abs=1e-6)
-        assert one.largest_possible_mean_cos_of_doubled_angle == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
+        assert one.mean_resultant_length_of_doubled_fall_axes == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
         assert math.isnan(one.mean_cos_of_doubled_angle.interval_low), "two earthquakes are too few for an interval"
     # The rule of the report is that of the alignment elsewhere, with its interval.
     many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
@@ -223,8 +224,8 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     own = fault_normal_alignments_by_record_group(many, [BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE])["all records"][0]
     summary = summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(many))
     assert own.mean_cos_of_doubled_angle == summary.mean_cos_of_doubled_angle_to_fault_normal
-    assert own.largest_possible_mean_cos_of_doubled_angle == pytest.approx(
-        summary.largest_possible_mean_cos_of_doubled_angle
+    assert own.mean_resultant_length_of_doubled_fall_axes == pytest.approx(
+        summary.mean_resultant_length_of_doubled_fall_axes
     )
     assert (
         own.mean_cos_of_doubled_angle.interval_low
@@ -234,8 +235,8 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
     assert (
         fault_normal_alignments_by_record_group(many, [ALL_BLOCKS_RULE])["all records"][
             0
-        ].largest_possible_mean_cos_of_doubled_angle
-        < own.largest_possible_mean_cos_of_doubled_angle
+        ].mean_resultant_length_of_doubled_fall_axes
+        < own.mean_resultant_length_of_doubled_fall_axes
     )
 
 

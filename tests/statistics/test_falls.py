@@ -240,7 +240,7 @@ def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(
     )
 
 
-def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
+def test_all_planes_of_a_partial_circle_have_equal_weight(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert plane_weights_by_azimuth_spacing(part) == pytest.approx(np.full(12, 1 / 12))
@@ -351,12 +351,12 @@ def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
         {"overturned": (dims, flags), "overturning_time": (dims, times)}, {"element": ["pillar", "lintel"]}
     )
     pillar, lintel, anything = count_falls_of_each_and_any_element(made)
-    assert (pillar.known_outcome_case_count, pillar.fall_count, pillar.count_of_falls_before_other_elements) == (
+    assert (pillar.known_outcome_case_count, pillar.fall_count, pillar.count_of_falls_with_no_earlier_fall) == (
         4,
         2,
         2,
     )
-    assert (lintel.known_outcome_case_count, lintel.fall_count, lintel.count_of_falls_before_other_elements) == (
+    assert (lintel.known_outcome_case_count, lintel.fall_count, lintel.count_of_falls_with_no_earlier_fall) == (
         4,
         2,
         1,

@@ -349,7 +349,7 @@ def test_agreement_with_the_2d_model_matches_counts_by_hand() -> None:
     ) == pytest.approx(1 / 2)
 
 
-def test_twist_statistics_cover_stones_that_moved_and_stand() -> None:
+def test_twist_statistics_omit_fallen_and_unmoved_stones() -> None:
     cube = xr.Dataset({
         "overturned": ("record", [0.0, 0.0, 0.0, 1.0, 0.0]),
         "status": ("record", [0, 0, 0, 0, 1]),

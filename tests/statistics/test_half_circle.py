@@ -29,7 +29,10 @@ from overturning.surveys.prediction import SiteFallPrediction
 from overturning.surveys.stones import Stone
 
 AZIMUTHS_DEG = np.arange(0, 360, 5)
-FIRST_HALF, SECOND_HALF = np.flatnonzero(AZIMUTHS_DEG < 180), np.flatnonzero(AZIMUTHS_DEG >= 180)
+INDICES_OF_AZIMUTHS_BELOW_180_DEG, INDICES_OF_AZIMUTHS_FROM_180_DEG = (
+    np.flatnonzero(AZIMUTHS_DEG < 180),
+    np.flatnonzero(AZIMUTHS_DEG >= 180),
+)
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 BLOCK_PARAMETER_DIMENSIONS = ["height", "b_over_h", "friction"]
 
@@ -43,7 +46,7 @@ def copy_of_full_circle_cube() -> xr.Dataset:
 def random_cube_with_mirrored_half_circle() -> xr.Dataset:
     """Return a cube of two records: random outcomes below 180°, their mirror images at the opposite azimuths."""
     generator = np.random.default_rng(3)
-    shape = (2, FIRST_HALF.size, 2, 4, 2)
+    shape = (2, INDICES_OF_AZIMUTHS_BELOW_180_DEG.size, 2, 4, 2)
     flag = generator.choice([-1.0, 0.0, 1.0, np.nan], size=shape, p=[0.25, 0.4, 0.25, 0.1])
     towards = np.where(generator.random(shape) < 0.5, generator.integers(0, 25, shape) / 24, np.nan)
     away = (1 - towards) * generator.integers(0, 2, shape)
@@ -113,7 +116,11 @@ def statistic_of_full_circle(name: str) -> Any:
     )
 
 
-@pytest.mark.parametrize("half", [FIRST_HALF, SECOND_HALF, np.arange(9, 45)], ids=["0…175", "180…355", "45…220"])
+@pytest.mark.parametrize(
+    "half",
+    [INDICES_OF_AZIMUTHS_BELOW_180_DEG, INDICES_OF_AZIMUTHS_FROM_180_DEG, np.arange(9, 45)],
+    ids=["0…175", "180…355", "45…220"],
+)
 @pytest.mark.parametrize("name", [*STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE, *STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE])
 def test_half_of_the_azimuths_gives_the_statistics_of_the_full_circle(name: str, half: np.ndarray) -> None:
     found = (STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE | STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE)[name](
@@ -137,7 +144,7 @@ def test_a_stone_facing_250_degrees_uses_the_outcome_of_the_plane_at_70() -> Non
 
     Blocks fall in all other planes, so that stones that face 175° or 245° fall.
     """
-    cube = copy_of_full_circle_cube().isel(azimuth=FIRST_HALF)
+    cube = copy_of_full_circle_cube().isel(azimuth=INDICES_OF_AZIMUTHS_BELOW_180_DEG)
     stands = cube["azimuth"].isin([70, 160])
     cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)
     cube["overturning_time"] = cube["overturned"].where(cube["overturned"] != 0)
@@ -189,7 +196,7 @@ def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() 
 
 def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
-    half = cube_of_stone_in_front_of_wall(np.ones_like, AZIMUTHS_DEG[FIRST_HALF])
+    half = cube_of_stone_in_front_of_wall(np.ones_like, AZIMUTHS_DEG[INDICES_OF_AZIMUTHS_BELOW_180_DEG])
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SiteFallPrediction(half, random_outcome_share=0).standing_and_side_probabilities(stone).tolist() == [
         0.5,
@@ -199,7 +206,7 @@ def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     rates = {face: population_outcome_rates_by_record(half, stones) for face, stones in populations.items()}
     assert {face: float(found["unknown"].max()) for face, found in rates.items()} == {60: 0, 250: 1}
     flags = extend_azimuths_to_full_circle(half)["overturned"]
-    assert flags.sel(azimuth=AZIMUTHS_DEG[FIRST_HALF]).notnull().all()
+    assert flags.sel(azimuth=AZIMUTHS_DEG[INDICES_OF_AZIMUTHS_BELOW_180_DEG]).notnull().all()
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 
 
@@ -227,12 +234,18 @@ def test_comparison_of_two_stones_weights_azimuths_like_fall_shares(
     def cube_of_stone_falling_between_azimuths(first: int, last: int) -> xr.Dataset:
         """Return a cube of stones that, for B/H up to 0.3, fall in the planes from `first` to below `last`, degrees."""
 
-        def signed_falls(azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+        def falls_near_axis_signed_by_half_circle(
+            azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray
+        ) -> np.ndarray:
             falls = (azimuth % 180 >= first) & (azimuth % 180 < last) & (slender < 0.35)
             return np.where(falls, np.where(azimuth < 180, 1.0, -1.0), 0.0)
 
         cube = make_cube_from_fall_rules(
-            signed_falls, azimuth=azimuths, height=[0.6], b_over_h=[0.2, 0.3, 0.4], friction=[1.0]
+            falls_near_axis_signed_by_half_circle,
+            azimuth=azimuths,
+            height=[0.6],
+            b_over_h=[0.2, 0.3, 0.4],
+            friction=[1.0],
         )
         return cube.assign(overturning_time=cube["overturned"] * 0 + last)
 

@@ -37,7 +37,7 @@ def illustrative_b_over_h_from_peak_rotations(make_cube_from_fall_rules) -> Call
     return b_over_h_of_cases
 
 
-def block_and_azimuths_with_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
+def illustrative_case_of_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
     """Return the block and azimuths of the illustrative case of falls to opposite sides, or None.
 
     The azimuths are the neighbouring ones at which the block falls to opposite sides.
@@ -55,12 +55,14 @@ def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_
     In the second part only the slender one falls in every ensemble member.
     """
 
-    def signed_falls(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+    def falls_near_axis_signed_by_half_circle(
+        azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray
+    ) -> np.ndarray:
         return np.where((azimuth == 40) | ((azimuth == 60) & (broad == 0.2)), -1.0, 1.0)
 
     grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
-    cube = make_cube_from_fall_rules(signed_falls, **grid)
-    assert block_and_azimuths_with_opposite_falls(cube) == (
+    cube = make_cube_from_fall_rules(falls_near_axis_signed_by_half_circle, **grid)
+    assert illustrative_case_of_opposite_falls(cube) == (
         {"height": 0.6, "b_over_h": 0.4, "friction": 1.0},
         (40.0, 60.0),
     )
@@ -69,18 +71,18 @@ def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_
         probability_towards=chance.where(cube["overturned"] > 0, 0.0),
         probability_away=chance.where(cube["overturned"] < 0, 0.0),
     )
-    assert block_and_azimuths_with_opposite_falls(likely) == (
+    assert illustrative_case_of_opposite_falls(likely) == (
         {"height": 0.6, "b_over_h": 0.2, "friction": 1.0},
         (60.0, 80.0),
     )
     assert (
-        block_and_azimuths_with_opposite_falls(
+        illustrative_case_of_opposite_falls(
             make_cube_from_fall_rules(lambda azimuth, *_: np.ones_like(azimuth), **grid)
         )
         is None
     )
     assert (
-        block_and_azimuths_with_opposite_falls(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None
+        illustrative_case_of_opposite_falls(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None
     )  # none beside another
 
 
@@ -91,7 +93,7 @@ def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(
     """In the planes φ and φ + 90° the block falls to φ and to φ + 90° or φ − 90°, whatever the rounding of cosines."""
     grid = {"azimuth": [first, first + 90], "height": [0.6], "b_over_h": [0.2], "friction": [1.0]}
     assert (
-        block_and_azimuths_with_opposite_falls(
+        illustrative_case_of_opposite_falls(
             make_cube_from_fall_rules(lambda azimuth, *_: np.where(azimuth == first, 1.0, side), **grid)
         )
         is None

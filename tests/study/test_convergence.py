@@ -110,7 +110,7 @@ def near_field_strong_part(number: int, name: str = "a") -> Record:
 
 
 @dataclass(frozen=True)
-class RecordsAndRandomCaseSample:
+class SimulatedRecordsAndCaseSample:
     """Records of a study that was simulated, and the cells drawn from its cube to be simulated again."""
 
     records: list[Record]
@@ -131,11 +131,11 @@ class RecordsAndRandomCaseSample:
 
 def simulate_study_and_draw_case_sample(
     settings: Study, records: list[Record], folder: Path
-) -> RecordsAndRandomCaseSample:
+) -> SimulatedRecordsAndCaseSample:
     """Simulate a small study without an ensemble and draw the cells to check from its cube."""
     alone = settings.model_copy(update={"ensemble": EnsembleSettings(members=0)})
     assert isinstance(settings.verification, ConvergenceCheckSettings)
-    return RecordsAndRandomCaseSample(
+    return SimulatedRecordsAndCaseSample(
         records, read_random_case_sample(simulate_study_cube(alone, records, folder), settings.verification)
     )
 
@@ -296,9 +296,7 @@ def study_cases_at_grid_indices(settings: Study, index: np.ndarray) -> Cases:
 
 
 @pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
-def test_the_convergence_check_of_a_small_study_costs_no_more_than_the_study(
-    step: int, least: int, tmp_path: Path
-) -> None:
+def test_convergence_check_takes_no_more_steps_than_small_study(step: int, least: int, tmp_path: Path) -> None:
     settings = small_study(azimuth={"step": step}, verification={})
     done = simulate_study_and_draw_case_sample(
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path

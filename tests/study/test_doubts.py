@@ -205,7 +205,7 @@ def scene_of_overhanging_slab(overhang_over_half_width: float) -> dict[str, Any]
     }
 
 
-def scene_of_lantern(foot_height: float) -> dict[str, Any]:
+def scene_of_cube_overhanging_its_foot(foot_height: float) -> dict[str, Any]:
     """Return a scene of a cube of 0.6 m that overhangs each side of its foot by 0.1 m."""
     ground = {"name": "ground", "kind": "driven", "width": 20, "height": 1, "at": [0, -1]}
     foot = {"name": "foot", "width": 0.4, "depth": 0.4, "height": foot_height, "stands_on": "ground"}
@@ -229,13 +229,13 @@ def test_a_scene_that_moves_without_an_earthquake_gives_a_warning() -> None:
 
 def test_the_warning_names_the_tilt_at_which_an_overhang_meets_the_ground() -> None:
     """The cube's corner overhangs the foot's by 0.1 √2 m, and balances on it at atan(0.2 √2 / 0.3) = 43.3°."""
-    assert warnings_on_study_settings(scene=scene_of_lantern(0.1), orientation={"step": 45}) == []
-    (doubt,) = warnings_on_study_settings(scene=scene_of_lantern(0.05), orientation={"step": 45})
+    assert warnings_on_study_settings(scene=scene_of_cube_overhanging_its_foot(0.1), orientation={"step": 45}) == []
+    (doubt,) = warnings_on_study_settings(scene=scene_of_cube_overhanging_its_foot(0.05), orientation={"step": 45})
     assert doubt.startswith(
         "scene: at B/H 1, element cube overhangs, and would meet the ground at a tilt of 20.7°, before it tips over "
         "the rim of the stone below at 43.3°. The simulation does not have this contact"
     )
-    assert warnings_on_study_settings(scene=scene_of_lantern(0.05)) == [], "2-D has the contact"
+    assert warnings_on_study_settings(scene=scene_of_cube_overhanging_its_foot(0.05)) == [], "2-D has the contact"
 
 
 def test_a_block_on_a_slope_steeper_than_its_friction_gives_a_warning() -> None:
@@ -244,7 +244,7 @@ def test_a_block_on_a_slope_steeper_than_its_friction_gives_a_warning() -> None:
     assert doubt.startswith("scene: at B/H 1, an element slides down its face without an earthquake")
 
 
-def test_level_frictionless_ground_and_an_arch_give_no_warning() -> None:
+def test_frictionless_level_block_and_arch_are_stable_at_rest() -> None:
     """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
     assert warnings_on_study_settings(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
     assert (

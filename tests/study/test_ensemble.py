@@ -332,7 +332,7 @@ def test_ensembles_whose_members_agree_converge_with_fewer_members() -> None:
     )  # every element counts
 
 
-def test_the_number_of_members_of_a_cell_does_not_depend_on_other_cells(
+def test_adaptive_member_count_of_a_cell_ignores_the_other_cells(
     motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))

@@ -60,9 +60,7 @@ def test_a_reason_is_given_if_no_film_command_can_reproduce_a_study() -> None:
     assert film_command_options_and_stone_sizes(cube)["missing"] == "the study has numerical settings of its own"
 
 
-def test_no_film_command_is_given_for_records_outside_the_project(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_film_command_for_record_table_outside_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No film command is given if the study's record table is not in the project's folder.
 
     The results state only the file name of a record table with an absolute path, and this name is valid only in that

@@ -29,12 +29,14 @@ from tests.expect import run_overturning_and_return_printed_text
 from tests.records.world_writers import unam_text
 
 ROOT = Path(__file__).parents[2]
-TABLE_HEADING = "id\tformat\tsource\tcolumns\n"
+RECORD_TABLE_HEADER_LINE = "id\tformat\tsource\tcolumns\n"
 
 
 def write_record_table_and_make_study(tmp_path: Path, *rows: str, **more: Any) -> Any:
     """Write a record table of the given rows and return a study of all its records."""
-    (tmp_path / "records.tsv").write_text(TABLE_HEADING + "".join(f"{row}\n" for row in rows), encoding="utf-8")
+    (tmp_path / "records.tsv").write_text(
+        RECORD_TABLE_HEADER_LINE + "".join(f"{row}\n" for row in rows), encoding="utf-8"
+    )
     use = [row.split("\t")[0] for row in rows]
     records = {"use": use, "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
     return study_from_content({"name": "mine", "records": records} | more, "mine.yaml")
@@ -114,7 +116,7 @@ def test_omitted_vertical_motion_is_ignored_in_the_note_on_weak_records(
     # Some of it goes east: an axis at rest beside one that moves is taken for a dead channel.
     rows = "".join(f"{h:.4f},{0.1 * h:.4f},{abs(h):.4f}\n" for h in wave)
     (tmp_path / "x.csv").write_text(rows, encoding="utf-8")
-    header = TABLE_HEADING.strip() + "\tprocessed\tsampling_interval_s\n"
+    header = RECORD_TABLE_HEADER_LINE.strip() + "\tprocessed\tsampling_interval_s\n"
     (tmp_path / "records.tsv").write_text(
         f"{header}slight\tcsv\tx.csv\tnorth:gal east:gal up:gal\ttrue\t0.01\n", encoding="utf-8"
     )

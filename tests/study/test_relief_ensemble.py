@@ -46,7 +46,7 @@ def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: 
             np.testing.assert_array_equal(getattr(again, name), getattr(members, name))
 
 
-class TwoOrientationGrid:
+class StubGridOfTwoOrientations:
     """Grid of one stone at two orientations, with only the methods that an ensemble needs."""
 
     dimension_names = ("orientation", "aspect", "height", "b_over_h", "friction")
@@ -67,7 +67,7 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     )
     limit, seen = float(np.median(members.relief_m)), []
 
-    def fake_results_falling_if_relief_is_low(cases: Any, progress: Any, relief: float) -> Any:
+    def fake_results_falling_if_base_relief_is_low(cases: Any, progress: Any, relief: float) -> Any:
         seen.append((relief, np.asarray(cases.azimuth_deg)))
         falls = np.full(cases.case_count, relief <= limit)
 
@@ -82,13 +82,13 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
         sample_count = 100
 
     nominal = {
-        "overturned": np.zeros(TwoOrientationGrid.shape, np.int8),
-        "repeated": np.zeros(TwoOrientationGrid.shape, np.int8),
+        "overturned": np.zeros(StubGridOfTwoOrientations.shape, np.int8),
+        "repeated": np.zeros(StubGridOfTwoOrientations.shape, np.int8),
     }
     runner = EnsembleRunner(Body(STONE), members)
     monkeypatch.setattr(EnsembleRunner, "_copy_to_symmetric_cells", lambda *_: None)
     found, steps = runner.choose_cases_and_run_their_ensembles(
-        StubMotion(), TwoOrientationGrid(), nominal, fake_results_falling_if_relief_is_low
+        StubMotion(), StubGridOfTwoOrientations(), nominal, fake_results_falling_if_base_relief_is_low
     )  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(

@@ -109,7 +109,7 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
         np.testing.assert_allclose(cube["critical_angle"].sel(element="shaft"), np.degrees(np.arctan([0.2, 0.25])))
         assert rows["shaft"].fall_count == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
         assert (
-            rows["shaft"].count_of_falls_before_other_elements
+            rows["shaft"].count_of_falls_with_no_earlier_fall
             == rows["shaft"].fall_count
             == rows["any element"].fall_count
         )
@@ -236,7 +236,7 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     ]
 
 
-def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path: Path) -> None:
+def test_variant_without_vertical_keeps_contact_settings(tmp_path: Path) -> None:
     """A variant without vertical motion has the outcomes of a study without it, and keeps the contact settings.
 
     With the contact settings of the study a block of B/H 0.35 falls that stands with the default ones.
@@ -259,7 +259,7 @@ def test_a_variant_without_vertical_motion_equals_the_study_without_it(tmp_path:
 
 
 @pytest.mark.parametrize("variant", ["nominal", "monolith", "gravestone"])
-def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path, variant: str) -> None:
+def test_scene_ensemble_probabilities_equal_fall_shares_of_members(tmp_path: Path, variant: str) -> None:
     """Ensemble probabilities of an element equal the fall shares of members simulated by themselves.
 
     The members have changed amplitude, B/H, friction, damping and azimuth.

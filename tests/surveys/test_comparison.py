@@ -201,11 +201,11 @@ def test_prediction_for_unknown_face_azimuth_averages_all_face_azimuths(
     If both planes of a stone fall, the earlier fall decides.
     """
 
-    def fall_sides_near_axis_or_of_slender_blocks(azimuth, _, slender, __):
+    def fall_rule_near_azimuth_20_or_below_b_over_h_0_4(azimuth, _, slender, __):
         off = (azimuth - 20 + 90) % 180 - 90
         return np.where((np.abs(off) <= 60) | (slender < 0.4), np.where(np.cos(np.radians(azimuth - 50)) > 0, 1, -1), 0)
 
-    cube = make_cube_from_fall_rules(fall_sides_near_axis_or_of_slender_blocks, azimuth=range(0, 360, 10))
+    cube = make_cube_from_fall_rules(fall_rule_near_azimuth_20_or_below_b_over_h_0_4, azimuth=range(0, 360, 10))
     times = 3 + np.random.default_rng(3).random(18)
     shape = cube["overturned"].shape
     cube["overturning_time"] = (

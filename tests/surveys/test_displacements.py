@@ -280,9 +280,9 @@ def test_interval_of_a_median_has_at_least_its_stated_probability(n: int) -> Non
     low, high = exact_median_interval(np.random.default_rng(n).permutation(n))
     rank = int(low) + 1
 
-    def coverage_of_median_interval_at_rank(r: int) -> float:
+    def probability_that_ranks_enclose_median(r: int) -> float:
         return float(1 - 2 * scipy.stats.binom.cdf(r - 1, n, 0.5))
 
     assert high == n - rank
-    assert coverage_of_median_interval_at_rank(rank) >= 0.95 > coverage_of_median_interval_at_rank(rank + 1)
+    assert probability_that_ranks_enclose_median(rank) >= 0.95 > probability_that_ranks_enclose_median(rank + 1)
     assert np.isnan(exact_median_interval(np.arange(5.0)).low)

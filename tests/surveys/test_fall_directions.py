@@ -16,7 +16,7 @@ def fallen_stone(azimuth: float, **more) -> Stone:
     return Stone(fell=True, fall_azimuth_deg=azimuth % 360, has_octant_direction=False, **more)
 
 
-def cube_with_two_fall_directions(
+def cube_with_fall_direction_by_slenderness(
     make_cube_from_fall_rules,
     stout_azimuth_deg: float = 200.0,
     half_width_deg: float = 40.0,
@@ -38,11 +38,11 @@ def cube_with_two_fall_directions(
 
 def cube_with_two_fall_axes(make_cube_from_fall_rules):
     """Return a cube in which slender blocks fall along the axis of 60° to both sides, and stout ones along 150°."""
-    return cube_with_two_fall_directions(make_cube_from_fall_rules, 150.0, 20.0, 180.0)
+    return cube_with_fall_direction_by_slenderness(make_cube_from_fall_rules, 150.0, 20.0, 180.0)
 
 
 @pytest.mark.parametrize("turn", [90, 195, 300])
-@pytest.mark.parametrize("cube_of", [cube_with_two_fall_directions, cube_with_two_fall_axes])
+@pytest.mark.parametrize("cube_of", [cube_with_fall_direction_by_slenderness, cube_with_two_fall_axes])
 def test_rotating_survey_and_cube_together_changes_no_test_result(
     make_cube_from_fall_rules, cube_of, turn: int
 ) -> None:
@@ -166,7 +166,7 @@ def test_mirrored_survey_of_compass_points_has_the_same_likelihood_ratio(make_cu
     On a grid of 15°, every second of the 16 compass points is an azimuth of the grid, and the others lie half-way
     between two.
     """
-    cube = cube_with_two_fall_directions(make_cube_from_fall_rules)
+    cube = cube_with_fall_direction_by_slenderness(make_cube_from_fall_rules)
     mirrored = cube.isel(azimuth=[-i % 24 for i in range(24)]).assign_coords(azimuth=cube["azimuth"])
     numbers = [1, 3, 3, 5, 7, 9, 10]
     one = compare_survey_with_prediction([fallen_stone_of_compass_point(n, b_over_h=0.2) for n in numbers], cube)

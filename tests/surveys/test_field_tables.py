@@ -335,7 +335,7 @@ def test_a_magnetic_column_without_declination_gives_a_warning(tmp_path: Path) -
         ("outcome;magnetic azimuth;declination", ("fell;10;7", "fell;20;7"), ""),
     ],
 )
-def test_each_magnetic_azimuth_without_declination_gives_a_warning(
+def test_warning_names_lines_of_magnetic_azimuths_without_declination(
     tmp_path: Path, header: str, cells: tuple[str, ...], lines: str
 ) -> None:
     assert lines in "".join(write_and_read_survey_table(tmp_path, "\n".join((header, *cells))).warnings)

@@ -526,7 +526,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
         level = np.searchsorted(SIMULATED_PGV_M_S, amplitude * one.pgv_m_s * 1.001) - 1
         return (7 * parts[0] + 11 * parts[1] + 13 * level + 5 * np.round(azimuth / 15) + 17 * (friction > 0.5)) % 72
 
-    def fake_results_from_case_parameters(
+    def fake_falls_with_azimuths_from_case_parameters(
         shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions
     ) -> SimpleNamespace:
         bins = direction_bin_from_case_parameters(
@@ -535,7 +535,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
 
     one = elliptic_candidate_motion(0.5)
-    monkeypatch.setattr(stone_outcomes, "simulate_cases", fake_results_from_case_parameters)
+    monkeypatch.setattr(stone_outcomes, "simulate_cases", fake_falls_with_azimuths_from_case_parameters)
     nodes = [(2, 5), (2, 6), (3, 5)]
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
     assert found.shape == (3, len(SIMULATED_FRICTIONS), SIMULATED_PGV_M_S.size, 12)

@@ -24,7 +24,7 @@ from overturning.surveys.notation import (
 def test_direction_notations_are_read_as_azimuths(text: str, azimuth: float) -> None:
     found = parse_direction(text)
     assert found.azimuth_deg == pytest.approx(azimuth)
-    assert found.compass_point_index is None
+    assert found.index_in_16_compass_points is None
 
 
 def test_the_16_compass_points_are_22_5_degrees_apart() -> None:

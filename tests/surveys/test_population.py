@@ -135,7 +135,7 @@ def test_randomly_chosen_neighbour_cells_average_to_linear_interpolation() -> No
     ).all()
 
 
-def cube_of_given_flags_and_fall_times(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
+def cube_with_values_as_flags_and_fall_times(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
     """Return a cube of one record whose overturning flags and fall times both have the given values.
 
     The blocks are 0.6 m high unless `grid` has other heights.
@@ -157,7 +157,7 @@ def test_rocking_stone_takes_no_outcome_from_a_case_where_blocks_slide() -> None
     """
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
-    site = cube_of_given_flags_and_fall_times(
+    site = cube_with_values_as_flags_and_fall_times(
         values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0]
     )
     assert take_stone_outcomes_from_neighbouring_cases(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
@@ -173,7 +173,8 @@ def test_stone_with_an_unknown_outcome_in_one_plane_has_no_outcome(flag: float) 
     The outcome in plane 90° is unknown: whatever happens in plane 0°, a fall over the other edge may have come first.
     """
     found = take_stone_outcomes_from_neighbouring_cases(
-        cube_of_given_flags_and_fall_times(np.reshape([flag, np.nan], (2, 1, 1, 1))), equal_stones(0.6, 0.4, 0.7, 0.0)
+        cube_with_values_as_flags_and_fall_times(np.reshape([flag, np.nan], (2, 1, 1, 1))),
+        equal_stones(0.6, 0.4, 0.7, 0.0),
     )
     assert (found.trajectory_has_known_outcome.item(), found.fell.item()) == (False, False)
 
@@ -193,7 +194,7 @@ def test_fall_rates_of_two_cubes_count_only_stones_known_in_both(fixed: float) -
     """Low stones fall, tall ones stand, in both cubes; one cube lacks the outcomes of the low ones."""
     heights = np.tile([1.0, 0.0], (2, 1)).reshape(2, 2, 1, 1)
     low, high = (
-        cube_of_given_flags_and_fall_times(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9])
+        cube_with_values_as_flags_and_fall_times(np.where(heights == lost, np.nan, heights), height=[0.6, 0.9])
         for lost in (1.0, 2.0)
     )
     names = {"record_id": ("record", ["a"]), "event": ("record", ["e"])}

@@ -52,7 +52,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
     level, rate = np.array([0.05, 0.2, 0.5, 1.0]), np.array([2e-2, 2e-3, 3e-4, 2e-5])
     hazard = HazardCurve("PGA", "g", level, rate)
 
-    def fall_rate_density(x: float, a: float, one: float, k: float) -> float:
+    def annual_fall_rate_per_unit_level(x: float, a: float, one: float, k: float) -> float:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
 
     def annual_fall_rate_from_hazard_curve_by_quadrature(low: float, high: float) -> float:
@@ -65,7 +65,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
             k = math.log(one / two) / math.log(b / a)
             ends = max(a, low), min(b, high)
             if ends[0] < ends[1]:
-                total += quad(fall_rate_density, *ends, args=(a, one, k), epsrel=1e-11)[0]
+                total += quad(annual_fall_rate_per_unit_level, *ends, args=(a, one, k), epsrel=1e-11)[0]
         return total
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]
@@ -304,7 +304,9 @@ def test_largest_hazard_compatible_with_survivors_lets_5_percent_stand(
     assert stands / 4000 == pytest.approx(0.05, abs=0.012)
 
 
-def test_a_hazard_curve_that_begins_too_high_is_reported(tmp_path: Path, run_stood_command: Callable[..., str]) -> None:
+def test_fall_rate_below_the_first_hazard_level_is_reported(
+    tmp_path: Path, run_stood_command: Callable[..., str]
+) -> None:
     """At the first level 1 % of stones fall.
 
     The reported rate of falls below it equals the difference from a curve that begins lower.

@@ -26,7 +26,7 @@ from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 
 @pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize("aspect", [0.0, *stone_outcomes.SIMULATED_D_OVER_B])
-def test_shipped_outcomes_match_new_simulations(
+def test_shipped_stone_outcomes_match_new_simulations(
     candidate_motions_of_package: tuple[CandidateMotion, ...], aspect: float, count: int
 ) -> None:
     """Stones of random motions and sizes are simulated again, for all frictions, peak velocities and face azimuths."""

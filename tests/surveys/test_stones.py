@@ -21,7 +21,7 @@ def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:
     return path
 
 
-def test_azimuths_octants_counts_and_lines_of_a_survey_are_read(tmp_path: Path) -> None:
+def test_azimuths_octants_counts_and_line_numbers_are_read(tmp_path: Path) -> None:
     stones = read_counted_stones(
         write_survey(
             tmp_path,

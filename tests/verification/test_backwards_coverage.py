@@ -55,7 +55,7 @@ def test_the_coverage_bound_is_exact_if_all_surveys_or_none_are_covered() -> Non
     )
 
 
-def test_the_ruin_example_is_published_without_measuring_coverage(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_renewing_the_ruin_example_measures_no_coverage(monkeypatch: pytest.MonkeyPatch) -> None:
     """Renewing the ruin example in docs/surveys.md does not measure the coverage, which takes an hour.
 
     Regression: the numbers in docs/surveys.md were out of date, since renewing them also measured the coverage.

@@ -107,7 +107,7 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
     low, high = falling_and_standing_b_over_h(where)
     near = bisect_boundaries(groups, where, {}, low, high, 24)
 
-    def bisected_boundaries(scheme: str, step: float) -> np.ndarray:
+    def bisected_b_over_h_at_overturning_boundaries(scheme: str, step: float) -> np.ndarray:
         return bisect_boundaries(
             groups,
             where,
@@ -117,14 +117,17 @@ def test_the_overturning_boundary_converges_with_the_time_step(scheme: str, leas
             20,
         )
 
-    exact = bisected_boundaries("centred", 0.015)
+    exact = bisected_b_over_h_at_overturning_boundaries("centred", 0.015)
     assert np.isfinite(exact).sum() >= 10
-    shifts = [float(np.nanmedian(np.abs(bisected_boundaries(scheme, step) / exact - 1.0))) for step in RELATIVE_STEPS]
+    shifts = [
+        float(np.nanmedian(np.abs(bisected_b_over_h_at_overturning_boundaries(scheme, step) / exact - 1.0)))
+        for step in RELATIVE_STEPS
+    ]
     assert shifts[0] > shifts[-1] > 0
     assert convergence_order(RELATIVE_STEPS, np.array(shifts)) >= least
 
 
-def test_the_bisected_overturning_boundary_lies_where_the_flag_changes() -> None:
+def test_the_bisected_boundary_b_over_h_separates_falling_and_standing() -> None:
     groups = groups_with_every_nth_case([blocks_under_decaying_sine()], 2)
     where = boundaries_between_falling_and_standing_cases(groups, run_case_groups(groups).results.overturned, 3)
     assert where

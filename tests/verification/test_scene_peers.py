@@ -14,7 +14,7 @@ from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
-from tests.dem.near_field import near_field_motion_and_component_azimuths as installed_near_field
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths as installed_near_field
 from tests.dem.polygon_scenes import load_shipped_scene
 from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.inputs import read_strong_part_of_pulse_record

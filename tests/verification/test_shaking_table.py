@@ -102,7 +102,7 @@ def test_a_reliability_bin_without_falls_has_an_exact_upper_bound() -> None:
 
 
 @pytest.mark.parametrize("kind", [RECTANGLE_DISTRIBUTION, PRISM_DISTRIBUTION], ids=lambda kind: kind.name)
-def test_sampled_stones_lie_within_the_bounds_of_their_distribution(kind: RandomStoneBoundsAndFallSimulator) -> None:
+def test_sampled_stones_span_the_bounds_of_their_distribution(kind: RandomStoneBoundsAndFallSimulator) -> None:
     rows = sample_stones(kind, 256)
     for name, (low, high) in kind.bounds_by_parameter.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
@@ -262,7 +262,7 @@ def test_the_error_names_a_missing_array_or_file_of_shaking_table_tests(
     assert "no tests.npz" in capsys.readouterr().out
 
 
-def test_a_cosine_motion_of_the_small_shaking_table_has_the_stated_peaks() -> None:
+def test_small_table_motion_has_stated_peaks_and_table_tests_are_counted() -> None:
     for pga, ratio in ((0.4, 0.05), (1.0, 0.2)):
         motion = small_table.one_cosine_cycle(pga, ratio)
         along = motion.north

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.dem.near_field import near_field_motion_and_component_azimuths as installed_near_field
+from tests.dem.near_field import near_field_motion_and_fault_component_azimuths as installed_near_field
 from tests.expect import skip_test_unless_skipping_is_forbidden
 from verification.stack_agreement import (
     CASE_PARAMETER_COLUMNS,

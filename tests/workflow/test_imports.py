@@ -21,18 +21,18 @@ HEAVY_PACKAGES = {
 }
 """Modules whose import takes 0.1 s or more."""
 
-STATISTICS_PACKAGES = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats"}
+SLOW_SCIPY_PACKAGES = {"scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats"}
 TABLE_PACKAGES = {"xarray", "pandas", "dask", "jinja2"}
 ALLOWED_HEAVY_PACKAGES_BY_STEP = {
     "read": set(),
-    "members": STATISTICS_PACKAGES,
+    "members": SLOW_SCIPY_PACKAGES,
     "sweep": {"numba"},
     "describe": set(),
     "gather": set(),
     "check-convergence": {"numba"},
-    "rotate": TABLE_PACKAGES | STATISTICS_PACKAGES | {"distributed", "numba"},
-    "fragility": TABLE_PACKAGES | STATISTICS_PACKAGES,
-    "findings": TABLE_PACKAGES | STATISTICS_PACKAGES,
+    "rotate": TABLE_PACKAGES | SLOW_SCIPY_PACKAGES | {"distributed", "numba"},
+    "fragility": TABLE_PACKAGES | SLOW_SCIPY_PACKAGES,
+    "findings": TABLE_PACKAGES | SLOW_SCIPY_PACKAGES,
 }
 """Heavy modules that a step may import; steps that draw or write pages are left out."""
 
@@ -71,7 +71,7 @@ def run(words):
 commands = json.load(sys.stdin)
 for words in commands:
     if words[0] == "rotate":
-        for name in {sorted(TABLE_PACKAGES | STATISTICS_PACKAGES)}:
+        for name in {sorted(TABLE_PACKAGES | SLOW_SCIPY_PACKAGES)}:
             import_module(name)
     run(words)
 """

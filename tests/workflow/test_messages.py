@@ -296,7 +296,7 @@ def test_each_workflow_step_gets_a_valid_study_of_a_scanned_body(tmp_path: Path)
     assert {"members", "sweep", "report"} <= checkout.planned_rules()
 
 
-def test_each_figure_job_gets_only_its_own_pulses_and_published_values(tmp_path: Path) -> None:
+def test_figure_jobs_get_only_their_own_pulse_motions(tmp_path: Path) -> None:
     pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 10))
     published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"
     checkout = StudyWorkflowCopyWithPlanning(

@@ -178,7 +178,7 @@ def apply_contact_law(
     `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
     displacements. `waits_lands_flat_landing_time_tilting_share` are True if the point carries only later, True if the
     body lands flat, its landing time, s, if it touches now, and the tilting share of the base
-    (`BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`).
+    (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`).
     """
     waiting, flat, begun, base_tilting = waits_lands_flat_landing_time_tilting_share
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
@@ -247,7 +247,7 @@ def apply_contact_law(
         position_y_or_rim_point_velocity_y=body_state.centre_position.y + contact_point.position_from_centre.y,
         penetration=depth,
         normal_force_per_mass=n,
-        slid_in_last_step=0.0,
+        slid_in_last_step_or_rejected_attempt=0.0,
         remaining_flat_landing_time=landing,
     )
 
@@ -295,7 +295,7 @@ def advance_body_one_step(
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity_relative_to_base, half, a)
     w = angular_velocity_from_momentum(
-        body.inverse_of_inertia_per_mass,
+        body.mass_over_inertia,
         body_axes,
         extrapolate_vector(body_state.angular_momentum_per_mass, half, t.moment_about_centre),
     )
@@ -317,11 +317,11 @@ def advance_body_one_step(
         body_state.centre_position.y - body.centre_height * body_axes.yz,
     )
     peak_values = BodyPeaksAndLastUprightTick(
-        updated_maximum(peak_values.peak_lean_squared_sine, lean),
+        updated_maximum(peak_values.peak_lean_as_continued_squared_sine, lean),
         updated_maximum(peak_values.peak_squared_base_slip, bx * bx + by * by),
         updated_maximum(peak_values.peak_penetration, contact_totals.max_penetration),
         body_state.ticks_since_sample_start
-        if lean < body.critical_lean_squared_sine
+        if lean < body.critical_lean_as_continued_squared_sine
         else peak_values.last_upright_tick_in_sample,
     )
     # Momenta half a step later, position one step later.
@@ -329,9 +329,9 @@ def advance_body_one_step(
         extrapolate_vector(body_state.velocity_relative_to_base, dt, a),
         extrapolate_vector(body_state.angular_momentum_per_mass, dt, t.moment_about_centre),
     )
-    w = angular_velocity_from_momentum(body.inverse_of_inertia_per_mass, body_axes, momentum)
+    w = angular_velocity_from_momentum(body.mass_over_inertia, body_axes, momentum)
     w = angular_velocity_from_momentum(
-        body.inverse_of_inertia_per_mass, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
+        body.mass_over_inertia, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
     )
     place, turn = extrapolate_vector(body_state.centre_position, dt, v), rotate_quaternion(body_state.rotation, dt, w)
     moved = BodyState(
@@ -417,7 +417,7 @@ def add_vertex_contact_forces(
                 vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.position_from_centre.z, left),
                 is_body_in_flat_landing(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
-                base_contact.flat_landing_tilting_share_of_friction_moment,
+                base_contact.tilting_share_of_friction_moment_in_flat_landing,
             ),
         )
         b, right = apply_contact_law(
@@ -430,7 +430,7 @@ def add_vertex_contact_forces(
                 vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.position_from_centre.z, right),
                 is_body_in_flat_landing(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
-                base_contact.flat_landing_tilting_share_of_friction_moment,
+                base_contact.tilting_share_of_friction_moment_in_flat_landing,
             ),
         )
         store_memory(first_vertex_rows, j, left)
@@ -469,7 +469,7 @@ def add_contact_forces_at_opposite_rim_points(
             is_body_in_flat_landing(base_contact),
             remaining_landing_time_of_new_contact(body, base_contact),
         )
-        tilting = base_contact.flat_landing_tilting_share_of_friction_moment
+        tilting = base_contact.tilting_share_of_friction_moment_in_flat_landing
         at, on = (
             rim_contact_point(body, s, f, lean_component, transverse_component, dt),
             rim_contact_point(body, s, f, -lean_component, -transverse_component, dt),
@@ -647,7 +647,7 @@ def allow_cundall_scheme_for_bodies() -> Iterator[None]:
         planned.case_table["min_allowed_step_ticks"] = planned.case_table[
             "steps_before_doubling_after_contact_change"
         ] = 1.0
-        planned.case_table["longest_step_at_rest_ticks"] = TICKS_PER_STEP
+        planned.case_table["longest_step_with_all_contacts_closed_ticks"] = TICKS_PER_STEP
         return CundallSimulationPlan(**vars(planned) | {"steps_per_sample": steps * numerics.refinement})
 
     with mock.patch("overturning.dem.body.plan.plan_body_simulation", plan_with_cundall_if_chosen):

@@ -56,7 +56,7 @@ class BlockCaseOfStabilityMap:
     scheme: str
     motion_kind: str
     """One of `SPACE_FILLING_MOTION_KINDS` or `ADVERSARIAL_MOTION_KINDS`."""
-    period_samples: float
+    motion_period_in_samples: float
     """Period of pulse and square wave, in samples."""
     peak_upward_to_horizontal_ratio: float
     """Largest upward over largest horizontal acceleration."""
@@ -78,7 +78,7 @@ class BlockCaseOfStabilityMap:
 _COLUMN_BY_PARAMETER: Final = {
     "normal_stiffness_per_corner": "stiffness", "heave_damping_ratio": "damping_ratio",
     "peak_horizontal_acceleration": "peak", "requested_step_to_stable_step_ratio": "step_fraction",
-    "motion_kind": "motion", "period_samples": "period", "peak_upward_to_horizontal_ratio": "vertical",
+    "motion_kind": "motion", "motion_period_in_samples": "period", "peak_upward_to_horizontal_ratio": "vertical",
 }  # fmt: skip
 """Columns of the map with another name than the parameter of `BlockCaseOfStabilityMap`."""
 
@@ -111,7 +111,7 @@ def space_filling_cases(case_count: int, seed: int) -> list[BlockCaseOfStability
         "requested_step_to_stable_step_ratio": np.where(
             u[8] < 0.5, np.nan, _log_interpolate((u[8] - 0.5) / 0.5, 0.05, 1.0)
         ),
-        "period_samples": _log_interpolate(u[11], 2.0, 200.0),
+        "motion_period_in_samples": _log_interpolate(u[11], 2.0, 200.0),
         "peak_upward_to_horizontal_ratio": np.where(
             u[12] < SHARE_OF_CASES_WITH_VERTICAL_MOTION, 1.5 * u[12] / SHARE_OF_CASES_WITH_VERTICAL_MOTION, 0.0
         ),
@@ -163,11 +163,15 @@ def motion_of_case(case: BlockCaseOfStabilityMap, noise_random_seed: int) -> Mot
     time = np.arange(MOTION_SAMPLE_COUNT, dtype=np.float64)
     match case.motion_kind:
         case "pulse":
-            north = np.where(time <= case.period_samples, peak * np.sin(2 * np.pi * time / case.period_samples), 0.0)
+            north = np.where(
+                time <= case.motion_period_in_samples,
+                peak * np.sin(2 * np.pi * time / case.motion_period_in_samples),
+                0.0,
+            )
         case "noise":
             north = generator.uniform(-peak, peak, MOTION_SAMPLE_COUNT)
         case "square":
-            north = np.where(time % case.period_samples < 0.5 * case.period_samples, peak, -peak)
+            north = np.where(time % case.motion_period_in_samples < 0.5 * case.motion_period_in_samples, peak, -peak)
         case "impulse":
             north = np.where(time == 20, peak, 0.0)
         case "ten minutes":

@@ -69,7 +69,7 @@ _CHECKED_OUTCOME_LABELS: Final = (
 class BoundsOnCaseResults(NamedTuple):
     """Bounds that the results of a case must keep, computed from shapes, contacts and motion only."""
 
-    max_static_penetration: float
+    largest_penetration_under_own_weight: float
     """Largest static penetration, m."""
     smallest_element_side: float
     """Smallest side of an element, m; the allowed penetration is a share of it."""
@@ -108,9 +108,9 @@ def name_of_first_failed_check(
     )
     if not all(np.isfinite(values[case_index]).all() for values in numbers):
         return "a number is not finite"
-    if bounds_on_case_results.max_static_penetration > limit or results.peak_penetration[case_index] > limit * (
-        1 + 1e-6
-    ):
+    if bounds_on_case_results.largest_penetration_under_own_weight > limit or results.peak_penetration[
+        case_index
+    ] > limit * (1 + 1e-6):
         return "penetration"
     if results.energy_error[case_index] > MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO:
         return "energy balance"
@@ -133,7 +133,7 @@ def name_of_first_failed_check(
         np.any(fallen)
         and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
         < 0.2 * bounds_on_case_results.min_horizontal_to_apparent_gravity_ratio_to_fall_if_stiff
-        and bounds_on_case_results.max_static_penetration
+        and bounds_on_case_results.largest_penetration_under_own_weight
         < 1e-4 * bounds_on_case_results.contact_width_for_stiffness_check
     ):
         return "fell below the threshold of rocking"
@@ -175,7 +175,7 @@ def name_of_first_failed_scene_check(
     size = min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held)
     bound = min(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), friction)
     bounds = BoundsOnCaseResults(
-        max_static_penetration(prepared_scene),
+        largest_penetration_under_own_weight(prepared_scene),
         size,
         size,
         max_horizontal_to_apparent_gravity_ratio(motion),
@@ -194,7 +194,7 @@ def name_of_first_failed_scene_check(
     )
 
 
-def max_static_penetration(prepared_scene: PreparedScene) -> float:
+def largest_penetration_under_own_weight(prepared_scene: PreparedScene) -> float:
     """Return the largest static penetration, m, of the contacts between elements of a scene.
 
     The two ends of a contact share its weight.
@@ -293,7 +293,7 @@ def least_possible_rotation_of_fallen_elements(prepared_scene: PreparedScene) ->
         on_ground = all(
             prepared_scene.elements[k].is_driven_or_held for k in prepared_scene.carrier_indices_by_element[index]
         )
-        x, z = item.shape.vertices_from_centroid.T
+        x, z = item.shape.vertices_from_whole_polygon_centroid.T
         base = x[z < z.min() + 1e-9 * item.smaller_of_width_and_height]
         tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
         found.append(min(asked, tips, RIGHT_ANGLE_RAD) if on_ground and item.element.fallen_drop is None else 0.0)
@@ -328,7 +328,7 @@ def _least_rotations_to_other_resting_face(element: PlacedElement) -> tuple[floa
 def _rotation_and_length_of_each_face_when_down(element: PlacedElement) -> list[tuple[float, float]]:
     """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
-    for first, second in combinations(element.shape.vertices_from_centroid, 2):
+    for first, second in combinations(element.shape.vertices_from_whole_polygon_centroid, 2):
         x, z = second - first
         turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
         lowest = (
@@ -343,5 +343,5 @@ def _rotation_and_length_of_each_face_when_down(element: PlacedElement) -> list[
 
 def _centre_height(element: PlacedElement, element_rotation_rad: float) -> float:
     """Return the height of the centre above the lowest vertex of the rotated element, m."""
-    x, z = element.shape.vertices_from_centroid.T
+    x, z = element.shape.vertices_from_whole_polygon_centroid.T
     return float((x * np.sin(element_rotation_rad) - z * np.cos(element_rotation_rad)).max())

@@ -41,7 +41,7 @@ from verification.stability.cases import (
 )
 from verification.stability.checks import (
     StabilityCheckVerdict,
-    max_static_penetration,
+    largest_penetration_under_own_weight,
     min_acceleration_ratio_to_start_rocking,
     name_of_first_failed_block_check,
     name_of_first_failed_scene_check,
@@ -287,7 +287,7 @@ def _dimensionless_groups_of_scene(
     heave = 2.0 * np.sqrt(0.5 * laws.normal_stiffness * laws.carried_weight_at_rest / STANDARD_GRAVITY)
     damping = laws.dashpot_coefficient[loaded] / heave[loaded]
     groups = (
-        max_static_penetration(prepared_scene)
+        largest_penetration_under_own_weight(prepared_scene)
         / min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held),
         float(damping.max()) if damping.size else np.nan,
         _ratio_of_time_step_to_stable_step(

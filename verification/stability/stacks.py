@@ -152,7 +152,7 @@ def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> 
         normal_stiffness_per_corner=1.0, heave_damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0,
         scheme="centred", requested_step_to_stable_step_ratio=float("nan"),
         peak_horizontal_acceleration=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),
-        motion_kind=kind, period_samples=float(draw_log_uniform(2.0, 200.0)),
+        motion_kind=kind, motion_period_in_samples=float(draw_log_uniform(2.0, 200.0)),
         peak_upward_to_horizontal_ratio=float(max(generator.uniform(-1.0, 1.5), 0.0)),
     )  # fmt: skip
     amplitude = 5.0 * generator.random(CASE_COUNT_PER_SCENE_SETTING) ** 2

@@ -154,7 +154,7 @@ def recheck_random_cases_of_cube(
     from overturning.study.recheck import recompute_and_compare_random_cases as compute_again
 
     result = compute_again(cube, motions, max_random_case_count=cells, seed=seed)
-    if not result.content_hash_matches:
+    if not result.stored_values_match_content_hash:
         print(f"{cube}: its numbers do not match its content hash; the file was changed after it was written")
     for line in result.difference_messages[:10]:
         print(line)

@@ -85,7 +85,7 @@ def simulate_stone_or_scene_under_one_record(
             station_and_event_text(record.station or record.record_id, record.event),
             motion_azimuth_or_orientation_deg=found.azimuth_or_orientation_deg_if_one_case,
             amplitude_factor=factor,
-            is_vertical_motion_omitted=motion.up is None and record.up is not None,
+            is_simulated_without_vertical_motion=motion.up is None and record.up is not None,
         )  # fmt: skip
         film = film_of_trajectories(found.trajectories, motion, film_title_text(facts), first_sample_time=shift)
         write = write_film_html_page if output_options.film_path.suffix.lower() == ".html" else write_film_as_gif_or_mp4

@@ -56,13 +56,15 @@ class PlanarSceneTrajectory:
         vertices = np.full(
             (
                 len(self.placed_elements),
-                max(len(item.shape.vertices_from_centroid) for item in self.placed_elements),
+                max(len(item.shape.vertices_from_whole_polygon_centroid) for item in self.placed_elements),
                 2,
             ),
             np.nan,
         )
         for item, row in zip(self.placed_elements, vertices, strict=True):
-            row[: len(item.shape.vertices_from_centroid)] = item.shape.vertices_from_centroid
+            row[: len(item.shape.vertices_from_whole_polygon_centroid)] = (
+                item.shape.vertices_from_whole_polygon_centroid
+            )
         x, _, angle = np.moveaxis(self.poses_and_rates[:, :, :3], 2, 0)
         low = np.nanmin(vertices[:, :, 1], axis=1)
         side = vertices[:, :, 1] <= (low + 1e-9 * np.nanmax(vertices[:, :, 1], axis=1))[:, None]

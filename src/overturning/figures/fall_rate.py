@@ -118,7 +118,9 @@ def _draw_fragility_curve(
         label="a record and factor",
     )
     if math.isfinite(fragility_curve.median):
-        x = np.geomspace(fragility_curve.min_fitted_intensity, fragility_curve.max_fitted_intensity, 100)
+        x = np.geomspace(
+            fragility_curve.min_intensity_of_validity_range, fragility_curve.max_intensity_of_validity_range, 100
+        )
         low, high = fragility_curve.median_interval
         if math.isfinite(low) and math.isfinite(high):
             ends = [

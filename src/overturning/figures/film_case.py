@@ -26,7 +26,7 @@ def film_title_facts(
     station_and_event : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
-        ``motion_azimuth_or_orientation_deg``, ``amplitude_factor`` and ``is_vertical_motion_omitted`` of
+        ``motion_azimuth_or_orientation_deg``, ``amplitude_factor`` and ``is_simulated_without_vertical_motion`` of
         `FilmTitleFacts`.
     """
     height, width = (

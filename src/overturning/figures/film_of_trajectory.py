@@ -176,12 +176,13 @@ def film_of_trajectories(
         )
         for trajectory, motion, name in zip(trajectories, each, names, strict=True)
     )
+    hint = _film_functions_for_trajectory(trajectories[0]).view_rotation_hint_below_film
     return Film(
         title,
         float(time[0]),
         FRAME_INTERVAL_S,
         panels,
-        note_below_film=f"{note} {_film_functions_for_trajectory(trajectories[0]).hint_below_film}".strip(),
+        note_below_film=f"{note} {hint}".strip(),
     )
 
 
@@ -195,7 +196,7 @@ class _FilmFunctionsOfModelKind(NamedTuple):
     ]  # poses that show whether anything moves, shape (time, n)
     # Panel at the times of the frames; the last argument is the time of the first sample of the motion.
     create_film_panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str], float], FilmPanel]
-    hint_below_film: str  # hint below the film
+    view_rotation_hint_below_film: str  # hint below the film
 
 
 _FILM_FUNCTIONS_2D_SCENE: Final = _FilmFunctionsOfModelKind(

@@ -74,7 +74,7 @@ class FilmTitleFacts:
         Azimuth of the motion (2-D) or orientation of the body (3-D), degrees; None if the panels differ.
     amplitude_factor : float
         Factor on the recorded motion.
-    is_vertical_motion_omitted : bool
+    is_simulated_without_vertical_motion : bool
         True if the vertical motion of the record is left out in all panels.
     """
 
@@ -90,7 +90,7 @@ class FilmTitleFacts:
     scene_name: str = ""
     size_reference_element_name: str = ""
     amplitude_factor: float = 1.0
-    is_vertical_motion_omitted: bool = False
+    is_simulated_without_vertical_motion: bool = False
 
 
 def length_with_unit(length_m: float) -> str:
@@ -139,7 +139,9 @@ def film_title_text(title_facts: FilmTitleFacts) -> str:
     )
     factor = "" if title_facts.amplitude_factor == 1.0 else f" times {title_facts.amplitude_factor:g}"
     parts.append(f"under the record of {title_facts.station_and_event}{turned}{factor}")
-    return ", ".join([*parts, *(["without its vertical motion"] if title_facts.is_vertical_motion_omitted else [])])
+    return ", ".join(
+        [*parts, *(["without its vertical motion"] if title_facts.is_simulated_without_vertical_motion else [])]
+    )
 
 
 def movie_title_with_speed(film_title: str, speed_label: str) -> str:

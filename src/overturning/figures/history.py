@@ -298,7 +298,7 @@ def _draw_signal_to_noise_ratio(
         return
     for row, (name, colour) in enumerate(zip(component_names, SERIES_COLOURS, strict=False)):
         panel.plot(
-            signal_noise_spectra.band_frequency_hz,
+            signal_noise_spectra.band_centre_frequencies_hz,
             signal_noise_spectra.signal_over_noise_plus_offset_spectrum[row],
             color=colour,
             linewidth=1.0,

@@ -230,7 +230,7 @@ def _compare_study_with_variant(
             found.this_earlier_share_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
         share_simultaneous_if_both_fall=estimate_from_mean(
-            found.same_time_share_if_both_fall, "share of the falls in both that are at the same time"
+            found.share_of_simultaneous_falls_if_both_fall, "share of the falls in both that are at the same time"
         ),
         share_first_or_alone_in_study_if_any_falls=estimate_from_mean(
             found.this_first_or_alone_share_if_any_falls,
@@ -307,7 +307,7 @@ def _fall_outcomes_of_element(
     variant_name: str, scene: Scene, fall_counts: ElementFallCounts, scene_has_several_elements: bool
 ) -> ElementFallOutcomes:
     """Return number, share and median time of the falls of one scene element in the study or one of its variants."""
-    falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_before_other_elements
+    falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_with_no_earlier_fall
     return ElementFallOutcomes(
         variant=variant_name, scene=scene.name,
         element=fall_counts.element_name if scene_has_several_elements else scene.free_element_names[0],

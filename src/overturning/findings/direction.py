@@ -184,7 +184,7 @@ def _alignment_finding_of_block_selection(
         mean_cos_2_angle_to_fault_normal=estimate_from_mean(
             rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION
         ),
-        largest_possible_alignment=rule_alignment.largest_possible_mean_cos_of_doubled_angle,
+        largest_possible_alignment=rule_alignment.mean_resultant_length_of_doubled_fall_axes,
     )
 
 
@@ -257,7 +257,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFau
                 mean_cos_2_angle_to_fault_normal=estimate_from_mean(
                     summary.mean_cos_of_doubled_angle_to_fault_normal, ALIGNMENT_DESCRIPTION
                 ),
-                largest_possible_alignment=summary.largest_possible_mean_cos_of_doubled_angle,
+                largest_possible_alignment=summary.mean_resultant_length_of_doubled_fall_axes,
                 fall_axis_from_fault_normal_deg=summary.mean_axis_from_fault_normal_deg,
                 axis_interval_half_width_deg=summary.mean_axis_interval_half_width_deg,
                 no_common_axis_p_value=summary.p_value_of_no_common_axis,

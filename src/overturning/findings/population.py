@@ -245,8 +245,8 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
                 log_std=one.median_interval_and_log_std_censored_to_data[2],
                 log_std_between_records=one.log_std_between_records_and_between_stones[0],
                 log_std_within_record=one.log_std_between_records_and_between_stones[1],
-                data_minimum=one.min_fitted_intensity,
-                data_maximum=one.max_fitted_intensity,
+                data_minimum=one.min_intensity_of_validity_range,
+                data_maximum=one.max_intensity_of_validity_range,
             )
             for one in results.fragility_curves
             if math.isfinite(one.median)

@@ -59,7 +59,9 @@ class PlacedElement:
     @property
     def vertices_in_scene(self) -> FloatArray:
         """Vertices of the element at its position in the scene, shape (n, 2), m."""
-        return self.shape.vertices_from_centroid + np.array([self.centre_of_mass_x, self.centre_of_mass_z])
+        return self.shape.vertices_from_whole_polygon_centroid + np.array(
+            [self.centre_of_mass_x, self.centre_of_mass_z]
+        )
 
     @property
     def convex_parts(self) -> "list[PlacedElement]":
@@ -103,7 +105,7 @@ class ContactPointGeometry:
     signed_gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     vertex_position: tuple[float, float]  # the vertex, m
     normal_from_second_to_first: tuple[float, float]  # unit vector
-    slip_direction_of_first_element: tuple[float, float]  # direction in which slip of the first counts
+    positive_slip_direction_of_first_element: tuple[float, float]  # direction in which slip of the first counts
 
 
 class TouchingContactPoint(NamedTuple):
@@ -148,7 +150,11 @@ def place_elements(
         if element.stands_on is not None:
             below = next(other for other in placed if other.element.name == element.stands_on)
             x = below.centre_of_mass_x + x
-            z = float(below.vertices_in_scene[:, 1].max()) + shift_z - float(shape.vertices_from_centroid[:, 1].min())
+            z = (
+                float(below.vertices_in_scene[:, 1].max())
+                + shift_z
+                - float(shape.vertices_from_whole_polygon_centroid[:, 1].min())
+            )
         # A centred element has exactly x = 0, so that a symmetric scene is symmetric bit by bit.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth

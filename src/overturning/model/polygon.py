@@ -25,7 +25,7 @@ MAX_ASYMMETRY_TO_POLYGON_SIZE_RATIO: Final = 1e-9
 class Polygon:
     """Polygon with vertices relative to its centre of area, or, for a convex piece, to that of the whole polygon."""
 
-    vertices_from_centroid: (
+    vertices_from_whole_polygon_centroid: (
         FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     )
     centroid_in_given_coordinates: tuple[float, float]  # in the coordinates in which the polygon was given, m
@@ -34,14 +34,14 @@ class Polygon:
     convex_pieces_if_not_convex: tuple[
         "Polygon", ...
     ] = ()  # convex pieces of a non-convex polygon; empty if it is convex
-    ends_bear_load_and_uncut_side_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
+    load_bearing_ends_and_original_side_flags_by_face: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
     """1 or 0 per face: first end can bear load; second end can; face is a side of the whole polygon, not a cut.
 
     Shape (n, 3), or (1, 3) if equal for all faces.
     """
 
     def __post_init__(self) -> None:
-        self.vertices_from_centroid.flags.writeable = False  # scenes share polygons
+        self.vertices_from_whole_polygon_centroid.flags.writeable = False  # scenes share polygons
 
     @property
     def convex_parts(self) -> tuple["Polygon", ...]:
@@ -53,18 +53,18 @@ class Polygon:
         """True if the polygon is convex and is its own mirror image about the vertical through its centre."""
         if self.convex_pieces_if_not_convex:
             return False
-        mirrored = {(-x, z) for x, z in self.vertices_from_centroid.tolist()}
-        return mirrored == set(map(tuple, self.vertices_from_centroid.tolist()))
+        mirrored = {(-x, z) for x, z in self.vertices_from_whole_polygon_centroid.tolist()}
+        return mirrored == set(map(tuple, self.vertices_from_whole_polygon_centroid.tolist()))
 
     @cached_property
     def width(self) -> float:
         """Horizontal extent of the polygon, m."""
-        return float(np.ptp(self.vertices_from_centroid[:, 0]))
+        return float(np.ptp(self.vertices_from_whole_polygon_centroid[:, 0]))
 
     @cached_property
     def height(self) -> float:
         """Vertical extent of the polygon, m."""
-        return float(np.ptp(self.vertices_from_centroid[:, 1]))
+        return float(np.ptp(self.vertices_from_whole_polygon_centroid[:, 1]))
 
     @cached_property
     def smallest_rotations_to_other_resting_face_rad(self) -> tuple[float, float]:
@@ -74,9 +74,11 @@ class Polygon:
         last digit of libm differs between processors.
         """
         hull = (
-            self.vertices_from_centroid[scipy.spatial.ConvexHull(self.vertices_from_centroid).vertices]
+            self.vertices_from_whole_polygon_centroid[
+                scipy.spatial.ConvexHull(self.vertices_from_whole_polygon_centroid).vertices
+            ]
             if self.convex_pieces_if_not_convex
-            else self.vertices_from_centroid
+            else self.vertices_from_whole_polygon_centroid
         )
         faces = Polygon(hull, self.centroid_in_given_coordinates, 0.0, 0.0).face_geometry_and_contact_flag_table
         normals, offsets = faces[:, 4:6], faces[:, 6]
@@ -93,10 +95,13 @@ class Polygon:
         """Ends, outward normal and distances of each face of a convex polygon, for compiled code; shape (n, 12).
 
         Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
-        the tangent (−n_z, n_x), half length, `ends_bear_load_and_uncut_side_flags_by_face` (3). Mirrored faces of a
-        symmetric polygon have exactly mirrored numbers.
+        the tangent (−n_z, n_x), half length, `load_bearing_ends_and_original_side_flags_by_face` (3). Mirrored faces
+        of a symmetric polygon have exactly mirrored numbers.
         """
-        first, second = self.vertices_from_centroid, np.roll(self.vertices_from_centroid, -1, axis=0)
+        first, second = (
+            self.vertices_from_whole_polygon_centroid,
+            np.roll(self.vertices_from_whole_polygon_centroid, -1, axis=0),
+        )
         edge = second - first
         length = np.sqrt(edge[:, 0] * edge[:, 0] + edge[:, 1] * edge[:, 1])
         tangent = edge / length[:, None]
@@ -104,7 +109,7 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        carries = np.broadcast_to(self.ends_bear_load_and_uncut_side_flags_by_face, (len(first), 3))
+        carries = np.broadcast_to(self.load_bearing_ends_and_original_side_flags_by_face, (len(first), 3))
         table = np.column_stack([first, second, normal, offset, along, 0.5 * length, carries])
         table.flags.writeable = False
         return table
@@ -208,7 +213,7 @@ def _convex_pieces_of_polygon(
                 (0.0, 0.0),
                 0.0,
                 0.0,
-                ends_bear_load_and_uncut_side_flags_by_face=np.array(carries, dtype=np.float64),
+                load_bearing_ends_and_original_side_flags_by_face=np.array(carries, dtype=np.float64),
             )
         )
     return tuple(shapes)

@@ -87,7 +87,7 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
         tilt,
         faces,
         point_indices_by_non_base_contact_face=tuple(facets),
-        lean_sector_vectors_and_fall_limits=fall.lean_sector_vectors_and_fall_limits,
+        lean_sector_start_vector_and_min_fall_dot_product=fall.lean_sector_start_vector_and_min_fall_dot_product,
     )
 
 

@@ -48,7 +48,7 @@ class RigidSolid:
         Radius of its rim, m; 0 for a body with vertices.
     point_indices_by_non_base_contact_face : tuple of ndarray of int
         Indices of the points of each further face that can lie flat on the ground before the body has fallen.
-    lean_sector_vectors_and_fall_limits : ndarray, shape (sectors, 5)
+    lean_sector_start_vector_and_min_fall_dot_product : ndarray, shape (sectors, 5)
         Sectors of the direction of lean, if the tilt of the fall depends on it; empty if
         `least_tilt_to_rest_on_another_face_rad` holds all around.
         Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
@@ -63,7 +63,7 @@ class RigidSolid:
     symmetry_period_deg: float = 360.0
     rim_radius: float = 0.0
     point_indices_by_non_base_contact_face: tuple[NDArray[np.int64], ...] = ()
-    lean_sector_vectors_and_fall_limits: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
+    lean_sector_start_vector_and_min_fall_dot_product: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:
         if len(self.contact_points_from_centre_of_mass) > MAX_CONTACT_VERTICES:

@@ -137,6 +137,6 @@ def _contact_tilt_text(contact_before_tipping: TiltAtFurtherContactBeforeTipping
 
 def _length_of_lowest_or_highest_face(placed_element: PlacedElement, use_lowest_face: bool) -> float:
     """Return the total length (m) of an element's outline at its lowest, or highest, level."""
-    x, z = placed_element.shape.vertices_from_centroid.T
+    x, z = placed_element.shape.vertices_from_whole_polygon_centroid.T
     on = np.abs(z - (z.min() if use_lowest_face else z.max())) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)
     return float(np.abs(np.roll(x, -1) - x)[on & np.roll(on, -1)].sum())

@@ -133,7 +133,7 @@ def stack_stone_of_element(
     placed_element: PlacedElement, depth_across_plane: float, joint_law: ContactLaw, density: float = 1.0
 ) -> StackStone:
     """Convert a scene element to a 3-D stone with a depth (m), density (kg/m³) and contact law of the joint below."""
-    outline = placed_element.shape.vertices_from_centroid
+    outline = placed_element.shape.vertices_from_whole_polygon_centroid
     xx, zz, xz = _second_moments_of_polygon_area(outline) / placed_element.shape.area
     yy, half = depth_across_plane * depth_across_plane / 12.0, 0.5 * depth_across_plane
     faces = []
@@ -168,7 +168,7 @@ def stack_stone_of_element(
 
 def end_x_of_lowest_or_highest_face(placed_element: PlacedElement, use_lowest_face: bool) -> FloatArray:
     """Return x (m, from the centre of mass) of both ends of an element's lowest or highest face; equal at a vertex."""
-    x, z = placed_element.shape.vertices_from_centroid.T
+    x, z = placed_element.shape.vertices_from_whole_polygon_centroid.T
     level = z.min() if use_lowest_face else z.max()
     on = x[np.abs(z - level) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)]
     return np.array([on.min(), on.max()])

@@ -47,7 +47,7 @@ class FallTiltByLeanDirection(NamedTuple):
     """Least tilt at which it can rest on another face, rad."""
     fall_tilt_in_each_direction_rad: FloatArray
     """Tilt of its fall in each of `LEAN_DIRECTION_COUNT` directions of lean, rad."""
-    lean_sector_vectors_and_fall_limits: FloatArray
+    lean_sector_start_vector_and_min_fall_dot_product: FloatArray
     """Rows of the table of fall limits of `RigidSolid`; empty if all directions have the same tilt."""
     touchable_vertex_indices_until_fall: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""

@@ -71,11 +71,11 @@ class SoilResponseOfOneComponent:
     surface_acceleration: FloatArray
     # True if the last iteration changed modulus and damping by less than `EQUIVALENT_LINEAR_MAX_RELATIVE_CHANGE`
     is_converged: bool
-    relative_change_in_last_iteration: (
+    last_relative_modulus_and_damping_change: (
         float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
     )
     max_shear_strain_of_any_layer: float  # largest shear strain of any layer; NaN for a linear analysis
-    effective_strain_and_exceeded_curve_end: tuple[float, float] | None = (
+    effective_strain_and_end_of_curve_if_exceeded: tuple[float, float] | None = (
         None  # effective strain, and the smaller end of the curve; None within
     )
 

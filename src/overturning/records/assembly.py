@@ -253,7 +253,7 @@ def _note_on_ignored_user_properties(
     """Return a note if a unit, rate or state given by the user is ignored, since the file states another; else ""."""
     said = (
         [f"unit {user_declared_properties.unit}"]
-        if user_declared_properties.unit not in (None, component.user_declared_unit)
+        if user_declared_properties.unit not in (None, component.unit_declared_if_format_states_none)
         else []
     )
     if user_declared_properties.processed not in (None, component.is_already_corrected):
@@ -275,7 +275,10 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     if not any(samples.any() for samples in moving):
         return "every sample is the same, as of a dead channel"
     return implausible_amplitude_reason(
-        moving, components[0].sampling_interval, declared_unit=components[0].user_declared_unit, check_velocity=not raw
+        moving,
+        components[0].sampling_interval,
+        declared_unit=components[0].unit_declared_if_format_states_none,
+        check_velocity=not raw,
     )
 
 

@@ -247,7 +247,7 @@ class PeakStatedInFileHeader:
     """Peak acceleration of a component according to its file header, with resolution and line number."""
 
     absolute_acceleration: float  # m/s²
-    last_digit_acceleration: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
+    resolution_of_printed_peak: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
     is_after_mean_removal: bool = False  # True if it is the peak after subtraction of the mean
     line_number: int | None = None  # line of the file with the peak, counted from 1
     sign: int = 0  # of the sample with the peak, +1 or −1; 0 if the header does not state it
@@ -283,7 +283,9 @@ class RecordComponent:
     sensor_position: SensorPosition = "surface"
     sensor_location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
     is_already_corrected: bool = False  # True for corrected data, which the default processing does not change
-    user_declared_unit: str = ""  # unit of the samples that the user declares, if the format states none
+    unit_declared_if_format_states_none: str = (
+        ""  # unit of the samples that the user declares, if the format states none
+    )
     is_digitised_from_analogue_film: bool = False  # digitised from film; its traces may end at different times
     shared_key_of_record_files: str = ""  # key that declared files of one record share
     extra_metadata: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
@@ -350,7 +352,7 @@ def checked_relative_header_peak_difference(
         return None
     level, difference = stated.absolute_acceleration, abs(peak - stated.absolute_acceleration)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
-    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * level, 0.51 * stated.last_digit_acceleration)
+    tolerance = max(HEADER_PEAK_RELATIVE_TOLERANCE * level, 0.51 * stated.resolution_of_printed_peak)
     line = f" line {stated.line_number}" if stated.line_number else ""
     on_side = float((stated.sign * _samples_for_header_peak_comparison(component)).max()) if stated.sign else peak
     if difference <= tolerance < level - on_side:

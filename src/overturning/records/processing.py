@@ -132,20 +132,22 @@ def choose_highpass_corner_hz_and_reason(record: Record) -> tuple[float, str]:
             f"signal nowhere {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {window}, so the highest corner is taken",
         )
     elif below.size:
-        corner, last = float(found.band_frequency_hz[below[-1] + 1]), below[-1]
+        corner, last = float(found.band_centre_frequencies_hz[below[-1] + 1]), below[-1]
         row = int(found.signal_over_noise_plus_offset_spectrum[:, last].argmin())
         what = (
             "offset that the shock leaves"
-            if found.offset_step_amplitude_per_root_duration[row, last]
+            if found.permanent_offset_amplitude_per_root_duration[row, last]
             > found.noise_amplitude_per_root_duration[row, last]
             else window
         )
         reason = f"signal less than {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {what} below it"
     else:
-        corner = min(float(found.band_frequency_hz[0]), FALLBACK_HIGHPASS_CORNER_HZ)
+        corner = min(float(found.band_centre_frequencies_hz[0]), FALLBACK_HIGHPASS_CORNER_HZ)
         reason = f"signal more than {MIN_SIGNAL_TO_NOISE_RATIO:g} times the {window} as far down as that tells"
         reason += (
-            f", {found.band_frequency_hz[0]:.2g} Hz" if found.band_frequency_hz[0] > FALLBACK_HIGHPASS_CORNER_HZ else ""
+            f", {found.band_centre_frequencies_hz[0]:.2g} Hz"
+            if found.band_centre_frequencies_hz[0] > FALLBACK_HIGHPASS_CORNER_HZ
+            else ""
         )
     low, high = AUTO_HIGHPASS_CORNER_BOUNDS_HZ
     if not low <= corner <= high:

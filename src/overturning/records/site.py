@@ -53,11 +53,11 @@ class SoilSite(StrictModel):
             state = (
                 "converged"
                 if passed.is_converged
-                else f"not converged (last change {100 * passed.relative_change_in_last_iteration:.1f} %)"
+                else f"not converged (last change {100 * passed.last_relative_modulus_and_damping_change:.1f} %)"
             )
             note = f"{axis} {state}, strain {100 * passed.max_shear_strain_of_any_layer:.2g} %"
-            if passed.effective_strain_and_exceeded_curve_end is not None:
-                strain, end = (100 * one for one in passed.effective_strain_and_exceeded_curve_end)
+            if passed.effective_strain_and_end_of_curve_if_exceeded is not None:
+                strain, end = (100 * one for one in passed.effective_strain_and_end_of_curve_if_exceeded)
                 note += f", effective strain {strain:.2g} % {STRAIN_BEYOND_CURVE_PHRASE} (which ends at {end:.2g} %)"
             notes.append(note)
             surface[axis] = passed.surface_acceleration

@@ -34,14 +34,14 @@ class FaultNormalAlignmentOfSelectedBlocks:
     mean_cos_of_doubled_angle : MeanOverEarthquakes
         Mean of cos 2Δ (Δ: angle from the fault normal to a fall) over the falls of a record, the records of an
         earthquake, and earthquakes; 95 % interval.
-    largest_possible_mean_cos_of_doubled_angle : float
+    mean_resultant_length_of_doubled_fall_axes : float
         Largest possible mean of cos 2Δ: the same mean of the resultants of the doubled fall axes of each record.
     """
 
     rule: FallDirectionBlockSelectionRule
     records_with_falls_and_fault_normal: int
     mean_cos_of_doubled_angle: MeanOverEarthquakes
-    largest_possible_mean_cos_of_doubled_angle: float
+    mean_resultant_length_of_doubled_fall_axes: float
 
 
 def fault_normal_alignments_by_record_group(

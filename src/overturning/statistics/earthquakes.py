@@ -173,7 +173,7 @@ class FallAxisAndAlignmentOverEarthquakes:
     earthquakes_with_axis, earthquakes_with_axis_within_45_deg_of_normal : int
         Number of earthquakes that have an axis (resultant at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`), and of these
         with an axis within 45° of the fault normal.
-    largest_possible_mean_cos_of_doubled_angle : float
+    mean_resultant_length_of_doubled_fall_axes : float
         Largest possible mean of cos 2Δ of these falls: the mean over these earthquakes of ``largest`` of
         `fall_axes_from_fault_normal_by_earthquake`. It is reached if the axis of each record is its fault normal.
     p_value_of_no_common_axis : float
@@ -186,7 +186,7 @@ class FallAxisAndAlignmentOverEarthquakes:
     mean_axis_interval_half_width_deg: float
     earthquakes_with_axis: int
     earthquakes_with_axis_within_45_deg_of_normal: int
-    largest_possible_mean_cos_of_doubled_angle: float = math.nan
+    mean_resultant_length_of_doubled_fall_axes: float = math.nan
     p_value_of_no_common_axis: float = math.nan
 
 

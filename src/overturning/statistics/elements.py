@@ -19,7 +19,7 @@ from overturning.statistics.by_record import iterate_results_by_record
 class ElementFallCounts:
     """Numbers of falls of one element of a scene, among the cases with a known outcome.
 
-    ``fall_count`` is the number of cases in which it falls to either side, ``count_of_falls_before_other_elements`` the
+    ``fall_count`` is the number of cases in which it falls to either side, ``count_of_falls_with_no_earlier_fall`` the
     number of these in which no other element of its scene falls before it, and ``count_of_falls_without_other_falls``
     the number in which no other element falls at all. ``fall_share`` is the share of these cases in which it falls, and
     ``median_fall_time_s`` the median time of its falls, s; both are NaN without cases or falls.
@@ -28,7 +28,7 @@ class ElementFallCounts:
     element_name: str
     known_outcome_case_count: int
     fall_count: int
-    count_of_falls_before_other_elements: int
+    count_of_falls_with_no_earlier_fall: int
     count_of_falls_without_other_falls: int
     fall_share: float
     median_fall_time_s: float
@@ -59,11 +59,11 @@ class TwoStoneFallContrast:
 
     ``share_only_this_falls``, ``share_only_other_falls`` and ``share_both_fall`` are shares of the cases known in both
     cubes in which the stone falls in this cube only, in the other only, or in both.
-    ``same_direction_share_if_both_fall``, ``this_earlier_share_if_both_fall`` and ``same_time_share_if_both_fall`` are
-    shares of the cases in which both fall: falls within 45° of each other, falls that are earlier in this cube, and
-    falls at the same time. ``this_first_or_alone_share_if_any_falls`` is the share, of the cases in which at least one
-    stone falls, in which the stone of this cube falls before the other or alone; a case with falls at the same time
-    counts half, so the shares of the two stones add up to 1.
+    ``same_direction_share_if_both_fall``, ``this_earlier_share_if_both_fall`` and
+    ``share_of_simultaneous_falls_if_both_fall`` are shares of the cases in which both fall: falls within 45° of each
+    other, falls that are earlier in this cube, and falls at the same time. ``this_first_or_alone_share_if_any_falls``
+    is the share, of the cases in which at least one stone falls, in which the stone of this cube falls before the other
+    or alone; a case with falls at the same time counts half, so the shares of the two stones add up to 1.
     """
 
     share_only_this_falls: MeanOverEarthquakes
@@ -71,7 +71,7 @@ class TwoStoneFallContrast:
     share_both_fall: MeanOverEarthquakes
     same_direction_share_if_both_fall: MeanOverEarthquakes
     this_earlier_share_if_both_fall: MeanOverEarthquakes
-    same_time_share_if_both_fall: MeanOverEarthquakes
+    share_of_simultaneous_falls_if_both_fall: MeanOverEarthquakes
     this_first_or_alone_share_if_any_falls: MeanOverEarthquakes
 
 

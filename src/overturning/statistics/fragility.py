@@ -40,13 +40,14 @@ class FittedFragilityCurve:
         Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
     median_interval : ConfidenceInterval
         95 % interval of the median, by bootstrap over earthquakes.
-    min_fitted_intensity, max_fitted_intensity : float
+    min_intensity_of_validity_range, max_intensity_of_validity_range : float
         Range of the fitted intensities; the curve is not valid outside.
     record_variance_share : float
         Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
     median_interval_and_log_std_censored_to_data : float, ConfidenceInterval, float
-        Median, its interval and the spread within the range of the data: values above `max_fitted_intensity` are
-        infinite, values below `min_fitted_intensity` are 0; the spread is NaN if the median lies outside.
+        Median, its interval and the spread within the range of the data: values above `max_intensity_of_validity_range`
+        are infinite, values below `min_intensity_of_validity_range` are 0; the spread is NaN if the median lies
+        outside.
     """
 
     stone_class: str
@@ -55,8 +56,8 @@ class FittedFragilityCurve:
     median: float
     spread: float
     median_interval: ConfidenceInterval
-    min_fitted_intensity: float
-    max_fitted_intensity: float
+    min_intensity_of_validity_range: float
+    max_intensity_of_validity_range: float
     record_variance_share: float = math.nan
 
     @property
@@ -73,13 +74,19 @@ class FittedFragilityCurve:
     @property
     def median_interval_and_log_std_censored_to_data(self) -> tuple[float, ConfidenceInterval, float]:  # noqa: D102
         median, low, high = (
-            math.inf if one > self.max_fitted_intensity else 0.0 if one < self.min_fitted_intensity else one
+            math.inf
+            if one > self.max_intensity_of_validity_range
+            else 0.0
+            if one < self.min_intensity_of_validity_range
+            else one
             for one in (self.median, *self.median_interval)
         )
         return (
             median,
             ConfidenceInterval(low, high),
-            self.spread if self.min_fitted_intensity <= median <= self.max_fitted_intensity else math.nan,
+            self.spread
+            if self.min_intensity_of_validity_range <= median <= self.max_intensity_of_validity_range
+            else math.nan,
         )
 
     def fall_probability(self, intensity_in_curve_unit: ArrayLike) -> FloatArray:

@@ -32,8 +32,8 @@ def write_fragility_csv(fragility_curves: Sequence[FittedFragilityCurve], csv_pa
             median,
             *ends,
             spread,
-            one.min_fitted_intensity,
-            one.max_fitted_intensity,
+            one.min_intensity_of_validity_range,
+            one.max_intensity_of_validity_range,
             *one.log_std_between_records_and_between_stones,
         )
         numbers = ",".join(f"{value:.6g}" for value in values)
@@ -83,12 +83,14 @@ def write_openquake_fragility_model(
     for one in fragility_curves:
         if not math.isfinite(one.median):
             continue
-        levels = np.geomspace(one.min_fitted_intensity, one.max_fitted_intensity, OPENQUAKE_INTENSITY_LEVEL_COUNT)
+        levels = np.geomspace(
+            one.min_intensity_of_validity_range, one.max_intensity_of_validity_range, OPENQUAKE_INTENSITY_LEVEL_COUNT
+        )
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.fall_probability(levels))
         lines += [
             f'<fragilityFunction id={quoteattr(one.stone_class_as_openquake_identifier)} format="discrete">',
-            f'<imls imt="{one.measure}" noDamageLimit="{one.min_fitted_intensity:.6g}">{intensities}</imls>',
+            f'<imls imt="{one.measure}" noDamageLimit="{one.min_intensity_of_validity_range:.6g}">{intensities}</imls>',
             f'<poes ls="fallen">{probabilities}</poes>',
             "</fragilityFunction>",
         ]

@@ -59,7 +59,7 @@ class BestExampleCaseOfRecord(NamedTuple):
     score: tuple[float, ...]
     block_grid_indices: Sequence[int]
     """Positions along the dimensions of the block."""
-    panel_direction_indices: tuple[int, ...]
+    azimuth_or_orientation_index_by_panel: tuple[int, ...]
     """Position along the direction of each panel."""
 
 
@@ -277,7 +277,7 @@ def _illustrative_case_from_best(
         for name, at in zip(model.case_dims_without_direction, best_case.block_grid_indices, strict=True)
     }
     directions = cube[model.direction_dimension_name].values[distinct_direction_indices]
-    angles = tuple(float(directions[at]) for at in best_case.panel_direction_indices)
+    angles = tuple(float(directions[at]) for at in best_case.azimuth_or_orientation_index_by_panel)
     return IllustrativeCase(rule.case_title, rule.rule_text, record_index, block, angles)
 
 

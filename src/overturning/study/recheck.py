@@ -38,7 +38,7 @@ class ResimulationComparison:
     """Result of simulating cases of a results cube again: their number, and a line for each value that differs."""
 
     cube_cell_count: int  # number of cells of the cube
-    content_hash_matches: bool  # True if the values match the hash in the file
+    stored_values_match_content_hash: bool  # True if the values match the hash in the file
     recomputed_cell_count: int = 0  # number of cells that were run again
     cell_count_with_recomputed_ensemble: int = 0  # of these, with their ensemble
     difference_messages: list[str] = field(default_factory=list)  # a line per value that differs
@@ -46,7 +46,7 @@ class ResimulationComparison:
     @property
     def values_are_identical_and_hash_is_correct(self) -> bool:
         """True if all recomputed values are identical, and if the hash stored in the results cube is correct."""
-        return not self.difference_messages and self.content_hash_matches
+        return not self.difference_messages and self.stored_values_match_content_hash
 
 
 def stated_or_computed_hash_of_cube_outcomes(cube_path: Path) -> str:

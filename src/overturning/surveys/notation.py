@@ -31,12 +31,12 @@ UNKNOWN_VALUE_TEXTS: Final = ("?", "-", "–", "—", "n/a", "na", "unknown", "n
 class StatedDirection(NamedTuple):
     """Direction in a survey table: azimuth, degrees clockwise from the table's north, and compass point, if any.
 
-    ``compass_point_index`` is the index in `COMPASS_POINTS_16`; None if the direction was given in degrees or as a
-    quadrant bearing.
+    ``index_in_16_compass_points`` is the index in `COMPASS_POINTS_16`; None if the direction was given in degrees or as
+    a quadrant bearing.
     """
 
     azimuth_deg: float
-    compass_point_index: int | None = None
+    index_in_16_compass_points: int | None = None
 
 
 NO_DIRECTION: Final = StatedDirection(math.nan)
@@ -159,7 +159,7 @@ class StatedOutcome(NamedTuple):
         Shift of the base, m; NaN where not given.
     clockwise_twist_deg : float
         Rotation about the vertical, degrees, clockwise seen from above positive; NaN where not given.
-    twist_sense_clockwise_positive : int
+    twist_sense_if_angle_not_stated : int
         1 if the cell states "clockwise" without an angle, -1 for "anticlockwise", otherwise 0.
     """
 
@@ -168,7 +168,7 @@ class StatedOutcome(NamedTuple):
     states_unknown_fall_direction: bool = False
     shift_m: float = math.nan
     clockwise_twist_deg: float = math.nan
-    twist_sense_clockwise_positive: int = 0
+    twist_sense_if_angle_not_stated: int = 0
 
     def merged_with(self, other_outcome_in_cell: "StatedOutcome") -> "StatedOutcome":
         """Combine the outcomes that two statements of one table cell state, such as "fell SE" and "broken"."""
@@ -185,7 +185,7 @@ class StatedOutcome(NamedTuple):
             other_outcome_in_cell.clockwise_twist_deg
             if math.isfinite(other_outcome_in_cell.clockwise_twist_deg)
             else self.clockwise_twist_deg,
-            other_outcome_in_cell.twist_sense_clockwise_positive or self.twist_sense_clockwise_positive,
+            other_outcome_in_cell.twist_sense_if_angle_not_stated or self.twist_sense_if_angle_not_stated,
         )
 
 
@@ -240,7 +240,7 @@ def _parse_single_outcome(outcome_statement: str) -> StatedOutcome:
     if twisted := _TWIST_REGEX.fullmatch(words):
         sense = 0 if not twisted[2] else 1 if twisted[2] in ("clockwise", "cw") else -1
         if not twisted[1]:
-            return StatedOutcome(("twisted",), twist_sense_clockwise_positive=sense)
+            return StatedOutcome(("twisted",), twist_sense_if_angle_not_stated=sense)
         angle = float(twisted[1].replace(",", "."))
         if sense and angle < 0:
             raise ValueError("give the sign of the twist or clockwise/anticlockwise, not both")

@@ -65,7 +65,7 @@ def warnings_on_survey_table(
         values = [
             one.azimuth_deg
             for _, row in line_numbers_and_survey_rows
-            if (one := direction(row)).compass_point_index is None
+            if (one := direction(row)).index_in_16_compass_points is None
         ]
         if warning := azimuth_unit_warning(column, values, survey_file_name):
             yield warning

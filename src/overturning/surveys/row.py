@@ -246,7 +246,7 @@ class SurveyRow(BaseModel):
             yield {"shift_cm", "shift_mm", "outcome"}, "shift: given more than once; give it in one column"
         if math.isfinite(self.twist_deg) and math.isfinite(self.outcome.clockwise_twist_deg):
             yield {"twist_deg", "outcome"}, "twist_deg: outcome gives the twist as well; give it once"
-        if self.outcome.twist_sense_clockwise_positive and self.twist_deg < 0:
+        if self.outcome.twist_sense_if_angle_not_stated and self.twist_deg < 0:
             yield (
                 {"twist_deg", "outcome"},
                 "twist_deg: has a sign, and outcome states clockwise or anticlockwise; give one of them",
@@ -299,7 +299,7 @@ class SurveyRow(BaseModel):
     @property
     def clockwise_twist_deg(self) -> float:
         """Rotation of the stone about the vertical, degrees, clockwise seen from above positive; NaN if not stated."""
-        sense = self.outcome.twist_sense_clockwise_positive or 1
+        sense = self.outcome.twist_sense_if_angle_not_stated or 1
         return sense * self.twist_deg if math.isfinite(self.twist_deg) else self.outcome.clockwise_twist_deg
 
     @classmethod

@@ -293,10 +293,10 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
         )
         faults += [(line.first_line_number, message) for message in messages]
         rows += [(line.first_line_number, row)] if row is not None else []
-    winds = {row.fall_direction.compass_point_index for _, row in rows} - {None}
+    winds = {row.fall_direction.index_in_16_compass_points for _, row in rows} - {None}
     octants = bool(winds) and all(wind is not None and wind % 2 == 0 for wind in winds)
     step = largest_usual_step_dividing_azimuths_deg(
-        [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.compass_point_index is None]
+        [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.index_in_16_compass_points is None]
     )
     faults += list(_errors_of_octants_with_large_declination(rows, compass_points_are_octants=octants))
     if not table.rows and not faults:
@@ -386,7 +386,7 @@ def _errors_of_octants_with_large_declination(
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""
     for line, row in line_numbers_and_survey_rows:
-        by_compass_point = row.fall_direction.compass_point_index is not None
+        by_compass_point = row.fall_direction.index_in_16_compass_points is not None
         by_octant = row.octant is not None or (by_compass_point and compass_points_are_octants)
         if by_octant and abs(row.magnetic_declination_deg) > _MAX_DECLINATION_FOR_OCTANTS_DEG:
             yield (

@@ -15,7 +15,7 @@ from overturning.kernel_cache import cache_compiled_kernel
 
 @cache_compiled_kernel
 @njit
-def solve_equations_and_count_submatrices(state, blocks, links, size):  # type: ignore[no-untyped-def]
+def solve_equations_and_count_nonzero_submatrices(state, blocks, links, size):  # type: ignore[no-untyped-def]
     """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
     pattern, matrix = (
         equations.create_empty_nonzero_pattern(size),
@@ -74,17 +74,17 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
         update_sample_and_load_motion(inputs, workspace, cases, rows.PARALLEL_CASE_COUNT)
         for n in range(inputs.settings.attempted_steps_between_end_checks):
             if not sleep:
-                resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
+                resume_contact_tests_after_motion(state, scene, workspace.pair_contact_test_schedule, np.inf)
             advance_scene_one_step(
                 inputs.ground_motion.upward_acceleration, state,
-                view_without_reference_counts(workspace.equation_matrix),
+                view_without_reference_counts(workspace.motion_equation_submatrices),
                 view_without_reference_counts(workspace.nonzero_pattern),
-                view_without_reference_counts(workspace.active_pairs),
+                view_without_reference_counts(workspace.pair_contact_test_schedule),
                 view_without_reference_counts(workspace.moves_relative_to_base), scene,
                 inputs.settings.ticks_per_sample,
             )  # fmt: skip
             if n + sample > 0:
-                most = max(most, workspace.active_pairs.active_pair_count[0])
+                most = max(most, workspace.pair_contact_test_schedule.active_pair_count[0])
         update_rest_poses_slips_and_sample_clock(
             state, scene, inputs.settings.ticks_per_sample, inputs.settings.sampling_interval
         )
@@ -95,8 +95,8 @@ def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type
     # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = (
         workspace.array_that_owns_state_memory[0]
-        + workspace.equation_matrix[0]
+        + workspace.motion_equation_submatrices[0]
         + workspace.nonzero_pattern.coupled_higher_index_element_counts[0]
     )
-    held += workspace.active_pairs.active_pair_count[0] + workspace.moves_relative_to_base[0]
+    held += workspace.pair_contact_test_schedule.active_pair_count[0] + workspace.moves_relative_to_base[0]
     return most, found, held + inputs.scene_arrays.initial_state_by_scene_variant[0, 0]

@@ -34,7 +34,7 @@ from overturning.dem.kernel.mechanics import rotate_cosine_and_sine_by_small_ang
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = (
-    BLOCK_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
+    BLOCK_STEP_CONTROL.max_step_using_predicted_forces_in_shortest_steps
 )
 
 MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25

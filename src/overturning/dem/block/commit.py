@@ -112,7 +112,7 @@ def corner_forces_new_state_and_contact_changes(
         signed_mu_or_zero_if_sticking=found,
         has_wrong_slip_assumption=(found != assumed) & loaded,
         has_velocity_against_assumed_slip=(assumed * ux < 0.0) & loaded,
-        has_friction_reversal=(found * previous_corner.tangential_stretch < 0.0) & loaded,
+        friction_sign_changed_in_step=(found * previous_corner.tangential_stretch < 0.0) & loaded,
     )
 
 
@@ -144,14 +144,15 @@ def contact_changes_in_block_step(
             may_accept_despite_contact_change=gentle,
             has_wrong_slip_assumption=False,
             has_velocity_against_assumed_slip=False,
-            has_friction_reversal=False,
+            friction_sign_changed_in_step=False,
             slides_on_all_points=False,
             all_contacts_are_closed=stands,
         )
     wrong, back = (
         (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption)
         & (not uses_predicted_forces_instead_of_last_step),
-        (left.has_friction_reversal | right.has_friction_reversal) & (not uses_predicted_forces_instead_of_last_step),
+        (left.friction_sign_changed_in_step | right.friction_sign_changed_in_step)
+        & (not uses_predicted_forces_instead_of_last_step),
     )
     loaded = left.new_corner.normal_force_per_mass + right.new_corner.normal_force_per_mass > 0.0
     slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
@@ -162,7 +163,7 @@ def contact_changes_in_block_step(
         has_wrong_slip_assumption=wrong,
         has_velocity_against_assumed_slip=left.has_velocity_against_assumed_slip
         | right.has_velocity_against_assumed_slip,
-        has_friction_reversal=back,
+        friction_sign_changed_in_step=back,
         slides_on_all_points=slides,
         all_contacts_are_closed=stands,
     )

@@ -21,7 +21,9 @@ def remaining_two_corner_landing_time_after_step(
 ) -> float:
     """Return the time (s) left, after a step, of a landing on both corners; its full duration for an airborne block."""
     return (
-        block.flat_landing_duration if block_is_airborne(state) else state.remaining_flat_landing_time - step_duration_s
+        block.prescribed_flat_landing_duration
+        if block_is_airborne(state)
+        else state.remaining_flat_landing_time - step_duration_s
     )
 
 

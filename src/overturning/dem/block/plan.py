@@ -74,7 +74,9 @@ class BlockSimulationPlan(SimulationPlan):
         They have equal step lengths, and all or none of them have friction.
         """
         return group_numbers_of_equal_cases(
-            self.steps_per_sample, self.case_table["longest_step_at_rest_ticks"], self.case_table["friction"] == 0
+            self.steps_per_sample,
+            self.case_table["longest_step_with_all_contacts_closed_ticks"],
+            self.case_table["friction"] == 0,
         )
 
     def kernel_input(
@@ -96,7 +98,7 @@ class BlockSimulationPlan(SimulationPlan):
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         settings = settings._replace(
             attempted_steps_between_end_checks=int(
-                settings.ticks_per_sample / float(cases["longest_step_at_rest_ticks"][0])
+                settings.ticks_per_sample / float(cases["longest_step_with_all_contacts_closed_ticks"][0])
             )
             + scheme.max_steps_beyond_sample_end
         )
@@ -265,7 +267,9 @@ def plan_block_simulation(
             * width * alpha / period
         ),
         "min_allowed_step_ticks": np.ldexp(1.0, control.max_step_halvings - halvings),
-        "longest_step_at_rest_ticks": TICKS_PER_WHOLE_STEP * lengths.longest_step_at_rest_in_whole_steps,
+        "longest_step_with_all_contacts_closed_ticks": (
+            TICKS_PER_WHOLE_STEP * lengths.longest_step_at_rest_in_whole_steps
+        ),
         "steps_before_doubling_after_contact_change": np.round(
             control.steps_before_length_doubles(square, rate) / step_ratio
         ),

@@ -155,7 +155,7 @@ def write_block_constants_and_initial_state(
         friction=case_table_row.friction,
         critical_angle=case_table_row.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
         max_contact_change_travel_without_halving_step=case_table_row.max_contact_change_travel_without_halving_step,
-        flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
+        prescribed_flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
         max_time_between_touches_in_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
         sliding_flat_landing_friction_moment_0_or_1=0.0 if case_table_row.friction * h <= b else 1.0,
     )  # fmt: skip
@@ -176,7 +176,7 @@ def write_block_constants_and_initial_state(
     )  # fmt: skip
     store_block_constants(state, lane, block)
     store_step_control(state, lane, CaseStepLengthsAndDoublingCounts(
-        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_at_rest_ticks,
+        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks,
         case_table_row.steps_before_doubling_after_contact_change, case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
     store_state(state, lane, at_rest)

@@ -66,7 +66,7 @@ class BlockConstants(NamedTuple):
     """Length of a tick, s."""
     max_contact_change_travel_without_halving_step: float
     """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
-    flat_landing_duration: float
+    prescribed_flat_landing_duration: float
     """Duration of a flat landing after the first touch, s."""
     max_time_between_touches_in_one_impact: float
     """Time within which the touches of both corners count as one impact, s."""
@@ -262,7 +262,7 @@ class CornerEquationTerms(NamedTuple):
     """Normal force at the end of the step if the corner had no velocity, m/s²."""
     tangential_force_per_mass_at_zero_velocity: float
     """Tangential force at the end of the step if the corner had no velocity, m/s²."""
-    half_step_times_normal_force_per_velocity: float
+    half_step_times_normal_force_decrease_per_upward_velocity: float
     """Decrease of the normal force per upward velocity, times half the step; dimensionless."""
     half_step_times_sticking_force_per_velocity: float
     """Tangential force of a sticking corner per tangential velocity, times half the step; 0 if it slides."""
@@ -299,7 +299,7 @@ class SolvedCornerContact(NamedTuple):
     """True if the corner sticks or slips contrary to the assumption."""
     has_velocity_against_assumed_slip: bool
     """True if the corner was assumed to slide against its velocity (slip reversal)."""
-    has_friction_reversal: bool
+    friction_sign_changed_in_step: bool
     """True if its friction had the opposite sign before."""
 
 

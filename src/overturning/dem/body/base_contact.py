@@ -90,9 +90,9 @@ def update_lowest_and_highest_base_vertex(
         height if high else base_contact_state.highest_base_vertex_height_above_centre,
         still if low else base_contact_state.lowest_vertex_rests,
         still if high else base_contact_state.highest_vertex_rests,
-        base_contact_state.shortest_landing_time_left_of_base_points,
+        base_contact_state.shortest_remaining_impact_time_of_base_points,
         base_contact_state.longest_landing_time_left_of_loaded_points,
-        base_contact_state.flat_landing_tilting_share_of_friction_moment,
+        base_contact_state.tilting_share_of_friction_moment_in_flat_landing,
     )
 
 
@@ -132,7 +132,7 @@ def is_body_in_flat_landing(base_contact_state: BaseExtremeVerticesAndFlatLandin
 
     See `overturning.dem.block.landing`.
     """
-    return base_contact_state.shortest_landing_time_left_of_base_points > 0.0
+    return base_contact_state.shortest_remaining_impact_time_of_base_points > 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -186,16 +186,16 @@ POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW = (
 )
 SHORTEST_REMAINING_LANDING_TIME_ROW, LONGEST_REMAINING_LANDING_TIME_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(
-        BaseExtremeVerticesAndFlatLandingState, "shortest_landing_time_left_of_base_points"
+        BaseExtremeVerticesAndFlatLandingState, "shortest_remaining_impact_time_of_base_points"
     ),
     STATE_ROW_LAYOUT.row_offset_of_field(
         BaseExtremeVerticesAndFlatLandingState, "longest_landing_time_left_of_loaded_points"
     ),
 )
 TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    BaseExtremeVerticesAndFlatLandingState, "flat_landing_tilting_share_of_friction_moment"
+    BaseExtremeVerticesAndFlatLandingState, "tilting_share_of_friction_moment_in_flat_landing"
 )
-"""Array index at which the values of `flat_landing_tilting_share_of_friction_moment` start."""
+"""Array index at which the values of `tilting_share_of_friction_moment_in_flat_landing` start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -213,9 +213,9 @@ def use_full_friction_moment_where_friction_tips_body(
 ) -> None:
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
-    The share is `BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`. It is read only
-    for bodies whose base lands flat. The resultant of normal forces and friction passes through the centre if they act
-    at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre. If that point lies
+    The share is `BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`. It is read
+    only for bodies whose base lands flat. The resultant of normal forces and friction passes through the centre if they
+    act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre. If that point lies
     within the base, the normal forces balance the moment of friction.
     """
     for point in range(0, vertex_array_length, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):

@@ -45,7 +45,7 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
@@ -54,13 +54,13 @@ MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
 
 @njit(**INLINE_OPTIONS)
 def acceleration_of_body_centre_relative_to_base(
-    contact_force_per_mass: Vector3, inertial_xy_and_upward_base_acceleration: Vector3
+    contact_force_per_mass: Vector3, negative_horizontal_and_upward_base_acceleration: Vector3
 ) -> Vector3:
     """Return a body centre's acceleration (m/s²) relative to the base, from contact force, gravity and base motion."""
     return Vector3(
-        contact_force_per_mass.x + inertial_xy_and_upward_base_acceleration.x,
-        contact_force_per_mass.y + inertial_xy_and_upward_base_acceleration.y,
-        contact_force_per_mass.z - (GRAVITY + inertial_xy_and_upward_base_acceleration.z),
+        contact_force_per_mass.x + negative_horizontal_and_upward_base_acceleration.x,
+        contact_force_per_mass.y + negative_horizontal_and_upward_base_acceleration.y,
+        contact_force_per_mass.z - (GRAVITY + negative_horizontal_and_upward_base_acceleration.z),
     )
 
 
@@ -88,7 +88,7 @@ def predict_body_with_step_start_forces(
         ),
     )
     turn, spin = rotation_and_angular_velocity_after_step(
-        body.inverse_of_inertia_per_mass,
+        body.mass_over_inertia,
         state_at_step_start.rotation,
         momentum,
         state_at_step_start.contact_moment_per_mass,
@@ -106,7 +106,7 @@ def predict_body_with_step_start_forces(
         angular_momentum_per_mass_at_half_step=momentum,
         end_velocity=extrapolate_vector(v, half, state_at_step_start.acceleration_relative_to_base),
         end_angular_velocity=spin,
-        inertial_xy_and_upward_base_acceleration=at_end,
+        negative_horizontal_and_upward_base_acceleration=at_end,
         half_step_length_s=half,
     )
 
@@ -160,7 +160,7 @@ def slip_and_tilting_moment_share_in_flat_landing(
 
     The last value is the part of the moment of the point's friction that tilts the body.
     `lands_flat_and_tilting_share` holds whether the body lands flat, and that part for a point that slides meanwhile
-    (`BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`). See
+    (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = lands_flat_and_tilting_share
@@ -182,7 +182,7 @@ class FlatLandingInputsOfContactPoint(NamedTuple):
     landing_time_if_touching_now_s: float
     """Landing time of the point if it touches now, s."""
     tilting_friction_share: float
-    """See `BaseExtremeVerticesAndFlatLandingState.flat_landing_tilting_share_of_friction_moment`."""
+    """See `BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -237,10 +237,12 @@ def predict_contact_point(
         body, r, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if predicted_forces_decide_contact else old.slid_in_last_step > 0.0
+    slides = (
+        square > most * most if predicted_forces_decide_contact else old.slid_in_last_step_or_rejected_attempt > 0.0
+    )
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity_from_momentum(body.inverse_of_inertia_per_mass, body_axes, Vector3(
+    turn = angular_velocity_from_momentum(body.mass_over_inertia, body_axes, Vector3(
         r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x,
         body.friction * (r.x * dy - r.y * dx),
     ))  # fmt: skip
@@ -256,10 +258,10 @@ def predict_contact_point(
         is_assumed_to_slide=1.0 if slides else 0.0,
         friction_direction_x=dx,
         friction_direction_y=dy,
-        is_deferred_until_extreme_vertices_rest=1.0 if deferred else 0.0,
+        is_deferred_until_base_ends_rest_on_ground=1.0 if deferred else 0.0,
         body_lands_flat=1.0 if flat else 0.0,
         tilting_share_of_friction_moment=tilting,
-        flat_landing_tilting_share_of_friction_moment=base_tilting,
+        tilting_share_of_friction_moment_in_flat_landing=base_tilting,
         flat_landing_time_left_if_contact_begins_now=new_landing,
     )
 
@@ -366,7 +368,8 @@ def solve_velocity_correction(
         predicted_body.half_step_length_s,
         minus(
             acceleration_of_body_centre_relative_to_base(
-                contact_terms_of_all_points.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
+                contact_terms_of_all_points.force_per_mass,
+                predicted_body.negative_horizontal_and_upward_base_acceleration,
             ),
             state_at_step_start.acceleration_relative_to_base,
         ),

@@ -102,9 +102,9 @@ load_body_point_state_at_step_end, store_body_point_state_at_step_end, _ = VERTE
 VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
-    ContactPointAtStepStartAndEnd, "at_step_start.slid_in_last_step"
+    ContactPointAtStepStartAndEnd, "at_step_start.slid_in_last_step_or_rejected_attempt"
 )
-"""Array index at which the flags `BodyContactPointState.slid_in_last_step` start."""
+"""Array index at which the flags `BodyContactPointState.slid_in_last_step_or_rejected_attempt` start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -137,7 +137,7 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         base_contact = load_base_contact(body_states, j)
         flat = is_body_in_flat_landing(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
-        tilting_share = base_contact.flat_landing_tilting_share_of_friction_moment
+        tilting_share = base_contact.tilting_share_of_friction_moment_in_flat_landing
         a = matrix_times_vector(f, p.position_from_centre_in_body_axes)
         b = matrix_times_vector(f, q.position_from_centre_in_body_axes)
         left, right = load_point_state_at_step_start(vertex_rows, j), load_point_state_at_step_start(opposite_rows, j)
@@ -179,7 +179,7 @@ def predict_contact_of_rim_point_pair(
         base_contact = load_base_contact(body_states, j)
         flat = is_body_in_flat_landing(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
-        tilting_share = base_contact.flat_landing_tilting_share_of_friction_moment
+        tilting_share = base_contact.tilting_share_of_friction_moment_in_flat_landing
         a = rim_point_position_from_centre(body, f, unit_component_along_lean, unit_component_across_lean)
         b = rim_point_position_from_centre(body, f, -unit_component_along_lean, -unit_component_across_lean)
         waits = between & (left.penetration <= 0.0)
@@ -285,7 +285,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if base_is_round else False
         steady = base_acceleration_stays_below_limit(
             load_inertial_accelerations(body_states, j),
-            w.inertial_xy_and_upward_base_acceleration,
+            w.negative_horizontal_and_upward_base_acceleration,
             ticks_per_sample,
             load_termination_limits(body_states, j).max_base_acceleration_for_sample_long_steps_g,
         )
@@ -318,7 +318,7 @@ def update_contact_point_states_after_attempted_steps(body_states: Any, point_ro
         point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
             point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j],
-            new.slid_in_last_step,
+            new.slid_in_last_step_or_rejected_attempt,
         )
 
 

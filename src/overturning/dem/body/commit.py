@@ -150,7 +150,7 @@ def compute_point_forces(
     depth = predicted_point.penetration - half * e.z
     tx = predicted_point.tangential_spring_stretch_x + half * e.x
     ty = predicted_point.tangential_spring_stretch_y + half * e.y
-    depth = 0.0 if (predicted_point.is_deferred_until_extreme_vertices_rest > 0.0) & (depth > 0.0) else depth
+    depth = 0.0 if (predicted_point.is_deferred_until_base_ends_rest_on_ground > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, old.penetration > 0.0
     spring = body.point_normal_stiffness_per_mass * depth if inside else 0.0
     n = spring - body.point_dashpot_constant_per_mass * u.z
@@ -162,7 +162,7 @@ def compute_point_forces(
     spin = plus(predicted_body.end_angular_velocity, velocity_correction.angular_velocity)
     drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
         body, r, plus(predicted_body.end_velocity, velocity_correction.velocity), spin,
-        (predicted_point.body_lands_flat > 0.0, predicted_point.flat_landing_tilting_share_of_friction_moment),
+        (predicted_point.body_lands_flat > 0.0, predicted_point.tilting_share_of_friction_moment_in_flat_landing),
     )  # fmt: skip
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
     lands_flat = (predicted_point.body_lands_flat > 0.0) & inside
@@ -204,7 +204,7 @@ def compute_point_forces(
             position_y_or_rim_point_velocity_y=y,
             penetration=depth,
             normal_force_per_mass=n,
-            slid_in_last_step=1.0 if slips & (most != 0.0) else 0.0,
+            slid_in_last_step_or_rejected_attempt=1.0 if slips & (most != 0.0) else 0.0,
             remaining_flat_landing_time=landing if inside else 0.0,
         ),
     )
@@ -275,7 +275,7 @@ def contact_changes_in_body_step(
         may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=largest_contact_changes.has_wrong_slip_assumption > 0.0,
         has_velocity_against_assumed_slip=largest_contact_changes.has_friction_opposite_to_assumption > 0.0,
-        has_friction_reversal=largest_contact_changes.has_friction_reversal > 0.0,
+        friction_sign_changed_in_step=largest_contact_changes.friction_sign_changed_in_step > 0.0,
         slides_on_all_points=slides,
         all_contacts_are_closed=stands,
     )
@@ -303,20 +303,20 @@ def complete_body_step(
     (s, peaks, account), half = body_at_step_start, predicted_body.half_step_length_s
     a, push, tick = (
         acceleration_of_body_centre_relative_to_base(
-            contact_force_sum.force_per_mass, predicted_body.inertial_xy_and_upward_base_acceleration
+            contact_force_sum.force_per_mass, predicted_body.negative_horizontal_and_upward_base_acceleration
         ),
-        predicted_body.inertial_xy_and_upward_base_acceleration,
+        predicted_body.negative_horizontal_and_upward_base_acceleration,
         s.ticks_since_sample_start + step_length_ticks,
     )
     v = plus(
         extrapolate_vector(predicted_body.velocity_at_half_step, half, a),
-        contact_force_sum.extra_impulse_per_mass_of_early_contacts,
+        contact_force_sum.extra_impulse_per_mass_from_early_closure,
     )
     momentum = plus(
         extrapolate_vector(
             predicted_body.angular_momentum_per_mass_at_half_step, half, contact_force_sum.moment_per_mass
         ),
-        contact_force_sum.extra_angular_impulse_per_mass_of_early_contacts,
+        contact_force_sum.extra_angular_impulse_per_mass_from_early_closure,
     )
     place = extrapolate_vector(predicted_body.centre_position, half, velocity_correction.velocity)
     turn = rotate_quaternion(predicted_body.rotation, half, velocity_correction.angular_velocity)
@@ -334,10 +334,10 @@ def complete_body_step(
         + (
             half * (account.vertical_torque_per_mass_at_step_end + torque)
             + (
-                contact_force_sum.extra_angular_impulse_per_mass_of_early_contacts.z
+                contact_force_sum.extra_angular_impulse_per_mass_from_early_closure.z
                 + (
-                    place.x * contact_force_sum.extra_impulse_per_mass_of_early_contacts.y
-                    - place.y * contact_force_sum.extra_impulse_per_mass_of_early_contacts.x
+                    place.x * contact_force_sum.extra_impulse_per_mass_from_early_closure.y
+                    - place.y * contact_force_sum.extra_impulse_per_mass_from_early_closure.x
                 )
             )
         ),
@@ -351,10 +351,10 @@ def complete_body_step(
         place.y - body.centre_height * f.yz,
     )
     peaks = BodyPeaksAndLastUprightTick(
-        updated_maximum(peaks.peak_lean_squared_sine, lean),
+        updated_maximum(peaks.peak_lean_as_continued_squared_sine, lean),
         updated_maximum(peaks.peak_squared_base_slip, x * x + y * y),
         updated_maximum(peaks.peak_penetration, largest_penetration_at_step_end),
-        tick if lean < body.critical_lean_squared_sine else peaks.last_upright_tick_in_sample,
+        tick if lean < body.critical_lean_as_continued_squared_sine else peaks.last_upright_tick_in_sample,
     )
     return BodyAfterAcceptedStep(
         BodyState(

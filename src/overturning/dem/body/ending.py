@@ -142,7 +142,7 @@ def energy_per_mass_to_tilt_body_about_edge(
     body: BodyConstants, base_edge_distance_from_centre: float, tilt_squared_sine: float
 ) -> float:
     """Return the energy per mass, m²/s², to tilt a body over a base edge from 0 to a tilt up to the critical one."""
-    square = min(tilt_squared_sine, body.critical_lean_squared_sine)
+    square = min(tilt_squared_sine, body.critical_lean_as_continued_squared_sine)
     return float(
         GRAVITY
         * (
@@ -156,7 +156,8 @@ def energy_per_mass_to_tilt_body_about_edge(
 def body_is_below_critical_tilt(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body's vertical axis is below the critical angle."""
     return bool(
-        squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(state.rotation)) < body.critical_lean_squared_sine
+        squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(state.rotation))
+        < body.critical_lean_as_continued_squared_sine
     )
 
 
@@ -260,13 +261,14 @@ def update_late_tilt_and_return_case_status(
     past = (
         now + 0.5 * GRAVITY * GRAVITY / body.point_normal_stiffness_per_mass
         <= energy_per_mass_to_tilt_body_about_edge(
-            body, limits.min_base_edge_distance_from_centre, peaks.peak_lean_squared_sine
+            body, limits.min_base_edge_distance_from_centre, peaks.peak_lean_as_continued_squared_sine
         )
     )
     if stands and past and not body_will_slide_noticeably(body, s, limits.min_base_edge_distance_from_centre):
         return CaseStatus.SIMULATED
     tilt = np.sqrt(
-        squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(s.rotation)) / body.critical_lean_squared_sine
+        squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(s.rotation))
+        / body.critical_lean_as_continued_squared_sine
     )
     rise = s.centre_position.z - body.centre_height
     late_tilt = updated_largest_tilt_ratio_near_case_end(
@@ -282,7 +284,7 @@ def update_late_tilt_and_return_case_status(
         body, s, limits.min_base_edge_distance_from_centre
     ):
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
-        gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.inverse_of_inertia_per_mass.zz))
+        gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.mass_over_inertia.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if set_slide_end_once_and_check_case_continues(
             body_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
@@ -303,7 +305,7 @@ def body_rests_upright_on_all_base_vertices(
     """True if a body is upright and still, and as many points as its base has vertices carry load without sliding."""
     body, s, held = load_body_constants(body_states, lane), load_state(body_states, lane), 0
     w = s.angular_velocity
-    turning = matrix_times_vector(expand_symmetric_matrix(body.inverse_of_inertia_per_mass), s.contact_moment_per_mass)
+    turning = matrix_times_vector(expand_symmetric_matrix(body.mass_over_inertia), s.contact_moment_per_mass)
     speed = vector_length(s.velocity_relative_to_base) + body.centre_height * vector_length(w)
     step = body.tick_length_s * body_states[NEXT_STEP_TICKS_ROW_OFFSET + lane]
     if not body_is_still(
@@ -317,11 +319,11 @@ def body_rests_upright_on_all_base_vertices(
         one = load_point_state_at_step_start(
             vertex_rows[i * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], lane
         )
-        held += 1 if one.normal_force_per_mass > 0.0 and one.slid_in_last_step == 0.0 else 0
+        held += 1 if one.normal_force_per_mass > 0.0 and one.slid_in_last_step_or_rejected_attempt == 0.0 else 0
     return bool(
         held >= base_vertex_count
         and squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(s.rotation))
-        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical_lean_squared_sine
+        < MAX_TILT_RATIO_AT_REST * MAX_TILT_RATIO_AT_REST * body.critical_lean_as_continued_squared_sine
     )
 
 
@@ -341,8 +343,8 @@ def write_case_results(
     fallen = status == CaseStatus.SIMULATED and body_has_fallen(f, limits, fall_limits_by_lean_sector)
     result_row.fallen = 1.0 if fallen else 0.0
     result_row.last_upright_time_if_fallen = course.last_time_below_critical_angle if fallen else np.nan
-    result_row.peak_lean_squared_sine = max(
-        peaks.peak_lean_squared_sine, squared_sine_of_lean_continued_beyond_90_deg(f)
+    result_row.peak_lean_as_continued_squared_sine = max(
+        peaks.peak_lean_as_continued_squared_sine, squared_sine_of_lean_continued_beyond_90_deg(f)
     )
     result_row.peak_slip = np.sqrt(peaks.peak_squared_base_slip)
     result_row.slip_x_at_end, result_row.slip_y_at_end = (

@@ -75,7 +75,9 @@ class SimulationPlan3D(SimulationPlan):
 
         They have equal step lengths.
         """
-        return group_numbers_of_equal_cases(self.steps_per_sample, self.case_table["longest_step_at_rest_ticks"])
+        return group_numbers_of_equal_cases(
+            self.steps_per_sample, self.case_table["longest_step_with_all_contacts_closed_ticks"]
+        )
 
     @property
     def unscaled_upward_acceleration(self) -> FloatArray:
@@ -94,7 +96,10 @@ class SimulationPlan3D(SimulationPlan):
         ticks = self.ticks_per_whole_step
         queued = self.common_kernel_input_fields(case_numbers, result_tables, step_divisor, ticks, parallel_case_count)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
-        settings, standing = queued["settings"], float(queued["cases"]["longest_step_at_rest_ticks"][0])
+        settings, standing = (
+            queued["settings"],
+            float(queued["cases"]["longest_step_with_all_contacts_closed_ticks"][0]),
+        )
         queued["settings"] = settings._replace(
             attempted_steps_between_end_checks=int(settings.ticks_per_sample / standing)
         )
@@ -136,7 +141,7 @@ class BodySimulationPlan(SimulationPlan3D):
             vertices_and_base_edges_by_size=self.vertices_and_base_edges_by_size,
             base_vertex_count=self.solids_by_size[0].base_vertex_count,
             lean_sector_vectors_and_fall_limits_by_size=np.stack(
-                [body.lean_sector_vectors_and_fall_limits for body in self.solids_by_size]
+                [body.lean_sector_start_vector_and_min_fall_dot_product for body in self.solids_by_size]
             ),
         )
 
@@ -362,7 +367,7 @@ def longest_steps_per_sample_and_step_control(
     )
     return steps, {
         "min_allowed_step_ticks": finest,
-        "longest_step_at_rest_ticks": kernel_step_control.ticks_per_whole_step
+        "longest_step_with_all_contacts_closed_ticks": kernel_step_control.ticks_per_whole_step
         * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_before_doubling_after_contact_change": np.round(
             kernel_step_control.steps_before_length_doubles(contact_omega_squared_by_case, contact_two_xi_omega_by_case)

@@ -52,7 +52,7 @@ def outcome_variables_of_bodies(
                     face_normals_at_rest_by_case, np.stack([w, x, y, z], axis=1), fell, strict=True
                 )
             ],
-            "peak_tilt": tilt_deg_from_squared_sine(case_result_rows["peak_lean_squared_sine"]),
+            "peak_tilt": tilt_deg_from_squared_sine(case_result_rows["peak_lean_as_continued_squared_sine"]),
             "overturning_time": np.where(fell, case_result_rows["last_upright_time_if_fallen"], np.nan),
             "peak_slip": case_result_rows["peak_slip"],
             "residual_slip_north": slip_x * orientation_unit_vector_north_east_by_case[:, 0]

@@ -77,7 +77,7 @@ def write_initial_body_state(
     store_body_constants(body_states, lane, body)
     case_step_control = CaseStepLengthsAndDoublingCounts(
         case_table_row.min_allowed_step_ticks,
-        case_table_row.longest_step_at_rest_ticks,
+        case_table_row.longest_step_with_all_contacts_closed_ticks,
         case_table_row.steps_before_doubling_after_contact_change,
         case_table_row.long_steps_before_doubling,
     )
@@ -124,13 +124,13 @@ def body_constants_of_case(case_table_row: Any, body_table_row: Any, tick_length
     """Return a body's constants combined with the contact law of a case; `tick_length_s` (s) is the time unit."""
     c, ks = body_table_row, case_table_row.point_tangential_stiffness_per_mass
     return BodyConstants(
-        inverse_of_inertia_per_mass=SymmetricMatrix(
-            c.inverse_of_inertia_per_mass_xx,
-            c.inverse_of_inertia_per_mass_yy,
-            c.inverse_of_inertia_per_mass_zz,
-            c.inverse_of_inertia_per_mass_xy,
-            c.inverse_of_inertia_per_mass_xz,
-            c.inverse_of_inertia_per_mass_yz,
+        mass_over_inertia=SymmetricMatrix(
+            c.mass_over_inertia_xx,
+            c.mass_over_inertia_yy,
+            c.mass_over_inertia_zz,
+            c.mass_over_inertia_xy,
+            c.mass_over_inertia_xz,
+            c.mass_over_inertia_yz,
         ),
         inertia_per_mass=SymmetricMatrix(
             c.inertia_per_mass_xx,
@@ -147,7 +147,7 @@ def body_constants_of_case(case_table_row: Any, body_table_row: Any, tick_length
         point_tangential_compliance_times_mass=1.0 / ks if ks > 0.0 else 0.0,
         point_dashpot_constant_per_mass=case_table_row.point_dashpot_constant_per_mass,
         friction=case_table_row.friction,
-        critical_lean_squared_sine=c.critical_lean_squared_sine,
+        critical_lean_as_continued_squared_sine=c.critical_lean_as_continued_squared_sine,
         extreme_vertex_tolerance_to_height_range=c.extreme_vertex_tolerance_to_height_range,
         tick_length_s=tick_length_s,
         flat_landing_duration_s=FLAT_LANDING_DURATION_IN_DECAY_TIMES
@@ -196,7 +196,7 @@ def write_vertex_states_and_return_body_state(
                 position_y_or_rim_point_velocity_y=known.y,
                 penetration=depth,
                 normal_force_per_mass=n,
-                slid_in_last_step=0.0,
+                slid_in_last_step_or_rejected_attempt=0.0,
                 remaining_flat_landing_time=0.0,
             ),
         )
@@ -205,7 +205,7 @@ def write_vertex_states_and_return_body_state(
         centre_position=place,
         rotation=turn,
         velocity_relative_to_base=v,
-        angular_momentum_per_mass=angular_momentum_per_mass_from_velocity(body.inverse_of_inertia_per_mass, f, w),
+        angular_momentum_per_mass=angular_momentum_per_mass_from_velocity(body.mass_over_inertia, f, w),
         angular_velocity=w,
         acceleration_relative_to_base=Vector3(0.0, 0.0, az),
         contact_moment_per_mass=Vector3(mx, my, 0.0),
@@ -215,13 +215,13 @@ def write_vertex_states_and_return_body_state(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def angular_momentum_per_mass_from_velocity(
-    inverse_of_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
+    mass_over_inertia: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
 ) -> Vector3:
     """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
 
-    `inverse_of_inertia_per_mass` is in the axes of the body, 1/m², `angular_velocity` in the axes of the base, rad/s.
+    `mass_over_inertia` is in the axes of the body, 1/m², `angular_velocity` in the axes of the base, rad/s.
     """
-    a = inverse_of_inertia_per_mass
+    a = mass_over_inertia
     cofactors = SymmetricMatrix(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,

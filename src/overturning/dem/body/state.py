@@ -45,7 +45,7 @@ TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
 class BodyConstants(NamedTuple):
     """Inertia, contact constants and limits of a body, which do not change during a case."""
 
-    inverse_of_inertia_per_mass: SymmetricMatrix
+    mass_over_inertia: SymmetricMatrix
     """Inverse inertia in the body's own axes, m/I, 1/m²."""
     inertia_per_mass: SymmetricMatrix
     """Inertia in the body's own axes, I/m, m²."""
@@ -63,7 +63,7 @@ class BodyConstants(NamedTuple):
     """Dashpot of a vertex, h/m, 1/s."""
     friction: float
     """Coefficient of friction μ."""
-    critical_lean_squared_sine: float
+    critical_lean_as_continued_squared_sine: float
     """`squared_sine_of_lean_continued_beyond_90_deg` at the critical angle."""
     extreme_vertex_tolerance_to_height_range: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
@@ -121,7 +121,7 @@ class BodyContactPointState(NamedTuple):
     """Penetration, m; negative in the air."""
     normal_force_per_mass: float
     """Normal force per mass, m/s²."""
-    slid_in_last_step: float
+    slid_in_last_step_or_rejected_attempt: float
     """1 if the point slid in the last step, or in an attempt rejected since; else 0."""
     remaining_flat_landing_time: float
     """Remaining time of a flat landing, s; 0 or less if there is none."""
@@ -149,11 +149,11 @@ class BaseExtremeVerticesAndFlatLandingState(NamedTuple):
     """1 if the lowest base vertex rests, else 0."""
     highest_vertex_rests: float
     """1 if the highest base vertex rests, else 0."""
-    shortest_landing_time_left_of_base_points: float
+    shortest_remaining_impact_time_of_base_points: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
     longest_landing_time_left_of_loaded_points: float
     """Longest remaining landing time of loaded base points, s; a large negative number if none is loaded."""
-    flat_landing_tilting_share_of_friction_moment: float
+    tilting_share_of_friction_moment_in_flat_landing: float
     """Share of the moment of friction that tilts the body if it slides in a flat landing, 0 or 1."""
 
 
@@ -163,7 +163,7 @@ class BodyPeaksAndLastUprightTick(NamedTuple):
     The lean is sin² of the tilt up to 90°, 2 − sin² beyond. A tick is the unit of time of the steps.
     """
 
-    peak_lean_squared_sine: float
+    peak_lean_as_continued_squared_sine: float
     peak_squared_base_slip: float
     peak_penetration: float
     last_upright_tick_in_sample: float
@@ -238,13 +238,13 @@ class PredictedContactPoint(NamedTuple):
     """Direction of friction, x component of a unit vector."""
     friction_direction_y: float
     """Direction of friction, y component."""
-    is_deferred_until_extreme_vertices_rest: float
+    is_deferred_until_base_ends_rest_on_ground: float
     """1 if the point carries only after the ends of the base rest, else 0."""
     body_lands_flat: float
     """1 if the body lands flat, so that the dashpot may pull, else 0."""
     tilting_share_of_friction_moment: float
     """Share of the moment of friction that tilts the body; 1 except in a flat landing."""
-    flat_landing_tilting_share_of_friction_moment: float
+    tilting_share_of_friction_moment_in_flat_landing: float
     """Share of the moment of friction that tilts the body if the point slides in a flat landing."""
     flat_landing_time_left_if_contact_begins_now: float
     """Landing time of the point if it touches now, s."""
@@ -270,7 +270,7 @@ class BodyPredictedForStepEnd(NamedTuple):
     """Velocity at the end of the step, m/s."""
     end_angular_velocity: Vector3
     """Angular velocity at the end of the step, rad/s."""
-    inertial_xy_and_upward_base_acceleration: Vector3
+    negative_horizontal_and_upward_base_acceleration: Vector3
     """−a along x and y, and the upward acceleration of the base, m/s²."""
     half_step_length_s: float
     """Half the length of the step, s."""
@@ -306,9 +306,9 @@ class ContactForceAndMomentSum(NamedTuple):
 
     force_per_mass: Vector3
     moment_per_mass: Vector3
-    extra_impulse_per_mass_of_early_contacts: Vector3
+    extra_impulse_per_mass_from_early_closure: Vector3
     """Additional momentum of contacts that closed early in the step, per mass, m/s."""
-    extra_angular_impulse_per_mass_of_early_contacts: Vector3
+    extra_angular_impulse_per_mass_from_early_closure: Vector3
     """Additional angular momentum of contacts that closed early in the step, m²/s."""
     dissipated_power_per_mass: float
     """Power dissipated by dashpots and friction, m²/s³."""
@@ -327,7 +327,7 @@ class LargestContactChangesOfBody(NamedTuple):
     """1 if the friction of a point assumed to slide acts against the assumed direction."""
     some_loaded_point_sticks: float
     """1 if a loaded point sticks."""
-    has_friction_reversal: float
+    friction_sign_changed_in_step: float
     """1 if a point slides whose friction had the opposite sign before."""
     some_point_carries_no_load: float
     """1 if a point carries no load."""
@@ -368,21 +368,21 @@ def inertial_accelerations_until_next_sample(
 
 @njit(**INLINE_OPTIONS)
 def angular_velocity_from_momentum(
-    inverse_of_inertia_per_mass: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
+    mass_over_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
 ) -> Vector3:
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
     own = matrix_times_vector(transpose(body_axes), angular_momentum_per_mass)
-    inverse = expand_symmetric_matrix(inverse_of_inertia_per_mass)
+    inverse = expand_symmetric_matrix(mass_over_inertia)
     return matrix_times_vector(body_axes, matrix_times_vector(inverse, own))
 
 
 @njit(**INLINE_OPTIONS)
 def rotation_and_angular_velocity_after_step(
-    inverse_of_inertia_per_mass: SymmetricMatrix, rotation_at_step_start: Quaternion,
+    mass_over_inertia: SymmetricMatrix, rotation_at_step_start: Quaternion,
     angular_momentum_per_mass_at_half_step: Vector3, contact_moment_per_mass: Vector3, step_length_s: float,
 ) -> tuple[Quaternion, Vector3]:  # fmt: skip
     """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""
-    half, inverse, momentum = 0.5 * step_length_s, inverse_of_inertia_per_mass, angular_momentum_per_mass_at_half_step
+    half, inverse, momentum = 0.5 * step_length_s, mass_over_inertia, angular_momentum_per_mass_at_half_step
     w = angular_velocity_from_momentum(inverse, rotation_matrix(rotation_at_step_start), momentum)
     mid_turn = rotate_quaternion(rotation_at_step_start, half, w)
     w = angular_velocity_from_momentum(inverse, rotation_matrix(mid_turn), momentum)
@@ -395,7 +395,7 @@ def rotation_and_angular_velocity_after_step(
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
     return angular_velocity_from_momentum(
-        body.inverse_of_inertia_per_mass, rotation_matrix(state.rotation), state.angular_momentum_per_mass
+        body.mass_over_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
     )
 
 

@@ -68,13 +68,13 @@ class BodyCaseTableColumns(NamedTuple):
 class BodyConstantTableColumns(NamedTuple):
     """Constants of a solid body of one size: columns of the kernel's table of bodies."""
 
-    inverse_of_inertia_per_mass_xx: float
+    mass_over_inertia_xx: float
     """Inverse of the inertia tensor about the centre per mass, m/I, 1/m²."""
-    inverse_of_inertia_per_mass_yy: float
-    inverse_of_inertia_per_mass_zz: float
-    inverse_of_inertia_per_mass_xy: float
-    inverse_of_inertia_per_mass_xz: float
-    inverse_of_inertia_per_mass_yz: float
+    mass_over_inertia_yy: float
+    mass_over_inertia_zz: float
+    mass_over_inertia_xy: float
+    mass_over_inertia_xz: float
+    mass_over_inertia_yz: float
     inertia_per_mass_xx: float
     """Inertia tensor about the centre per mass, m²."""
     inertia_per_mass_yy: float
@@ -88,7 +88,7 @@ class BodyConstantTableColumns(NamedTuple):
     """Radius of a round base, m; 0 for a base with vertices."""
     min_base_edge_distance_from_centre: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
-    critical_lean_squared_sine: float
+    critical_lean_as_continued_squared_sine: float
     """Lean (sin² of the tilt) beyond which the body falls over its nearest edge."""
     fall_tilt_cosine: float
     """Cosine of the tilt from which the body has fallen."""
@@ -107,7 +107,7 @@ class BodyResultTableColumns(NamedTuple):
     """1 if the body has fallen, else 0."""
     last_upright_time_if_fallen: float
     """Last time at which the body leant less than its critical angle, s; NaN if it has not fallen."""
-    peak_lean_squared_sine: float
+    peak_lean_as_continued_squared_sine: float
     """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
     peak_slip: float
     """Largest slip of the base, m."""
@@ -190,7 +190,7 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
                 body.base_edge_normals, body.base_edge_distances_from_centre,
             )  # fmt: skip
         for name, at in pairs.items():
-            table[index][f"inverse_of_inertia_per_mass_{name}"], table[index][f"inertia_per_mass_{name}"] = (
+            table[index][f"mass_over_inertia_{name}"], table[index][f"inertia_per_mass_{name}"] = (
                 body.inverse_inertia_per_mass[at], body.inertia_per_mass[at],
             )  # fmt: skip
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre
@@ -198,14 +198,15 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
         # may have a slightly smaller tilt.
         fallen = body.least_tilt_to_rest_on_another_face_rad
         lies_on_springs = (
-            len(body.lean_sector_vectors_and_fall_limits) > 0 or fallen > MIN_FALL_TILT_WITH_ONLY_UPSIDE_DOWN_REST_RAD
+            len(body.lean_sector_start_vector_and_min_fall_dot_product) > 0
+            or fallen > MIN_FALL_TILT_WITH_ONLY_UPSIDE_DOWN_REST_RAD
         )
         fallen *= FALL_TILT_TO_RESTING_TILT_RATIO if lies_on_springs else 1.0
         values = {
             "centre_height": foot,
             "round_base_radius_or_zero": body.rim_radius,
             "min_base_edge_distance_from_centre": reach,
-            "critical_lean_squared_sine": reach**2 / (reach**2 + foot**2),
+            "critical_lean_as_continued_squared_sine": reach**2 / (reach**2 + foot**2),
             "fall_tilt_cosine": np.round(np.cos(fallen), 12),
             "max_penetration": MAX_PENETRATION_TO_HALF_SIDE_RATIO * min(reach, foot),
             "extreme_vertex_tolerance_to_height_range": body.lowest_vertex_tolerance_over_base_height_range,

@@ -25,7 +25,7 @@ class StepLimitsCommonToAllCases(NamedTuple):
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
     ticks_per_whole_step: float
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
-    longest_predicted_force_step_in_shortest_steps: float
+    max_step_using_predicted_forces_in_shortest_steps: float
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     max_repeats_with_corrected_sliding: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
@@ -63,7 +63,7 @@ BLOCK_STEP_CONTROL: Final = StepLimitsCommonToAllCases(
     longest_whole_step_in_rocking_time_constants=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
     max_contact_change_step_times_omega=0.08,
     ticks_per_whole_step=2.0**24,
-    longest_predicted_force_step_in_shortest_steps=4.0,
+    max_step_using_predicted_forces_in_shortest_steps=4.0,
     max_repeats_with_corrected_sliding=2.0,
     steps_before_doubling_after_contact_change=8.0,
     long_step_threshold_in_shortest_steps=8.0,
@@ -76,7 +76,7 @@ SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
     longest_whole_step_in_rocking_time_constants=0.004, max_contact_change_step_times_omega=0.1,
-    ticks_per_whole_step=2.0**9, longest_predicted_force_step_in_shortest_steps=2.0,
+    ticks_per_whole_step=2.0**9, max_step_using_predicted_forces_in_shortest_steps=2.0,
     max_repeats_with_corrected_sliding=3.0, long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
@@ -102,7 +102,7 @@ class CaseStepLengthsAndDoublingCounts(NamedTuple):
 
     min_allowed_step_ticks: float
     """Finest step, ticks."""
-    longest_step_at_rest_ticks: float
+    longest_step_with_all_contacts_closed_ticks: float
     """Step while the body rests on all contacts (≥ whole step), ticks."""
     steps_before_doubling_after_contact_change: float
     """Steps of one length after a contact change before the length doubles."""
@@ -134,7 +134,7 @@ class StepContactChanges(NamedTuple):
     """True if the sticking or sliding of a point in the solved step differs from the assumption."""
     has_velocity_against_assumed_slip: bool
     """True if a point slides against its velocity (slip reversal)."""
-    has_friction_reversal: bool
+    friction_sign_changed_in_step: bool
     """True if the friction of a sliding point had the opposite sign before, so that it changes sign in the step."""
     slides_on_all_points: bool
     """True if all contact points of a body slide."""
@@ -166,7 +166,9 @@ def decide_rejection_and_next_step(
     )
     wrong = contact_changes.has_wrong_slip_assumption & (not shorter)
     onset = contact_changes.slides_on_all_points & (length > MAX_SLIP_ONSET_STEP_IN_SAMPLES * ticks_per_sample)
-    back = contact_changes.has_friction_reversal & (length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample)
+    back = contact_changes.friction_sign_changed_in_step & (
+        length > MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES * ticks_per_sample
+    )
     halved = ((contact_changes.has_velocity_against_assumed_slip | back) & (not shorter)) | (
         wrong
         & (
@@ -177,14 +179,14 @@ def decide_rejection_and_next_step(
     retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_velocity_against_assumed_slip)
     shorter = shorter | halved
     longest = (
-        case_step_control.longest_step_at_rest_ticks
+        case_step_control.longest_step_with_all_contacts_closed_ticks
         if contact_changes.all_contacts_are_closed
         else kernel_step_control.ticks_per_whole_step
     )
     above = (
         2.0 * length
         if length < kernel_step_control.ticks_per_whole_step
-        else case_step_control.longest_step_at_rest_ticks
+        else case_step_control.longest_step_with_all_contacts_closed_ticks
     )
     times = tick_at_end_of_attempt / above
     fits = (times + FLOAT_TO_INTEGER_ROUNDING_OFFSET) - FLOAT_TO_INTEGER_ROUNDING_OFFSET == times

@@ -33,7 +33,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Horizontal acceleration over g up to which the scene stays at rest."""
     friction_coefficient_if_law_has_none: float
     """Coefficient of friction of contact laws without one."""
-    dashpot_factor: float
+    dashpot_coefficient_multiplier: float
     """Factor on the dashpot coefficients of all contacts."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -41,7 +41,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Sample from which on the input motion cannot start any movement."""
     end_sample_if_undecided: float
     """Sample at which the case ends as undecided."""
-    earliest_end_sample: float
+    earliest_end_sample_if_decided: float
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
@@ -50,15 +50,15 @@ class ElementFallAndSupportColumns(NamedTuple):
 
     is_free: float
     """1 if the element is free, else 0."""
-    fall_rotation_to_minus_x: float
+    rotation_counting_as_fall_to_minus_x: float
     """Rotation to −x at which the element has fallen, rad."""
-    fall_rotation_to_plus_x: float
+    rotation_counting_as_fall_to_plus_x: float
     """Rotation to +x at which the element has fallen, rad."""
     tipping_rotation_to_minus_x: float
     """Rotation to −x from which the element cannot come back, rad."""
     tipping_rotation_to_plus_x: float
     """Rotation to +x from which the element cannot come back, rad."""
-    support_element_index: float
+    first_support_or_own_element_index: float
     """Index of the first element that carries this one at rest, or its own index."""
     index_of_held_element_at_stack_bottom: float
     """Index of the element at the bottom of the stack if that one is held, fixed in space; else −1."""
@@ -75,7 +75,7 @@ class SceneTerminationLimitColumns(NamedTuple):
     """Kinetic energy of all free elements below which they count as at rest, J."""
     min_overturning_energy: float
     """Smallest energy needed to overturn an element, J."""
-    min_energy_error_reference: float
+    min_reference_energy_of_energy_error: float
     """Least energy by which the error of the energy balance is divided, J."""
 
 
@@ -146,9 +146,9 @@ class SceneArrays(NamedTuple):
     """Acceleration of gravity, m/s²."""
 
 
-def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
+def build_scene_arrays(prepared_scenes_by_size_and_damping: list[PreparedScene]) -> SceneArrays:
     """Return the kernel's input arrays for variants of a scene that differ only in size and damping."""
-    one = scene_variants[0]
+    one = prepared_scenes_by_size_and_damping[0]
     first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.elements)]).tolist()
     layout = [
         (
@@ -160,20 +160,24 @@ def build_scene_arrays(scene_variants: list[PreparedScene]) -> SceneArrays:
         for pair in one.pairs
     ]
     sizes = np.array(one.piece_vertex_counts, np.int64)
-    shapes = np.zeros((len(scene_variants), sizes.size, int(sizes.max()), 12))
-    for v, prepared in enumerate(scene_variants):
+    shapes = np.zeros((len(prepared_scenes_by_size_and_damping), sizes.size, int(sizes.max()), 12))
+    for v, prepared in enumerate(prepared_scenes_by_size_and_damping):
         for index, part in enumerate(part for item in prepared.elements for part in item.shape.convex_parts):
             shapes[v, index, : sizes[index]] = part.face_geometry_and_contact_flag_table
     return SceneArrays(
-        initial_state_by_scene_variant=np.stack([case_state_column_at_rest(item) for item in scene_variants]),
+        initial_state_by_scene_variant=np.stack(
+            [case_state_column_at_rest(item) for item in prepared_scenes_by_size_and_damping]
+        ),
         pair_element_and_piece_indices=np.array(layout, np.int64).reshape(-1, 4),
         lowest_and_last_element_index_by_rocking_group=one.lowest_and_last_element_index_by_rocking_group,
         piece_vertex_counts=sizes,
         piece_face_tables=shapes,
         fall_and_support_table=np.stack(
-            [fall_limits_supports_and_overturning_energies(item) for item in scene_variants]
+            [fall_limits_supports_and_overturning_energies(item) for item in prepared_scenes_by_size_and_damping]
         ),
-        termination_limits=np.stack([penetration_and_energy_limits_of_case_end(item) for item in scene_variants]),
+        termination_limits=np.stack(
+            [penetration_and_energy_limits_of_case_end(item) for item in prepared_scenes_by_size_and_damping]
+        ),
         gravity=one.scene.gravity,
     )
 

@@ -126,7 +126,7 @@ def case_status(
         case_states, rows.SLIDING_CASE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
     ):
         return CASE_NOT_ENDED
-    still = moving < 1e-4 * limits.min_energy_error_reference or not any_element_can_fall_without_base_motion(
+    still = moving < 1e-4 * limits.min_reference_energy_of_energy_error or not any_element_can_fall_without_base_motion(
         case_states, lane, fall_and_support_table, scene_arrays.gravity
     )
     return (
@@ -197,7 +197,7 @@ def store_fall_sides_and_count_elements(
         if fall_and_support_rows_by_element[i].is_free == 0.0:
             continue
         moving += element_kinetic_energy(item)
-        slid = slid or abs(item.slip_fall_side_and_last_upright_time.slip_on_support) > 0.1 * abs(
+        slid = slid or abs(item.slip_fall_side_and_last_upright_time.current_slip_on_support) > 0.1 * abs(
             item.rest_position.base_point_z_in_element_axes
         )
         if item.slip_fall_side_and_last_upright_time.fall_side == 0.0:
@@ -227,9 +227,9 @@ def fall_side_by_peak_rotation_or_zero(element: ElementState, fall_limits_of_ele
     """
     back, on = (
         element.step_motion_with_work_and_peaks_so_far.peak_rotation_to_minus_x
-        >= fall_limits_of_element.fall_rotation_to_minus_x,
+        >= fall_limits_of_element.rotation_counting_as_fall_to_minus_x,
         element.step_motion_with_work_and_peaks_so_far.peak_rotation_to_plus_x
-        >= fall_limits_of_element.fall_rotation_to_plus_x,
+        >= fall_limits_of_element.rotation_counting_as_fall_to_plus_x,
     )
     if back and on:
         return 1.0 if element.pose.angle > 0.0 else -1.0
@@ -338,7 +338,7 @@ def element_stands_safely(element: ElementState, energy_needed_to_overturn: floa
     """True if tilt, slip and kinetic energy of an element are small shares of those at which it could fall."""
     return bool(
         abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle
-        and abs(element.slip_fall_side_and_last_upright_time.slip_on_support)
+        and abs(element.slip_fall_side_and_last_upright_time.current_slip_on_support)
         < MAX_SAFE_SLIP_OVER_HALF_HEIGHT * abs(element.rest_position.base_point_z_in_element_axes)
         and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * energy_needed_to_overturn
     )
@@ -392,7 +392,7 @@ def mark_fallen_and_write_case_results(
         element_result_rows_of_case[e].peak_rotation = min(larger_peak_rotation_of_both_sides(item), 0.5 * np.pi)
         element_result_rows_of_case[e].peak_slip, element_result_rows_of_case[e].residual_slip = (
             record.peak_slip_on_support,
-            record.slip_on_support,
+            record.current_slip_on_support,
         )
     balance = (
         (
@@ -403,4 +403,4 @@ def mark_fallen_and_write_case_results(
         + absorbed
     )
     case_result_row.peak_penetration = largest_penetration_so_far(case_states, lane, scene_arrays)
-    case_result_row.energy_error = abs(balance) / max(work, limits.min_energy_error_reference, absorbed)
+    case_result_row.energy_error = abs(balance) / max(work, limits.min_reference_energy_of_energy_error, absorbed)

@@ -48,7 +48,7 @@ from overturning.dem.polygon.state import (
 )
 
 MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS: Final = (
-    SCENE_STEP_CONTROL.longest_predicted_force_step_in_shortest_steps
+    SCENE_STEP_CONTROL.max_step_using_predicted_forces_in_shortest_steps
 )
 """Longest step, over the case's shortest step, that resolves the vibration of the contacts."""
 
@@ -70,9 +70,9 @@ class PredictedPlanarContactPoint(NamedTuple):
     """True if the point is in contact."""
     slides: bool
     """True if the point slides."""
-    signed_friction_coefficient_if_sliding: float
+    signed_friction_coefficient_undefined_if_sticking: float
     """±μ with the sign of the friction force if the point slides; without meaning if it sticks."""
-    normal_force_opens_sliding_contact: bool
+    normal_force_pushes_sliding_point_out: bool
     """True if a normal force pushes the point out while it slides."""
 
 
@@ -105,7 +105,7 @@ def predict_planar_contact_point(
     drag, n = contact_law.dashpot_coefficient * slipping, contact_law.normal_stiffness * contact_point.penetration
     n -= contact_law.dashpot_coefficient * opening
     stretch = trial_tangential_spring_stretch(
-        point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
+        point_history, contact_point, contact_segment, contact_law.tangential_compliance_or_zero_without_spring, drag
     )
     t = -(contact_law.tangential_stiffness * stretch) - drag
     pressed = (held | (n > 0.0)) & (contact_point.is_in_contact > 0.0)
@@ -113,24 +113,25 @@ def predict_planar_contact_point(
         contact_point.vertex_projects_onto_other_face > 0.0
     )
     excess = abs(t) - contact_law.friction_coefficient * n if fine else abs(previous_signed_friction_coefficient)
-    signed_friction_coefficient = (
+    signed_friction_coefficient_or_zero_if_sticking = (
         math.copysign(contact_law.friction_coefficient, t) if fine else previous_signed_friction_coefficient
     )
     drifts, drift = slides_in_landing_and_signed_friction_coefficient(
         contact_law, contact_point, pair_motion_and_inertia.relative_velocity, a, b, held
     )
-    signed_friction_coefficient = drift if held else signed_friction_coefficient
+    signed_friction_coefficient_or_zero_if_sticking = drift if held else signed_friction_coefficient_or_zero_if_sticking
     particles = a.inverse_mass + b.inverse_mass
     lever_a, lever_b = contact_point.lever_arms_about_a, contact_point.lever_arms_about_b
     along = a.inverse_inertia * (
-        lever_a.of_normal_force * (lever_a.of_normal_force + signed_friction_coefficient * lever_a.of_tangential_force)
+        lever_a.of_normal_force
+        * (lever_a.of_normal_force + signed_friction_coefficient_or_zero_if_sticking * lever_a.of_tangential_force)
     )
     freedom = particles + (
         along
         + b.inverse_inertia
         * (
             lever_b.of_normal_force
-            * (lever_b.of_normal_force + signed_friction_coefficient * lever_b.of_tangential_force)
+            * (lever_b.of_normal_force + signed_friction_coefficient_or_zero_if_sticking * lever_b.of_tangential_force)
         )
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction_coefficient == 0.0)
@@ -140,7 +141,7 @@ def predict_planar_contact_point(
         stretch,
         on,
         slides,
-        signed_friction_coefficient,
+        signed_friction_coefficient_or_zero_if_sticking,
         freedom > MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE * particles,
     )
 
@@ -174,11 +175,11 @@ def planar_contact_equation_terms(
     A point sticks where sliding would turn an element into the other (Painlevé's paradox), unless the other contact
     point of the pair already sticks.
     """
-    free = predicted_point.normal_force_opens_sliding_contact | (
+    free = predicted_point.normal_force_pushes_sliding_point_out | (
         other_predicted_point.is_in_contact & (not other_predicted_point.slides)
     )
     slides = predicted_point.slides & free
-    slid = predicted_point.signed_friction_coefficient_if_sliding if slides else 0.0
+    slid = predicted_point.signed_friction_coefficient_undefined_if_sticking if slides else 0.0
     touches = predicted_point.is_in_contact
     press = contact_law.dashpot_coefficient + half_step_time * contact_law.normal_stiffness if touches else 0.0
     stick = contact_law.dashpot_coefficient + half_step_time * contact_law.tangential_stiffness if touches else 0.0
@@ -226,7 +227,7 @@ def step_resolves_contact_vibration(scene_state: SceneStateAndConstants) -> bool
     """
     return (
         scene_state.current_step_length_and_repetitions.length_in_ticks
-        <= MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS * scene_state.step_control.min_allowed_step_ticks
+        <= MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS * scene_state.case_step_length_settings.min_allowed_step_ticks
     )
 
 

@@ -54,7 +54,7 @@ class SolvedPlanarContactPoint(NamedTuple):
     """Force, penetration and slip at the end of the step."""
     slip_from_velocity_correction: float
     """Slip added by the solution, m."""
-    signed_friction_coefficient: float
+    signed_friction_coefficient_or_zero_if_sticking: float
     """±μ if the point slips, else 0."""
     contact_opened_closed_or_switched_vertex: bool
     """True if the point has opened or closed, or now lies at another vertex."""
@@ -62,7 +62,7 @@ class SolvedPlanarContactPoint(NamedTuple):
     """True if the point sticks or slides contrary to the assumption."""
     has_velocity_against_assumed_slip: bool
     """True if the point was assumed to slide against its velocity (slip reversal)."""
-    has_friction_reversal: bool
+    friction_sign_changed_in_step: bool
     """True if its friction had the opposite sign before."""
 
 
@@ -112,9 +112,11 @@ def solved_planar_contact_point(
     )  # fmt: skip
     force, holds, slips = friction_force_and_its_limit_and_slip_flag(t, n, contact_law, (held & inside, drifts, drift))
     found = (drift if held else math.copysign(contact_law.friction_coefficient, t)) if slips else 0.0
-    spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
+    spring = (
+        clamp_magnitude(stretch, holds * contact_law.tangential_compliance_or_zero_without_spring) if slips else stretch
+    )
     spring = spring if inside else 0.0
-    assumed = 0.0 if fine else predicted_stretch_and_assumed_slip.signed_friction_coefficient
+    assumed = 0.0 if fine else predicted_stretch_and_assumed_slip.signed_friction_coefficient_or_zero_if_sticking
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_point.penetration > 0.0)))
@@ -144,15 +146,16 @@ def vertex_positions_from_contact_solution(
     return (
         VertexPositionAtFace(
             depth if mine else predicted_position_of_vertex_a.depth,
-            predicted_position_of_vertex_a.position_along_face - point_solution.slip_from_velocity_correction
+            predicted_position_of_vertex_a.position_along_opposite_face - point_solution.slip_from_velocity_correction
             if mine
-            else predicted_position_of_vertex_a.position_along_face,
+            else predicted_position_of_vertex_a.position_along_opposite_face,
         ),
         VertexPositionAtFace(
             predicted_position_of_vertex_b.depth if mine else depth,
-            predicted_position_of_vertex_b.position_along_face
+            predicted_position_of_vertex_b.position_along_opposite_face
             if mine
-            else predicted_position_of_vertex_b.position_along_face + point_solution.slip_from_velocity_correction,
+            else predicted_position_of_vertex_b.position_along_opposite_face
+            + point_solution.slip_from_velocity_correction,
         ),
     )
 
@@ -232,12 +235,12 @@ def add_solved_pair_forces_and_store_trial_history(
             pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j],
             pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j],
         ) = (
-            s1.signed_friction_coefficient,
-            s2.signed_friction_coefficient,
+            s1.signed_friction_coefficient_or_zero_if_sticking,
+            s2.signed_friction_coefficient_or_zero_if_sticking,
         )
         slide = (
-            (s1.signed_friction_coefficient != 0.0)
-            & (s2.signed_friction_coefficient != 0.0)
+            (s1.signed_friction_coefficient_or_zero_if_sticking != 0.0)
+            & (s2.signed_friction_coefficient_or_zero_if_sticking != 0.0)
             & (end_1.force.normal_force + end_2.force.normal_force > 0.0)
         )
         changed = s1.contact_opened_closed_or_switched_vertex | s2.contact_opened_closed_or_switched_vertex
@@ -247,7 +250,8 @@ def add_solved_pair_forces_and_store_trial_history(
             1.0 if s1.has_velocity_against_assumed_slip | s2.has_velocity_against_assumed_slip
             else old.has_velocity_against_assumed_slip,
             1.0 if slide else old.pair_slides_on_both_points,
-            1.0 if s1.has_friction_reversal | s2.has_friction_reversal else old.has_friction_reversal,
+            1.0 if s1.friction_sign_changed_in_step | s2.friction_sign_changed_in_step
+            else old.friction_sign_changed_in_step,
         ))  # fmt: skip
 
 
@@ -267,11 +271,11 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
         )
         pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
-            step.predicted_stretch_and_friction_at_point_1.signed_friction_coefficient,
+            step.predicted_stretch_and_friction_at_point_1.signed_friction_coefficient_or_zero_if_sticking,
             pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j],
         )
         pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
-            step.predicted_stretch_and_friction_at_point_2.signed_friction_coefficient,
+            step.predicted_stretch_and_friction_at_point_2.signed_friction_coefficient_or_zero_if_sticking,
             pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j],
         )

@@ -79,9 +79,10 @@ def transfer_contact_history_to_new_faces(
             old.normal_force * old_z - old.tangential_force * old_x,
         )
         inner = (
-            vertices.first_vertex_of_face_a.position_along_face <= pair.nearest_face_of_b.end_along_tangent
+            vertices.first_vertex_of_face_a.position_along_opposite_face <= pair.nearest_face_of_b.end_along_tangent
             if target == 0
-            else vertices.second_vertex_of_face_a.position_along_face >= pair.nearest_face_of_b.start_along_tangent
+            else vertices.second_vertex_of_face_a.position_along_opposite_face
+            >= pair.nearest_face_of_b.start_along_tangent
         )
         new_x, new_z = normal_force_direction_on_element_a(
             pose_a, pose_b, pair.nearest_face_of_a, pair.nearest_face_of_b, inner

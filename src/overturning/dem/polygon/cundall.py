@@ -75,7 +75,7 @@ def planar_contact_point_result_of_cundall_step(
     n = n if contact_point.is_in_contact & (lands_flat_slides_and_signed_friction[0] | (n > 0.0)) else 0.0
     drag = fade * contact_point.slip_of_a_in_step
     stretch = trial_tangential_spring_stretch(
-        point_history, contact_point, contact_segment, contact_law.tangential_compliance, drag
+        point_history, contact_point, contact_segment, contact_law.tangential_compliance_or_zero_without_spring, drag
     )
     t = -(contact_law.tangential_stiffness * stretch) - drag
     # The spring of a slipping point is shortened to the force that friction can hold.
@@ -83,7 +83,9 @@ def planar_contact_point_result_of_cundall_step(
     force, holds, slips = friction_force_and_its_limit_and_slip_flag(
         t, n, contact_law, (held & contact_point.is_in_contact, drifts, drift)
     )
-    spring = clamp_magnitude(stretch, holds * contact_law.tangential_compliance) if slips else stretch
+    spring = (
+        clamp_magnitude(stretch, holds * contact_law.tangential_compliance_or_zero_without_spring) if slips else stretch
+    )
     return PlanarContactPointResult(
         PlanarContactPointForce(n, force, spring),
         contact_point.penetration,

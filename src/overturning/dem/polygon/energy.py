@@ -86,7 +86,7 @@ def energy_transferred_to_contacts_in_last_half_step(case_states: Any, lane: int
                 contact_vertex_position(memory, end, history.previous_vertex_positions),
                 contact_vertex_position(memory, end, later),
             )
-            slip = old.position_along_face - new.position_along_face
+            slip = old.position_along_opposite_face - new.position_along_opposite_face
             slip = -slip if memory.contact_vertex_status_code == CONTACT_VERTEX_IS_OF_B else slip
             work += 0.5 * (memory.normal_force * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

@@ -109,20 +109,22 @@ def add_pair_contact_matrix_to_equation_submatrices(
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
     m = pair_matrix
     xx, xz, zx, zz = (
-        m.force_x_per_velocity_x, m.force_x_per_velocity_z, m.force_z_per_velocity_x, m.force_z_per_velocity_z,
+        m.force_on_a_x_per_relative_velocity_x, m.force_on_a_x_per_relative_velocity_z,
+        m.force_on_a_z_per_relative_velocity_x, m.force_on_a_z_per_relative_velocity_z,
     )  # fmt: skip
     xa, za, xb, zb = (
-        m.force_x_per_angular_velocity_a, m.force_z_per_angular_velocity_a,
-        m.force_x_per_angular_velocity_b, m.force_z_per_angular_velocity_b,
+        m.force_on_a_x_per_angular_velocity_a, m.force_on_a_z_per_angular_velocity_a,
+        m.force_on_a_x_per_negated_angular_velocity_b, m.force_on_a_z_per_negated_angular_velocity_b,
     )  # fmt: skip
     ax, az, bx, bz = (
-        m.moment_a_per_velocity_x, m.moment_a_per_velocity_z, m.moment_on_b_per_relative_velocity_x,
+        m.moment_on_a_per_relative_velocity_x, m.moment_on_a_per_relative_velocity_z,
+        m.moment_on_b_per_relative_velocity_x,
         m.moment_on_b_per_relative_velocity_z,
     )  # fmt: skip
-    aa = EquationSubmatrix(xx, xz, xa, zx, zz, za, ax, az, m.moment_a_per_angular_velocity_a)
-    ab = EquationSubmatrix(xx, xz, xb, zx, zz, zb, ax, az, m.moment_a_per_angular_velocity_b)
-    ba = EquationSubmatrix(xx, xz, xa, zx, zz, za, bx, bz, m.moment_b_per_angular_velocity_a)
-    bb = EquationSubmatrix(xx, xz, xb, zx, zz, zb, bx, bz, m.moment_b_per_angular_velocity_b)
+    aa = EquationSubmatrix(xx, xz, xa, zx, zz, za, ax, az, m.moment_on_a_per_angular_velocity_a)
+    ab = EquationSubmatrix(xx, xz, xb, zx, zz, zb, ax, az, m.moment_on_a_per_negated_angular_velocity_b)
+    ba = EquationSubmatrix(xx, xz, xa, zx, zz, za, bx, bz, m.moment_on_b_per_angular_velocity_a)
+    bb = EquationSubmatrix(xx, xz, xb, zx, zz, zb, bx, bz, m.moment_on_b_per_negated_angular_velocity_b)
     subtract_terms_from_submatrix(
         pair_equation_submatrices.force_on_a_by_velocity_of_a,
         lane,

@@ -182,7 +182,7 @@ def locate_vertex_of_a_at_face_of_b(
     return VertexPositionAndLeverArms(
         seen,
         previous_step_position.depth,
-        previous_step_position.position_along_face - place,
+        previous_step_position.position_along_opposite_face - place,
         LeverArmsAboutElementCentre(own_t, own_n),
         LeverArmsAboutElementCentre(place, height),
     )
@@ -212,7 +212,7 @@ def locate_vertex_of_b_at_face_of_a(
     return VertexPositionAndLeverArms(
         seen,
         previous_step_position.depth,
-        place - previous_step_position.position_along_face,
+        place - previous_step_position.position_along_opposite_face,
         LeverArmsAboutElementCentre(place, height),
         LeverArmsAboutElementCentre(own_t, own_n),
     )
@@ -322,17 +322,24 @@ def find_contact_segment_open_unless_may_touch(
     low = pair.nearest_face_of_b.start_along_tangent
     high = pair.nearest_face_of_b.end_along_tangent
     to = pair.contact_vertex_ranges
-    mine_1, mine_2 = a1.position_at_face.position_along_face <= high, a2.position_at_face.position_along_face >= low
-    top, bottom = -pair.nearest_face_of_a.start_along_tangent, -pair.nearest_face_of_a.end_along_tangent
-    in_1 = (mine_1 & (a1.position_at_face.position_along_face >= to.min_contact_coordinate_of_first_vertex_of_a)) | (
-        (not mine_1)
-        & (b2.position_at_face.position_along_face >= to.min_contact_coordinate_of_second_vertex_of_b)
-        & (b2.position_at_face.position_along_face <= top)
+    mine_1, mine_2 = (
+        a1.position_at_face.position_along_opposite_face <= high,
+        a2.position_at_face.position_along_opposite_face >= low,
     )
-    in_2 = (mine_2 & (a2.position_at_face.position_along_face <= to.max_contact_coordinate_of_second_vertex_of_a)) | (
+    top, bottom = -pair.nearest_face_of_a.start_along_tangent, -pair.nearest_face_of_a.end_along_tangent
+    in_1 = (
+        mine_1 & (a1.position_at_face.position_along_opposite_face >= to.min_contact_coordinate_of_first_vertex_of_a)
+    ) | (
+        (not mine_1)
+        & (b2.position_at_face.position_along_opposite_face >= to.min_contact_coordinate_of_second_vertex_of_b)
+        & (b2.position_at_face.position_along_opposite_face <= top)
+    )
+    in_2 = (
+        mine_2 & (a2.position_at_face.position_along_opposite_face <= to.max_contact_coordinate_of_second_vertex_of_a)
+    ) | (
         (not mine_2)
-        & (b1.position_at_face.position_along_face >= bottom)
-        & (b1.position_at_face.position_along_face <= to.max_contact_coordinate_of_first_vertex_of_b)
+        & (b1.position_at_face.position_along_opposite_face >= bottom)
+        & (b1.position_at_face.position_along_opposite_face <= to.max_contact_coordinate_of_first_vertex_of_b)
     )
     one = build_planar_contact_point(mine_1, in_1 & elements_may_touch, f, a1, b2)
     two = build_planar_contact_point(mine_2, in_2 & elements_may_touch, f, a2, b1)

@@ -70,7 +70,7 @@ def pair_lands_flat(
         contact_law, pair_history.point_1, contact_segment.point_1, pair_motion_and_inertia
     )
     return (
-        (contact_law.flat_landing_duration > 0.0)
+        (contact_law.prescribed_flat_landing_duration > 0.0)
         & one
         & contact_point_lands_in_this_impact(
             contact_law, pair_history.point_2, contact_segment.point_2, pair_motion_and_inertia

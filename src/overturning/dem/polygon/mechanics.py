@@ -67,7 +67,7 @@ class PredictedStretchAndAssumedFriction(NamedTuple):
 
     tangential_spring_stretch: float
     """Predicted stretch of the tangential spring, m."""
-    signed_friction_coefficient: float
+    signed_friction_coefficient_or_zero_if_sticking: float
     """±μ if the point is assumed to slide, else 0."""
 
 
@@ -91,22 +91,22 @@ class PairVelocityToForceMatrix(NamedTuple):
     on b. Velocities of b count with the opposite sign.
     """
 
-    force_x_per_velocity_x: float
-    force_x_per_velocity_z: float
-    force_z_per_velocity_x: float
-    force_z_per_velocity_z: float
-    force_x_per_angular_velocity_a: float
-    force_z_per_angular_velocity_a: float
-    force_x_per_angular_velocity_b: float
-    force_z_per_angular_velocity_b: float
-    moment_a_per_velocity_x: float
-    moment_a_per_velocity_z: float
+    force_on_a_x_per_relative_velocity_x: float
+    force_on_a_x_per_relative_velocity_z: float
+    force_on_a_z_per_relative_velocity_x: float
+    force_on_a_z_per_relative_velocity_z: float
+    force_on_a_x_per_angular_velocity_a: float
+    force_on_a_z_per_angular_velocity_a: float
+    force_on_a_x_per_negated_angular_velocity_b: float
+    force_on_a_z_per_negated_angular_velocity_b: float
+    moment_on_a_per_relative_velocity_x: float
+    moment_on_a_per_relative_velocity_z: float
     moment_on_b_per_relative_velocity_x: float
     moment_on_b_per_relative_velocity_z: float
-    moment_a_per_angular_velocity_a: float
-    moment_a_per_angular_velocity_b: float
-    moment_b_per_angular_velocity_a: float
-    moment_b_per_angular_velocity_b: float
+    moment_on_a_per_angular_velocity_a: float
+    moment_on_a_per_negated_angular_velocity_b: float
+    moment_on_b_per_angular_velocity_a: float
+    moment_on_b_per_negated_angular_velocity_b: float
 
 
 @njit(**INLINE_OPTIONS)
@@ -172,7 +172,7 @@ def trial_tangential_spring_stretch(
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
-    tangential_compliance: float,
+    tangential_compliance_or_zero_without_spring: float,
     dashpot_force_opposing_slip: float,
 ) -> float:
     """Return the stretch (m) of the tangential spring at a contact point of two elements, before friction limits it.
@@ -190,7 +190,7 @@ def trial_tangential_spring_stretch(
         if point_history.contact_vertex_status_code == CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES
         else share
     )
-    equivalent = -(share + dashpot_force_opposing_slip) * tangential_compliance
+    equivalent = -(share + dashpot_force_opposing_slip) * tangential_compliance_or_zero_without_spring
     stretch = (
         point_history.tangential_spring_stretch + contact_point.slip_of_a_in_step
         if point_history.contact_vertex_status_code == carrier
@@ -330,7 +330,7 @@ def contact_point_history_after_step(
     contact.
     """
     begun = (
-        contact_law.flat_landing_duration
+        contact_law.prescribed_flat_landing_duration
         if other_point_history.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
         else other_point_history.remaining_flat_landing_time - step_duration
     )

@@ -64,7 +64,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     model: PlanarModel
     scheme: IntegrationScheme
-    scene_variants: list[PreparedScene]  # the scene at each size
+    prepared_scenes_by_size_and_damping: list[PreparedScene]  # the scene at each size
     scene_variant_index_by_case: NDArray[np.int64]  # shape (n,): index of each case's variant
     rocking_groups_immovable_from_sample: FloatArray  # see `SceneKernelInput`
     scene_arrays: t.SceneArrays
@@ -102,13 +102,15 @@ class PolygonSimulationPlan(SimulationPlan):
             result_tables["each"],
             self.scene_variant_index_by_case[case_numbers],
         )
-        edge = np.array([item.slip_distance_to_ground_edge_by_element for item in self.scene_variants])[variant]
+        edge = np.array(
+            [item.slip_distance_to_ground_edge_by_element for item in self.prepared_scenes_by_size_and_damping]
+        )[variant]
         off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == CaseStatus.SIMULATED)
         out["status"][off_the_edge] = CaseStatus.UNSTABLE
-        every["peak_rotation"] /= np.stack([item.tipping_angles_or_one_degree_in_rad for item in self.scene_variants])[
-            variant
-        ]
-        free = self.scene_variants[0].free_element_indices
+        every["peak_rotation"] /= np.stack(
+            [item.tipping_angles_or_one_degree_in_rad for item in self.prepared_scenes_by_size_and_damping]
+        )[variant]
+        free = self.prepared_scenes_by_size_and_damping[0].free_element_indices
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
@@ -116,8 +118,13 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return a trajectory array of zeros, shape (rows, columns); without rows if no trajectory `is_recorded`."""
         if not is_recorded:
             return np.zeros((0, 0))
-        last = int(max(self.case_table[0]["end_sample_if_undecided"], self.case_table[0]["earliest_end_sample"]))
-        rows, columns = last - int(self.first_simulated_sample[0]) + 3, count_trajectory_columns(self.scene_variants[0])
+        last = int(
+            max(self.case_table[0]["end_sample_if_undecided"], self.case_table[0]["earliest_end_sample_if_decided"])
+        )
+        rows, columns = (
+            last - int(self.first_simulated_sample[0]) + 3,
+            count_trajectory_columns(self.prepared_scenes_by_size_and_damping[0]),
+        )
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
@@ -132,12 +139,12 @@ class PolygonSimulationPlan(SimulationPlan):
         The trajectory is returned unchanged if the longer computation takes other steps.
         """
         interval, table = self.motion.sampling_interval, self.case_table.copy()
-        table["earliest_end_sample"] = np.ceil((trajectory_rows[-1, TIME_COLUMN] + added_time_s) / interval)
+        table["earliest_end_sample_if_decided"] = np.ceil((trajectory_rows[-1, TIME_COLUMN] + added_time_s) / interval)
         plan = replace(self, case_table=table)
         _, longer = plan.simulate_cases_of_group(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
-        poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.scene_variants[0].elements))
+        poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.prepared_scenes_by_size_and_damping[0].elements))
         same = len(longer) > len(trajectory_rows) and np.array_equal(
             longer[: len(trajectory_rows), poses], trajectory_rows[:, poses]
         )
@@ -145,7 +152,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     def trajectory_rows_at_rest(self, sample_count: int) -> FloatArray:
         """Return trajectory rows with the scene at rest, one for each of the first `sample_count` samples."""
-        prepared = self.scene_variants[0]
+        prepared = self.prepared_scenes_by_size_and_damping[0]
         rest, poses_end = (
             np.zeros((sample_count, count_trajectory_columns(prepared))),
             2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(prepared.elements),
@@ -162,7 +169,7 @@ class PolygonSimulationPlan(SimulationPlan):
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> PlanarSceneTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `PlanarSceneTrajectory`."""
-        return planar_trajectory_of_scene(self.scene_variants[0], trajectory_rows)
+        return planar_trajectory_of_scene(self.prepared_scenes_by_size_and_damping[0], trajectory_rows)
 
 
 def plan_scene_simulation(
@@ -189,7 +196,7 @@ def plan_scene_simulation(
         np.array([item.half_diagonal_of_scene_height_and_widest_element for item in variants]) / (0.75 * scene.gravity)
     )[variant]
     table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
-    table["amplitude_factor"], table["dashpot_factor"] = cases.amplitude, cases.damping_factor
+    table["amplitude_factor"], table["dashpot_coefficient_multiplier"] = cases.amplitude, cases.damping_factor
     table["friction_coefficient_if_law_has_none"] = cases.friction
     table["cannot_start_moving_from_sample"] = np.inf
     table["end_sample_if_undecided"] = motion.sample_count + np.ceil(
@@ -200,7 +207,7 @@ def plan_scene_simulation(
     table["steps_before_doubling_after_contact_change"] = np.round(
         SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
     )[variant]
-    table["longest_step_at_rest_ticks"] = SCENE_STEP_CONTROL.ticks_per_whole_step
+    table["longest_step_with_all_contacts_closed_ticks"] = SCENE_STEP_CONTROL.ticks_per_whole_step
     table["long_steps_before_doubling"] = SCENE_STEP_CONTROL.long_steps_before_doubling
     first, stays_at_rest = np.zeros(cases.case_count, np.int64), np.zeros(cases.case_count, np.bool_)
     group_count = len(variants[0].lowest_and_last_element_index_by_rocking_group)
@@ -229,14 +236,14 @@ def plan_scene_simulation(
         base_accelerations=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
         first_simulated_sample=first, stays_at_rest=stays_at_rest,
         has_too_soft_contacts=np.array([item.has_too_soft_contacts_or_invalid_placement for item in variants])[variant],
-        scene_variants=variants, scene_variant_index_by_case=variant,
+        prepared_scenes_by_size_and_damping=variants, scene_variant_index_by_case=variant,
         case_table=table, rocking_groups_immovable_from_sample=groups_immovable_from,
         scene_arrays=t.build_scene_arrays(variants),
     )  # fmt: skip
 
 
 def _samples_from_which_rocking_element_groups_stay_at_rest(
-    scene_variants: list[PreparedScene],
+    prepared_scenes_by_size_and_damping: list[PreparedScene],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
     find_motion_ranges_for_onset_acceleration_g: Callable[
@@ -251,14 +258,20 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
     friction = np.asarray(cases.friction)
     # An element that starts to slide may slide off its support.
     grip = np.zeros(cases.case_count)
-    for number, item in enumerate(scene_variants):
+    for number, item in enumerate(prepared_scenes_by_size_and_damping):
         of_variant = scene_variant_index_by_case == number
         grip[of_variant] = item.sliding_onset_acceleration_g(friction[of_variant])
-    groups = scene_variants[0].lowest_and_last_element_index_by_rocking_group
+    groups = prepared_scenes_by_size_and_damping[0].lowest_and_last_element_index_by_rocking_group
     samples = np.zeros((cases.case_count, len(groups)))
-    alike = all(np.array_equal(item.lowest_and_last_element_index_by_rocking_group, groups) for item in scene_variants)
+    alike = all(
+        np.array_equal(item.lowest_and_last_element_index_by_rocking_group, groups)
+        for item in prepared_scenes_by_size_and_damping
+    )
     for group in range(len(groups)):
-        uplift = [item.rocking_onset_acceleration_g_by_group[group] if alike else 0.0 for item in scene_variants]
+        uplift = [
+            item.rocking_onset_acceleration_g_by_group[group] if alike else 0.0
+            for item in prepared_scenes_by_size_and_damping
+        ]
         safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[scene_variant_index_by_case]
         samples[:, group] = find_motion_ranges_for_onset_acceleration_g(
             np.minimum(safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
@@ -267,7 +280,7 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
 
 
 def _rest_acceleration_limits_g_of_cases(
-    scene_variants: list[PreparedScene],
+    prepared_scenes_by_size_and_damping: list[PreparedScene],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
     motion_onset_acceleration_g_by_case: FloatArray,
@@ -275,10 +288,10 @@ def _rest_acceleration_limits_g_of_cases(
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
     lifts, slowest = (
-        np.array([getattr(item, name) for item in scene_variants])
+        np.array([getattr(item, name) for item in prepared_scenes_by_size_and_damping])
         for name in ("no_rocking_below_acceleration_g", "min_omega_squared_on_springs")
     )
-    laws = [item.pair_contact_laws for item in scene_variants]
+    laws = [item.pair_contact_laws for item in prepared_scenes_by_size_and_damping]
     delay = np.array(
         [np.min(one.dashpot_coefficient / np.maximum(one.normal_stiffness, one.tangential_stiffness)) for one in laws]
     )[scene_variant_index_by_case]
@@ -344,9 +357,11 @@ def steps_per_sample_shortest_step_auto_to_requested_ratio(
     return steps, np.ldexp(SCENE_STEP_CONTROL.ticks_per_whole_step, -halvings), steps / fewest
 
 
-def _check_stiffness_limit_and_equal_pairs(scene: Scene, scene_variants: list[PreparedScene]) -> None:
+def _check_stiffness_limit_and_equal_pairs(
+    scene: Scene, prepared_scenes_by_size_and_damping: list[PreparedScene]
+) -> None:
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
-    for item in scene_variants:
+    for item in prepared_scenes_by_size_and_damping:
         # Check as for a block as high as the scene. A contact that carries a trace of the weight is made for more.
         loaded = item.pair_contact_laws.carried_weight_at_rest > 0.0
         penetrations = item.pair_contact_laws.gravity_load_for_contact_stiffness[loaded] / (
@@ -357,7 +372,7 @@ def _check_stiffness_limit_and_equal_pairs(scene: Scene, scene_variants: list[Pr
         )
     alike = {
         (tuple(item.pairs), tuple(item.support_element_indices.tolist()), tuple(item.piece_vertex_counts))
-        for item in scene_variants
+        for item in prepared_scenes_by_size_and_damping
     }
     if len(alike) != 1:
         raise ArgumentError(

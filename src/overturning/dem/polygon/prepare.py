@@ -70,7 +70,9 @@ class PreparedScene:
     @property
     def piece_vertex_counts(self) -> list[int]:
         """Number of vertices of each convex piece, in the order of the elements."""
-        return [len(part.vertices_from_centroid) for item in self.elements for part in item.shape.convex_parts]
+        return [
+            len(part.vertices_from_whole_polygon_centroid) for item in self.elements for part in item.shape.convex_parts
+        ]
 
     @property
     def tipping_angles(self) -> FloatArray:
@@ -119,7 +121,7 @@ class PreparedScene:
     @property
     def shortest_rocking_time_constant(self) -> float:
         """Time constant 1/p of the element that rocks fastest, s: p = √(3g/4R), R its largest vertex distance."""
-        outlines = [self.elements[k].shape.vertices_from_centroid for k in self.free_element_indices]
+        outlines = [self.elements[k].shape.vertices_from_whole_polygon_centroid for k in self.free_element_indices]
         square = min(float((outline**2).sum(axis=1).max()) for outline in outlines)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 

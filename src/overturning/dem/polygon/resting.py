@@ -209,7 +209,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         if elements[i].is_free == 0.0:
             continue
         height = abs(item.rest_position.base_point_z_in_element_axes)
-        tilt, slip = abs(item.pose.angle), abs(item.slip_fall_side_and_last_upright_time.slip_on_support)
+        tilt, slip = abs(item.pose.angle), abs(item.slip_fall_side_and_last_upright_time.current_slip_on_support)
         if (
             item.slip_fall_side_and_last_upright_time.fall_side != 0.0
             or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle

@@ -124,7 +124,8 @@ _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
 # Rows that are accessed singly.
 _SINGLY_ACCESSED_CASE_FIELD_PATHS = (
     "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
-    "interval_index_of_last_case_end_test slide_end.end_sample_while_sliding_or_zero_if_unknown "
+    "interval_index_of_last_case_end_test "
+    "latest_case_end_while_still_sliding.end_sample_while_sliding_or_zero_if_unknown "
     "current_step_length_and_repetitions.length_in_ticks "
     "contact_changes.contact_or_nearest_faces_changed step_acceptance.is_rejected"
 )

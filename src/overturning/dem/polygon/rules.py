@@ -97,11 +97,11 @@ class ParallelScenesWorkspace(NamedTuple):
     """Rows of all lanes: a view of `array_that_owns_state_memory` without reference count."""
     array_that_owns_state_memory: Any
     """Array that owns the memory of `state`."""
-    equation_matrix: Any
+    motion_equation_submatrices: Any
     """Submatrices of the equations."""
     nonzero_pattern: Any
     """Nonzero pattern of the matrix."""
-    active_pairs: Any
+    pair_contact_test_schedule: Any
     """`PairContactTestSchedule`: pairs tested for contact at each step, and motions at which the distant ones are
     tested again."""
     moves_relative_to_base: Any
@@ -177,7 +177,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
         kernel_input.scene_variant_index_by_case[case_index],
     )
     ticks, interval = kernel_input.settings.ticks_per_sample, kernel_input.settings.sampling_interval
-    resume_contact_tests_after_motion(state, scene, workspace.active_pairs, np.inf)
+    resume_contact_tests_after_motion(state, scene, workspace.pair_contact_test_schedule, np.inf)
     for row in range(scene.initial_state_by_scene_variant.shape[1]):
         state[row * rows.PARALLEL_CASE_COUNT + lane] = scene.initial_state_by_scene_variant[v, row]
     write_initial_case_state(
@@ -272,11 +272,11 @@ def attempt_steps_until_next_check(
     ticks = settings.ticks_per_sample
     # Without reference counts, which every step would update.
     matrix, pattern, moves = (
-        view_without_reference_counts(workspace.equation_matrix),
+        view_without_reference_counts(workspace.motion_equation_submatrices),
         view_without_reference_counts(workspace.nonzero_pattern),
         view_without_reference_counts(workspace.moves_relative_to_base),
     )
-    pairs = view_without_reference_counts(workspace.active_pairs)
+    pairs = view_without_reference_counts(workspace.pair_contact_test_schedule)
     with_forces = (
         first_case_trajectory_rows.shape[0] > 0
         and first_case_trajectory_rows.shape[1] > 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * elements
@@ -378,7 +378,8 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     )
     kept = (
         status == CaseStatus.SIMULATED
-        and workspace.state[rows.CURRENT_SAMPLE_ROW + lane] < kernel_input.cases[case_index].earliest_end_sample
+        and workspace.state[rows.CURRENT_SAMPLE_ROW + lane]
+        < kernel_input.cases[case_index].earliest_end_sample_if_decided
     )
     return CASE_NOT_ENDED if kept else status
 

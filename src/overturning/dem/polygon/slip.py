@@ -135,7 +135,7 @@ def update_rest_poses_slips_and_sample_clock(
             )
     for i in range(limits.size):
         if limits[i].is_free > 0.0:
-            on = rows.slice_element_rows(case_states, int(limits[i].support_element_index))
+            on = rows.slice_element_rows(case_states, int(limits[i].first_support_or_own_element_index))
             store_slip_and_last_time_rotation_recoverable(
                 rows.slice_element_rows(case_states, i), on, case_states, 1.0 / ticks_per_sample, sampling_interval
             )

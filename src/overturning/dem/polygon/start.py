@@ -43,9 +43,9 @@ def write_initial_case_state(
     first = NextStepToAttempt(
         case_parameter_row.min_allowed_step_ticks, case_parameter_row.steps_before_doubling_after_contact_change, 0.0
     )
-    step_control = CaseStepLengthsAndDoublingCounts(
+    case_step_length_settings = CaseStepLengthsAndDoublingCounts(
         case_parameter_row.min_allowed_step_ticks,
-        case_parameter_row.longest_step_at_rest_ticks,
+        case_parameter_row.longest_step_with_all_contacts_closed_ticks,
         case_parameter_row.steps_before_doubling_after_contact_change,
         case_parameter_row.long_steps_before_doubling,
     )
@@ -57,7 +57,7 @@ def write_initial_case_state(
             tick_duration=step,
             ticks_per_second=ticks_per_sample / sampling_interval,
             velocity_lag_behind_pose=velocity_lag_behind_pose_steps * step,
-            step_control=step_control,
+            case_step_length_settings=case_step_length_settings,
             current_step_length_and_repetitions=first,
             contact_changes=rows.zero_contact_changes(),
             step_acceptance=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
@@ -69,7 +69,7 @@ def write_initial_case_state(
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,
             interval_index_of_last_case_end_test=last_check,
-            slide_end=LastSampleOfContinuedSlidingCase(0.0),
+            latest_case_end_while_still_sliding=LastSampleOfContinuedSlidingCase(0.0),
         ),
     )
 
@@ -93,10 +93,11 @@ def write_initial_pair_states(
             if law.friction_coefficient >= 0.0
             else case_parameter_row.friction_coefficient_if_law_has_none
         )
-        dashpot = law.dashpot_coefficient * case_parameter_row.dashpot_factor
+        dashpot = law.dashpot_coefficient * case_parameter_row.dashpot_coefficient_multiplier
         rows.store_contact_law(q, lane, ContactPointConstants(
-            law.normal_stiffness, law.tangential_stiffness, dashpot, friction, law.tangential_compliance,
-            law.flat_landing_duration * dashpot / law.normal_stiffness
+            law.normal_stiffness, law.tangential_stiffness, dashpot, friction,
+            law.tangential_compliance_or_zero_without_spring,
+            law.prescribed_flat_landing_duration * dashpot / law.normal_stiffness
         ))  # fmt: skip
         update_nearest_faces_and_contact_history(
             q,

@@ -27,7 +27,7 @@ class StepContactChangesAsFloats(NamedTuple):
     has_velocity_against_assumed_slip: float
     pair_slides_on_both_points: float
     """A pair of elements slides on both of its contact points."""
-    has_friction_reversal: float
+    friction_sign_changed_in_step: float
 
 
 class StepDecisionAndNextAttempt(NamedTuple):
@@ -51,7 +51,7 @@ class SceneStateAndConstants(NamedTuple):
     """Ticks per second, 1/s."""
     velocity_lag_behind_pose: float
     """Time by which velocities lag behind poses, s."""
-    step_control: CaseStepLengthsAndDoublingCounts
+    case_step_length_settings: CaseStepLengthsAndDoublingCounts
     current_step_length_and_repetitions: NextStepToAttempt
     """Length of the present step, and its number of repetitions."""
     contact_changes: StepContactChangesAsFloats
@@ -74,7 +74,7 @@ class SceneStateAndConstants(NamedTuple):
     """Index of the variant of the scene (one size and damping)."""
     interval_index_of_last_case_end_test: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
-    slide_end: LastSampleOfContinuedSlidingCase
+    latest_case_end_while_still_sliding: LastSampleOfContinuedSlidingCase
 
 
 class Pose(NamedTuple):
@@ -158,7 +158,7 @@ class ElementSlipFallSideAndLastUprightTime(NamedTuple):
     """Side to which the element has fallen, ±1; 0 if it stands."""
     peak_slip_on_support: float
     """Largest absolute slip, m."""
-    slip_on_support: float
+    current_slip_on_support: float
     """Current slip on the supporting element, m."""
 
 
@@ -238,9 +238,9 @@ class ContactPointConstants(NamedTuple):
     """Coefficient h of the dashpots in both directions, N s/m."""
     friction_coefficient: float
     """Coefficient of friction μ; negative if the case sets it."""
-    tangential_compliance: float
+    tangential_compliance_or_zero_without_spring: float
     """1/K_s, m/N; 0 without tangential stiffness."""
-    flat_landing_duration: float
+    prescribed_flat_landing_duration: float
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
@@ -284,7 +284,7 @@ class VertexPositionAtFace(NamedTuple):
 
     depth: float
     """Depth behind the other face, m; negative in front of it."""
-    position_along_face: float
+    position_along_opposite_face: float
     """Place along the other face, m; b's vertices are measured in the opposite direction."""
 
 

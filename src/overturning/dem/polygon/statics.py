@@ -151,7 +151,7 @@ def _contact_point_displacement_derivatives(
             )
             for row, (ux, uz), direction in (
                 (approach, touching_point.normal_from_second_to_first, -1.0),
-                (slip, touching_point.slip_direction_of_first_element, 1.0),
+                (slip, touching_point.positive_slip_direction_of_first_element, 1.0),
             ):
                 row[number[k]] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
     return approach, slip
@@ -296,7 +296,7 @@ def largest_spring_and_dashpot_eigenvalues(
         for index, pair in enumerate(pairs):
             compliance = 0.0
             for item in (elements[k] for k in pair[:2] if not elements[k].is_driven_or_held):
-                radius = float((item.shape.vertices_from_centroid**2).sum(axis=1).max())
+                radius = float((item.shape.vertices_from_whole_polygon_centroid**2).sum(axis=1).max())
                 compliance += 1.0 / item.mass + radius / item.inertia_about_centre_of_mass
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
         values.append(float(highest))

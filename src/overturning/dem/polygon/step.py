@@ -177,7 +177,7 @@ def contact_changes_in_scene_step(scene_state: SceneStateAndConstants) -> StepCo
     wrong, reverse, back = (
         (findings.has_wrong_slip_assumption > 0.0) & long,
         (findings.has_velocity_against_assumed_slip > 0.0) & long,
-        (findings.has_friction_reversal > 0.0) & long,
+        (findings.friction_sign_changed_in_step > 0.0) & long,
     )
     return StepContactChanges(
         contact_opened_or_closed=findings.contact_or_nearest_faces_changed > 0.0,
@@ -185,7 +185,7 @@ def contact_changes_in_scene_step(scene_state: SceneStateAndConstants) -> StepCo
         may_accept_despite_contact_change=False,
         has_wrong_slip_assumption=wrong,
         has_velocity_against_assumed_slip=reverse,
-        has_friction_reversal=back,
+        friction_sign_changed_in_step=back,
         slides_on_all_points=findings.pair_slides_on_both_points > 0.0,
         all_contacts_are_closed=False,
     )
@@ -201,7 +201,7 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
         )
         again, sooner, then = decide_rejection_and_next_step(
             SCENE_STEP_CONTROL,
-            case.step_control,
+            case.case_step_length_settings,
             case.current_step_length_and_repetitions,
             contact_changes_in_scene_step(case),
             tick,

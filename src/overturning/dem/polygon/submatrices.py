@@ -19,15 +19,15 @@ from overturning.dem.polygon.state import ElementConstants, PlanarMotionOrForce
 class EquationSubmatrix(NamedTuple):
     """3 × 3 submatrix of a step's equations: a row per equation of motion, a column per velocity change."""
 
-    row_x_column_velocity_x: float
-    row_x_column_velocity_z: float
-    row_x_column_angular_velocity: float
-    row_z_column_velocity_x: float
-    row_z_column_velocity_z: float
-    row_z_column_angular_velocity: float
-    row_rotation_column_velocity_x: float
-    row_rotation_column_velocity_z: float
-    row_rotation_column_angular_velocity: float
+    row_x_column_velocity_x_change: float
+    row_x_column_velocity_change_z: float
+    row_x_column_angular_velocity_change: float
+    row_z_column_velocity_x_change: float
+    row_z_column_velocity_z_change: float
+    row_z_column_angular_velocity_change: float
+    row_rotation_column_velocity_x_change: float
+    row_rotation_column_velocity_z_change: float
+    row_rotation_column_angular_velocity_change: float
 
 
 SUBMATRIX_ROW_LAYOUT: Final = TupleRowLayout(rows.PARALLEL_CASE_COUNT, EquationSubmatrix)

@@ -62,9 +62,11 @@ from overturning.dem.stack.state import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 JOINT_SLID_IN_LAST_STEP_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(
-    JointAtStepStartAndEnd, "at_step_start.slid_in_last_step"
+    JointAtStepStartAndEnd, "at_step_start.slid_in_last_step_or_rejected_attempt"
 )
-SLID_AT_STEP_END_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(JointAtStepStartAndEnd, "at_step_end.slid_in_last_step")
+SLID_AT_STEP_END_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(
+    JointAtStepStartAndEnd, "at_step_end.slid_in_last_step_or_rejected_attempt"
+)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -88,7 +90,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             may_accept_despite_contact_change=False,
             has_wrong_slip_assumption=most.has_wrong_slip_assumption > 0.0,
             has_velocity_against_assumed_slip=most.has_friction_opposite_to_assumption > 0.0,
-            has_friction_reversal=most.has_friction_reversal > 0.0,
+            friction_sign_changed_in_step=most.friction_sign_changed_in_step > 0.0,
             slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
             all_contacts_are_closed=steady & (most.some_point_carries_no_load == 0.0) & (most.has_loaded_joint > 0.0),
         )
@@ -159,7 +161,7 @@ def store_stone_and_add_work_if_step_accepted(
             ),
         )
         store_peaks_unless_rejected(stone_rows, j, skip, StonePeakLeanAndLastUprightTick(
-            updated_maximum(peaks.peak_lean_squared_sine, lean),
+            updated_maximum(peaks.peak_lean_as_continued_squared_sine, lean),
             select(
                 lean < constants.critical_lean_squared_sine_on_contact_at_rest, tick, peaks.last_upright_tick_in_sample
             ),
@@ -170,7 +172,7 @@ def store_stone_and_add_work_if_step_accepted(
         if none_unless_lowest_stone is not None:
             account = StackEnergyAccountAndPeakPenetration(
                 account.base_motion_work + half * account.base_motion_power_at_step_end,
-                account.lost_energy
+                account.dissipated_or_removed_energy
                 + (
                     half * (account.dissipated_power_at_step_end + losses.dissipated_power_at_step_end)
                     + losses.lost_spring_energy_in_step
@@ -180,7 +182,8 @@ def store_stone_and_add_work_if_step_accepted(
                 updated_maximum(account.peak_penetration, load_contact_changes(case_rows, j).largest_penetration),
             )
         store_energy_account_unless_rejected(case_rows, j, again, StackEnergyAccountAndPeakPenetration(
-            account.base_motion_work + half * power, account.lost_energy, account.base_motion_power_at_step_end + power,
+            account.base_motion_work + half * power, account.dissipated_or_removed_energy,
+            account.base_motion_power_at_step_end + power,
             account.dissipated_power_at_step_end, account.peak_penetration
         ))  # fmt: skip
 

@@ -92,13 +92,13 @@ def clip_base_side_by_lower_side(
                 load_clipped_side(base_side_rows, j),
                 limit.next_side_distance_from_face_centre
                 - (
-                    limit.next_side_outward_normal_x * a.x_in_joint_frame
-                    + limit.next_side_outward_normal_y * a.y_in_joint_frame
+                    limit.next_side_outward_normal_x * a.x_in_lower_face_frame
+                    + limit.next_side_outward_normal_y * a.y_in_lower_face_frame
                 ),
                 limit.next_side_distance_from_face_centre
                 - (
-                    limit.next_side_outward_normal_x * b.x_in_joint_frame
-                    + limit.next_side_outward_normal_y * b.y_in_joint_frame
+                    limit.next_side_outward_normal_x * b.x_in_lower_face_frame
+                    + limit.next_side_outward_normal_y * b.y_in_lower_face_frame
                 ),
             ),
         )
@@ -113,7 +113,10 @@ def add_clipped_base_side_to_patch_perimeter(
         a, b = load_point_position(base_side_rows, j), load_point_position(next_base_corner_rows, j)
         clip = clipped_side_with_length(
             load_clipped_side(base_side_rows, j),
-            math.sqrt((b.x_in_joint_frame - a.x_in_joint_frame) ** 2 + (b.y_in_joint_frame - a.y_in_joint_frame) ** 2),
+            math.sqrt(
+                (b.x_in_lower_face_frame - a.x_in_lower_face_frame) ** 2
+                + (b.y_in_lower_face_frame - a.y_in_lower_face_frame) ** 2
+            ),
         )
         store_clipped_side(base_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
@@ -138,9 +141,9 @@ def clip_base_sides_and_add_patch_perimeter(
 @njit(**INLINE_OPTIONS)
 def double_signed_triangle_area(a: ContactPointPosition, b: ContactPointPosition, x: float, y: float) -> float:
     """Return twice the area (m²) of the triangle a, b, (x, y): positive if (x, y) lies to the left of side a–b."""
-    return (b.x_in_joint_frame - a.x_in_joint_frame) * (y - a.y_in_joint_frame) - (
-        b.y_in_joint_frame - a.y_in_joint_frame
-    ) * (x - a.x_in_joint_frame)
+    return (b.x_in_lower_face_frame - a.x_in_lower_face_frame) * (y - a.y_in_lower_face_frame) - (
+        b.y_in_lower_face_frame - a.y_in_lower_face_frame
+    ) * (x - a.x_in_lower_face_frame)
 
 
 @njit(**INLINE_OPTIONS)
@@ -152,8 +155,8 @@ def contact_normal_slope_at_crossing_sides(
     The normal is perpendicular to both sides; the slope is that across the side of the lower face.
     """
     across = lower_side_start_corner.next_side_outward_normal_x * (
-        b.x_in_joint_frame - a.x_in_joint_frame
-    ) + lower_side_start_corner.next_side_outward_normal_y * (b.y_in_joint_frame - a.y_in_joint_frame)
+        b.x_in_lower_face_frame - a.x_in_lower_face_frame
+    ) + lower_side_start_corner.next_side_outward_normal_y * (b.y_in_lower_face_frame - a.y_in_lower_face_frame)
     slope = (a.upper_base_height_above_lower_face - b.upper_base_height_above_lower_face) / (
         across if across != 0.0 else 1.0
     )
@@ -187,16 +190,17 @@ def clip_lower_side_and_update_overhang(
         )
         slope = contact_normal_slope_at_crossing_sides(c, a, b)
         beyond = (
-            c.next_side_outward_normal_x * a.x_in_joint_frame + c.next_side_outward_normal_y * a.y_in_joint_frame
+            c.next_side_outward_normal_x * a.x_in_lower_face_frame
+            + c.next_side_outward_normal_y * a.y_in_lower_face_frame
         ) - c.next_side_distance_from_face_centre
         store_clipped_side(lower_side_rows, j, new)
         store_base_overhang(
             lower_side_rows,
             j,
             BaseOverhangAndContactNormalSlopesAtSide(
-                max_base_corner_overhang=beyond
-                if beyond > rim.max_base_corner_overhang
-                else rim.max_base_corner_overhang,
+                max_base_corner_distance_beyond_side=beyond
+                if beyond > rim.max_base_corner_distance_beyond_side
+                else rim.max_base_corner_distance_beyond_side,
                 contact_normal_slope_at_clipped_side_start=slope
                 if new.begin_side_fraction > old.begin_side_fraction
                 else rim.contact_normal_slope_at_clipped_side_start,

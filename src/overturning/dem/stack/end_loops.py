@@ -152,7 +152,7 @@ def store_point_state_and_add_normal_force_to_joint(
                 remaining_landing_time_of_new_contact(joint, landing),
                 point_contact_is_deferred(joint, landing, place, old,
                 frame.smallest_distance_of_base_corners_inside_rim),
-                landing.shortest_flat_landing_time_left_of_points < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
+                landing.shortest_remaining_impact_time_in_flat_landing < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
             ),
         )  # fmt: skip
         store_point_state_at_step_end(point_rows, j, new)
@@ -171,8 +171,8 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, l
         place = load_point_position(point_rows, j)
         new = load_point_state_at_step_end(point_rows, j)
         one = 1.0 / (total.normal_force if total.normal_force > 0.0 else 1.0)
-        x = place.x_in_joint_frame - total.normal_force_times_x * one
-        y = place.y_in_joint_frame - total.normal_force_times_y * one
+        x = place.x_in_lower_face_frame - total.normal_force_times_x * one
+        y = place.y_in_lower_face_frame - total.normal_force_times_y * one
         arm = (
             load_sum_of_normal_force_times_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre
             + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)

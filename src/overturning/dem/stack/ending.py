@@ -95,7 +95,7 @@ def stone_state_sum_for_finite_check(state: StoneState) -> float:
 def stone_kinetic_energy(stone_constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
     spin = angular_velocity_from_momentum(
-        stone_constants.inverse_of_inertia_per_mass, rotation_matrix(state.rotation), state.angular_momentum_per_mass
+        stone_constants.mass_over_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
     )
     return float(
         0.5
@@ -270,7 +270,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
         lane,
         StackEnergyAccountAndPeakPenetration(
             account.base_motion_work,
-            account.lost_energy + gone,
+            account.dissipated_or_removed_energy + gone,
             account.base_motion_power_at_step_end,
             account.dissipated_power_at_step_end,
             account.peak_penetration,
@@ -399,7 +399,7 @@ def write_stack_results(
     """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
     account, course = load_energy_account(stack_states, lane), load_case_progress(stack_states, lane)
     energy = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
-    balance = (energy - course.initial_energy) - account.base_motion_work + account.lost_energy
+    balance = (energy - course.initial_energy) - account.base_motion_work + account.dissipated_or_removed_energy
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.energy_needed_to_overturn)
     result_row.peak_penetration = account.peak_penetration
     below, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -413,8 +413,9 @@ def write_stack_results(
         stone_result_rows[s].fallen = 1.0 if fallen else 0.0
         stone_result_rows[s].slid_off_support = outcome.slid_off_support
         stone_result_rows[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan
-        stone_result_rows[s].peak_lean_squared_sine = max(
-            load_peaks(rows, lane).peak_lean_squared_sine, squared_sine_of_lean_continued_beyond_90_deg(own)
+        stone_result_rows[s].peak_lean_as_continued_squared_sine = max(
+            load_peaks(rows, lane).peak_lean_as_continued_squared_sine,
+            squared_sine_of_lean_continued_beyond_90_deg(own),
         )
         place, turn = pose_relative_to_stone_below(stone, below, axes)
         stone_result_rows[s].slip_x_on_support_at_end, stone_result_rows[s].slip_y_on_support_at_end = (

@@ -86,13 +86,13 @@ def slip_velocity_at_contact(
     relative_angular_velocity: Vector3,
     friction_application_point_x: float,
     friction_application_point_y: float,
-    mean_force_distance_from_pressure_centre: float,
+    mean_distance_of_forces_from_pressure_centre: float,
 ) -> TangentialVectorWithScaledTwist:
     """Return the slip velocity (x, y, twist), m/s, of the upper stone on the lower one at a point of the contact."""
     return TangentialVectorWithScaledTwist(
         relative_velocity_at_origin.x - relative_angular_velocity.z * friction_application_point_y,
         relative_velocity_at_origin.y + relative_angular_velocity.z * friction_application_point_x,
-        mean_force_distance_from_pressure_centre * relative_angular_velocity.z,
+        mean_distance_of_forces_from_pressure_centre * relative_angular_velocity.z,
     )
 
 
@@ -125,7 +125,7 @@ def predict_friction(
     one = 1.0 / (sums.normal_force if loaded else 1.0)
     cx = previous.pressure_centre_x if was else (sums.normal_force_times_x * one if loaded else 0.0)
     cy = previous.pressure_centre_y if was else (sums.normal_force_times_y * one if loaded else 0.0)
-    spin, arm = frame.angular_velocity, previous.mean_force_distance_from_pressure_centre
+    spin, arm = frame.angular_velocity, previous.mean_distance_of_forces_from_pressure_centre
     velocity = slip_velocity_at_contact(frame.velocity_at_origin, spin, cx, cy, arm)
     stretch = scale_tangent_twist_vector(
         1.0 if was else 0.0,
@@ -140,14 +140,14 @@ def predict_friction(
     )
     drifts = drifts & lands_flat
     square, smooth, decides = squared_length(force), joint.friction == 0.0, forces_decide_contact | (not was)
-    slides = square > most * most if decides else previous.slid_in_last_step > 0.0
+    slides = square > most * most if decides else previous.slid_in_last_step_or_rejected_attempt > 0.0
     slides = drifts if lands_flat else slides | smooth
     slides = slides & ((square > 0.0) | smooth | drifts)
     direction = unit_tangent_twist_vector(force)
     dx = -slip.x if drifts else direction.x
     dy = -slip.y if drifts else direction.y
     dt = -slip.twist_times_radius if drifts else direction.twist_times_radius
-    cz = centre_height * (1.0 - joint.flat_landing_tilting_share_of_friction_moment) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.tilting_share_of_friction_moment_in_flat_landing) if drifts else 0.0
     in_contact, sliding = (1.0 if loaded else 0.0), (1.0 if loaded & slides else 0.0)
     return AssumedJointFrictionInStep(
         cx, cy, cz, arm, stretch, velocity, in_contact, sliding, TangentialVectorWithScaledTwist(dx, dy, dt)
@@ -191,8 +191,14 @@ def predicted_joint_force_moment_and_derivatives(
     cx = friction.friction_application_point_x
     cy = friction.friction_application_point_y
     cz = friction.friction_application_point_height_above_lower_face
-    arm, g = friction.mean_force_distance_from_pressure_centre, sums.half_step_force_decrease_per_velocity
-    gx, gy = sums.half_step_force_decrease_per_velocity_times_x, sums.half_step_force_decrease_per_velocity_times_y
+    arm, g = (
+        friction.mean_distance_of_forces_from_pressure_centre,
+        sums.half_step_times_normal_force_decrease_per_velocity,
+    )
+    gx, gy = (
+        sums.half_step_times_normal_force_decrease_per_velocity_times_x,
+        sums.half_step_times_normal_force_decrease_per_velocity_times_y,
+    )
     # Rows of the tangential forces by velocity and angular velocity; the slip is (ex - wz cy, ey + wz cx, arm wz).
     xv, xw = Vector3(a, b, mx * g), Vector3(mx * gy, -(mx * gx), (b * cx - a * cy) + ta * arm)
     yv, yw = Vector3(b, c, my * g), Vector3(my * gy, -(my * gx), (c * cx - b * cy) + tb * arm)
@@ -200,14 +206,14 @@ def predicted_joint_force_moment_and_derivatives(
     zv, zw = Vector3(0.0, 0.0, g), Vector3(gy, -gx, 0.0)
     pv = Vector3(-(cz * yv.x), -(cz * yv.y), gy - cz * yv.z)
     pw = Vector3(
-        sums.half_step_force_decrease_per_velocity_times_y_squared - cz * yw.x,
-        -sums.half_step_force_decrease_per_velocity_times_xy - cz * yw.y,
+        sums.half_step_times_normal_force_decrease_per_velocity_times_y_squared - cz * yw.x,
+        -sums.half_step_times_normal_force_decrease_per_velocity_times_xy - cz * yw.y,
         -(cz * yw.z),
     )
     qv = Vector3(cz * xv.x, cz * xv.y, -gx + cz * xv.z)
     qw = Vector3(
-        -sums.half_step_force_decrease_per_velocity_times_xy + cz * xw.x,
-        sums.half_step_force_decrease_per_velocity_times_x_squared + cz * xw.y,
+        -sums.half_step_times_normal_force_decrease_per_velocity_times_xy + cz * xw.x,
+        sums.half_step_times_normal_force_decrease_per_velocity_times_x_squared + cz * xw.y,
         cz * xw.z,
     )
     rv = Vector3(
@@ -287,7 +293,7 @@ def compare_friction_with_assumption(
         has_wrong_slip_assumption=1.0 if wrong & coarse else 0.0,
         has_friction_opposite_to_assumption=1.0 if backwards & coarse else 0.0,
         has_sticking_loaded_joint=1.0 if carries & (not slips) else 0.0,
-        has_friction_reversal=1.0 if back & coarse else 0.0,
+        friction_sign_changed_in_step=1.0 if back & coarse else 0.0,
         some_point_carries_no_load=0.0,
         largest_penetration=0.0,
         has_loaded_joint=1.0 if loaded else 0.0,
@@ -313,7 +319,7 @@ JointContactState]:  # fmt: skip
     half_step, forces_decide_contact, lands_flat, centre_height = step_conditions
     ends, arm_sum = point_sums_and_force_times_distance
     cx, cy = friction.friction_application_point_x, friction.friction_application_point_y
-    arm = friction.mean_force_distance_from_pressure_centre
+    arm = friction.mean_distance_of_forces_from_pressure_centre
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)
     first = friction.slip_velocity_at_friction_point
     twist = first.twist_times_radius + more.twist_times_radius
@@ -339,10 +345,10 @@ JointContactState]:  # fmt: skip
     share = share if loaded else 0.0
     fx, fy, ft = share * hx, share * hy, share * ht
     # Springs are shortened to what friction can hold.
-    holds, long = most * joint.tangential_compliance, squared_length(stretch)
+    holds, long = most * joint.tangential_compliance_or_zero_without_spring, squared_length(stretch)
     cut = slips & (long > holds * holds)
     kept = scale_tangent_twist_vector(holds / math.sqrt(long if cut else 1.0) if cut else 1.0, stretch)
-    cz = centre_height * (1.0 - joint.flat_landing_tilting_share_of_friction_moment) if drifts else 0.0
+    cz = centre_height * (1.0 - joint.tilting_share_of_friction_moment_in_flat_landing) if drifts else 0.0
     k = joint.tangential_stiffness
     power = -(
         ((fx + k * kept.x) * (velocity.x + spin.y * cz) + (fy + k * kept.y) * (velocity.y - spin.x * cz))

@@ -26,8 +26,8 @@ MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 def point_opening_rate(relative_motion: JointRelativeMotion, point_position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
     return relative_motion.velocity_at_origin.z + (
-        relative_motion.angular_velocity.x * point_position.y_in_joint_frame
-        - relative_motion.angular_velocity.y * point_position.x_in_joint_frame
+        relative_motion.angular_velocity.x * point_position.y_in_lower_face_frame
+        - relative_motion.angular_velocity.y * point_position.x_in_lower_face_frame
     )
 
 
@@ -67,17 +67,17 @@ def normal_force_sum_terms_of_point(
     n = point_position.joint_stiffness_share * normal_force_per_stiffness_share if is_assumed_in_contact else 0.0
     rate = joint_constants.normal_dashpot + half_step_length_s * joint_constants.normal_stiffness
     g = half_step_length_s * (point_position.joint_stiffness_share * rate) if is_assumed_in_contact else 0.0
-    gx, gy = g * point_position.x_in_joint_frame, g * point_position.y_in_joint_frame
+    gx, gy = g * point_position.x_in_lower_face_frame, g * point_position.y_in_lower_face_frame
     return JointNormalForceSums(
         n,
-        n * point_position.x_in_joint_frame,
-        n * point_position.y_in_joint_frame,
+        n * point_position.x_in_lower_face_frame,
+        n * point_position.y_in_lower_face_frame,
         g,
         gx,
         gy,
-        gx * point_position.x_in_joint_frame,
-        gx * point_position.y_in_joint_frame,
-        gy * point_position.y_in_joint_frame,
+        gx * point_position.x_in_lower_face_frame,
+        gx * point_position.y_in_lower_face_frame,
+        gy * point_position.y_in_lower_face_frame,
     )
 
 
@@ -101,7 +101,7 @@ def solve_point_contact(
     w = position.joint_stiffness_share
     counts, had = w > 0.0, previous.joint_stiffness_share > 0.0
     joins = joint_has_points & (not had)
-    rise = change[0].z + (change[1].x * position.y_in_joint_frame - change[1].y * position.x_in_joint_frame)
+    rise = change[0].z + (change[1].x * position.y_in_lower_face_frame - change[1].y * position.x_in_lower_face_frame)
     # A point that waits takes up its penetration without force; the offset ends when the point opens.
     deep = -position.upper_base_height_above_lower_face - half_step * rise
     between, waits = waits, waits & (deep > 0.0)
@@ -139,7 +139,7 @@ def solve_point_contact(
         has_wrong_slip_assumption=0.0,
         has_friction_opposite_to_assumption=0.0,
         has_sticking_loaded_joint=0.0,
-        has_friction_reversal=0.0,
+        friction_sign_changed_in_step=0.0,
         some_point_carries_no_load=1.0 if heavy & (not (pressure > 0.0)) & (offset == 0.0) & (not between) else 0.0,
         largest_penetration=depth if counts else 0.0,
         has_loaded_joint=0.0,
@@ -147,11 +147,11 @@ def solve_point_contact(
     return (
         NormalForceAndEarlyContactImpulseSums(
             n,
-            n * position.x_in_joint_frame,
-            n * position.y_in_joint_frame,
+            n * position.x_in_lower_face_frame,
+            n * position.y_in_lower_face_frame,
             more * n,
-            more * (n * position.x_in_joint_frame),
-            more * (n * position.y_in_joint_frame),
+            more * (n * position.x_in_lower_face_frame),
+            more * (n * position.y_in_lower_face_frame),
         ),
         findings,
         ContactPowerLossAndLostSpringEnergy(power, let_go + more * power),

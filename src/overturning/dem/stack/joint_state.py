@@ -23,7 +23,7 @@ class JointConstants(NamedTuple):
     """Normal dashpot of the whole joint, N·s/m."""
     tangential_stiffness: float
     """Tangential stiffness, N/m, in any direction."""
-    tangential_compliance: float
+    tangential_compliance_or_zero_without_spring: float
     """1 over the tangential stiffness, m/N; 0 without tangential springs."""
     tangential_dashpot: float
     """Tangential dashpot, N·s/m."""
@@ -31,7 +31,7 @@ class JointConstants(NamedTuple):
     """Coefficient of friction μ."""
     flat_landing_duration_s: float
     """Duration of a flat landing after the first touch, s."""
-    flat_landing_tilting_share_of_friction_moment: float
+    tilting_share_of_friction_moment_in_flat_landing: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
     min_base_distance_inside_rim_to_defer_contact: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
@@ -82,11 +82,11 @@ class JointContactState(NamedTuple):
     """Centre of pressure along x, m."""
     pressure_centre_y: float
     """Centre of pressure along y, m."""
-    mean_force_distance_from_pressure_centre: float
+    mean_distance_of_forces_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
     normal_force: float
     """Normal force, N."""
-    slid_in_last_step: float
+    slid_in_last_step_or_rejected_attempt: float
     """1 if the joint slid in the last step, or in an attempt rejected since; else 0."""
     uses_non_corner_point: float
     """1 if a contact point other than a corner of the upper stone had a share of the stiffness, else 0."""
@@ -105,7 +105,7 @@ class FlatLandingTimesAndPointHeights(NamedTuple):
     The times are those over the contact points of two stones, in the impact of a base that lands flat.
     """
 
-    shortest_flat_landing_time_left_of_points: float
+    shortest_remaining_impact_time_in_flat_landing: float
     """Shortest remaining landing time of the points, s; 0 or less if one of them does not land."""
     longest_flat_landing_time_left_of_loaded_points: float
     """Longest remaining landing time of loaded points, s; a large negative number if none is loaded."""
@@ -170,13 +170,13 @@ class JointNormalForceSums(NamedTuple):
     normal_force_times_x: float
     """First moments of the force, N·m."""
     normal_force_times_y: float
-    half_step_force_decrease_per_velocity: float
+    half_step_times_normal_force_decrease_per_velocity: float
     """Half of the step × decrease of the normal force by the opening velocity, kg, and its moments."""
-    half_step_force_decrease_per_velocity_times_x: float
-    half_step_force_decrease_per_velocity_times_y: float
-    half_step_force_decrease_per_velocity_times_x_squared: float
-    half_step_force_decrease_per_velocity_times_xy: float
-    half_step_force_decrease_per_velocity_times_y_squared: float
+    half_step_times_normal_force_decrease_per_velocity_times_x: float
+    half_step_times_normal_force_decrease_per_velocity_times_y: float
+    half_step_times_normal_force_decrease_per_velocity_times_x_squared: float
+    half_step_times_normal_force_decrease_per_velocity_times_xy: float
+    half_step_times_normal_force_decrease_per_velocity_times_y_squared: float
 
 
 class NormalForceTimesPressureCentreDistance(NamedTuple):
@@ -192,7 +192,7 @@ class AssumedJointFrictionInStep(NamedTuple):
     """Point at which friction acts, m."""
     friction_application_point_y: float
     friction_application_point_height_above_lower_face: float
-    mean_force_distance_from_pressure_centre: float
+    mean_distance_of_forces_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
     tangential_spring_stretch: TangentialVectorWithScaledTwist
     """Stretch of the tangential springs at the predicted end, m."""
@@ -235,8 +235,8 @@ class FaceCorner(NamedTuple):
 class ContactPointPosition(NamedTuple):
     """Position of a contact point of two stones at the predicted end of a step, in the frame of the lower face."""
 
-    x_in_joint_frame: float
-    y_in_joint_frame: float
+    x_in_lower_face_frame: float
+    y_in_lower_face_frame: float
     upper_base_height_above_lower_face: float
     """Height of the upper base above the lower face, m."""
     joint_stiffness_share: float
@@ -257,7 +257,7 @@ class SidePartInContactPatch(NamedTuple):
 class BaseOverhangAndContactNormalSlopesAtSide(NamedTuple):
     """Overhang of the upper base beyond a side of the lower face, and slopes of contact normals where sides cross."""
 
-    max_base_corner_overhang: float
+    max_base_corner_distance_beyond_side: float
     """Largest distance by which a corner of the upper base lies beyond the side, m."""
     contact_normal_slope_at_clipped_side_start: float
     """Slope of the contact normal across the side where its clipped part begins; 0 for a vertical normal."""

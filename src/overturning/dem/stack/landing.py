@@ -32,8 +32,9 @@ def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTim
 
     Dashpots may pull during this impact.
     """
-    return (landing_times_and_heights.shortest_flat_landing_time_left_of_points > 0.0) & (
-        landing_times_and_heights.shortest_flat_landing_time_left_of_points < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S
+    return (landing_times_and_heights.shortest_remaining_impact_time_in_flat_landing > 0.0) & (
+        landing_times_and_heights.shortest_remaining_impact_time_in_flat_landing
+        < LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S
     )
 
 
@@ -117,9 +118,9 @@ def add_point_to_landing_times_and_height_range(
         if counts
         & (
             point_state_at_step_start.remaining_flat_landing_time
-            < landing_times_and_heights.shortest_flat_landing_time_left_of_points
+            < landing_times_and_heights.shortest_remaining_impact_time_in_flat_landing
         )
-        else landing_times_and_heights.shortest_flat_landing_time_left_of_points
+        else landing_times_and_heights.shortest_remaining_impact_time_in_flat_landing
     )
     longest = longest_landing_time_including_point(
         landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points,

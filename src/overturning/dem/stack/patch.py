@@ -212,8 +212,8 @@ def include_corner_in_min_rim_distance(
     for j in range(assume_vector_multiple(lane_count)):
         place, limit = load_point_position(base_corner_rows, j), load_face_corner(lower_side_rows, j)
         free = limit.next_side_distance_from_face_centre - (
-            limit.next_side_outward_normal_x * place.x_in_joint_frame
-            + limit.next_side_outward_normal_y * place.y_in_joint_frame
+            limit.next_side_outward_normal_x * place.x_in_lower_face_frame
+            + limit.next_side_outward_normal_y * place.y_in_lower_face_frame
         )
         free = free if place.joint_stiffness_share > 0.0 else 1e300
         least = joint_rows[MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET + j]
@@ -265,8 +265,8 @@ def contact_point_on_side(
 ) -> ContactPointPosition:
     """Return the point on the side from a to b at a given fraction of its length from a, with a share of stiffness."""
     return ContactPointPosition(
-        a.x_in_joint_frame + fraction_from_a * (b.x_in_joint_frame - a.x_in_joint_frame),
-        a.y_in_joint_frame + fraction_from_a * (b.y_in_joint_frame - a.y_in_joint_frame),
+        a.x_in_lower_face_frame + fraction_from_a * (b.x_in_lower_face_frame - a.x_in_lower_face_frame),
+        a.y_in_lower_face_frame + fraction_from_a * (b.y_in_lower_face_frame - a.y_in_lower_face_frame),
         a.upper_base_height_above_lower_face
         + fraction_from_a * (b.upper_base_height_above_lower_face - a.upper_base_height_above_lower_face),
         joint_stiffness_share,
@@ -275,15 +275,18 @@ def contact_point_on_side(
 
 @njit(**INLINE_OPTIONS)
 def base_point_above_lower_face(
-    relative_motion: JointRelativeMotion, x_in_joint_frame: float, y_in_joint_frame: float, joint_stiffness_share: float
+    relative_motion: JointRelativeMotion,
+    x_in_lower_face_frame: float,
+    y_in_lower_face_frame: float,
+    joint_stiffness_share: float,
 ) -> ContactPointPosition:
     """Return the point of a stone's base above point (x, y) of the lower face, with its share of the stiffness."""
     normal = cross_product(relative_motion.upper_x_axis, relative_motion.upper_y_axis)
     # A base that stands on edge has no height above the face; its stone has fallen.
     up = normal.z if normal.z > 0.1 else 0.1
     centre = relative_motion.upper_base_centre
-    z = centre.z - (normal.x * (x_in_joint_frame - centre.x) + normal.y * (y_in_joint_frame - centre.y)) / up
-    return ContactPointPosition(x_in_joint_frame, y_in_joint_frame, z, joint_stiffness_share)
+    z = centre.z - (normal.x * (x_in_lower_face_frame - centre.x) + normal.y * (y_in_lower_face_frame - centre.y)) / up
+    return ContactPointPosition(x_in_lower_face_frame, y_in_lower_face_frame, z, joint_stiffness_share)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

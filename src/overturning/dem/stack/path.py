@@ -45,7 +45,7 @@ class StackTrajectory:
     orientation_cosines_north_east: tuple[float, float]  # direction cosines of the orientation, north and east
     stones_in_initial_position: list[StackStone]
     name_of_element_shown_by_default: str  # name of the element that is shown by default
-    critical_angles_rad: FloatArray  # critical angle of each stone, rad, shape (stones,)
+    critical_angle_by_stone_rad: FloatArray  # critical angle of each stone, rad, shape (stones,)
 
     def variables_coordinates_and_attributes(
         self, results: CaseResults
@@ -88,7 +88,8 @@ class StackTrajectory:
             "tilt_east": dataset_variable_tuple(
                 "time element", axis[..., 0], "1", "eastward component of the stone's axis"
             ),
-            "critical_angle": dataset_variable_tuple("element", self.critical_angles_rad, "rad", "critical angle"),
+            "critical_angle": dataset_variable_tuple("element", self.critical_angle_by_stone_rad, "rad",
+            "critical angle"),
             "simulated": dataset_variable_tuple(
                 "time element", present, "1", "1 until the stone has fallen; then it is drawn in free flight"
             ),
@@ -209,7 +210,7 @@ def write_stack_trajectory_row(
         stone = load_stone_state(slice_stone_rows(stack_states, s), 0)
         spin, at = (
             angular_velocity_from_momentum(
-                constants.inverse_of_inertia_per_mass, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
+                constants.mass_over_inertia, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
             ),
             TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * s,
         )

@@ -81,7 +81,9 @@ class StackSimulationPlan(SimulationPlan3D):
     model: Stack
     stone_table_by_stack: NDArray[np.void]  # shape (stacks, stones)
     joint_table_by_stack: NDArray[np.void]  # shape (stacks, stones)
-    face_corners_by_stack: FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
+    base_and_upper_face_corners_by_stack: (
+        FloatArray  # shape (stacks, stones, 2, corners, 6): base and upper face of each stone
+    )
     corner_counts_by_stone: NDArray[np.int64]  # number of corners of the faces of each stone, shape (stones,)
     friction_by_case_and_joint: FloatArray  # shape (n, stones)
 
@@ -107,7 +109,7 @@ class StackSimulationPlan(SimulationPlan3D):
             stone_table_by_stack=self.stone_table_by_stack,
             joint_table_by_stack=self.joint_table_by_stack,
             corner_counts_by_stone=self.corner_counts_by_stone,
-            face_corners_by_stack=self.face_corners_by_stack,
+            base_and_upper_face_corners_by_stack=self.base_and_upper_face_corners_by_stack,
         )
 
     def outcome_arrays_by_variable_name(
@@ -352,7 +354,7 @@ def plan_stack_simulation(
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
         "min_distance_of_mass_centre_above_to_joint_side": side[which],
         "rest_limit_to_onset_acceleration_ratio": rest_share,
-        "rest_acceleration_limit_upper_bound_g": rest_share * friction.min(axis=1),
+        "max_possible_rest_acceleration_limit_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "cannot_start_moving_from_sample": calm,
         "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which], "end_sample_if_undecided": samples + np.ceil(late[which] / interval),
@@ -369,7 +371,7 @@ def plan_stack_simulation(
         stone_table_by_stack=tables,
         friction_by_case_and_joint=friction,
         joint_table_by_stack=np.stack([table.joint_table for table in joints]),
-        face_corners_by_stack=_face_corner_table(stacks),
+        base_and_upper_face_corners_by_stack=_face_corner_table(stacks),
         corner_counts_by_stone=np.array([len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]]),
         orientation_cosines_north_east=cosines,
         motion_row_by_case=row,

@@ -107,7 +107,7 @@ create_zero_wrench = create_tuple_sum_difference_and_maximum_functions(ForceAndM
 
 @njit(**INLINE_OPTIONS)
 def predict_stone_at_step_end(
-    inverse_of_inertia_per_mass: SymmetricMatrix, state_at_step_start: StoneState, step_length_s: float
+    mass_over_inertia: SymmetricMatrix, state_at_step_start: StoneState, step_length_s: float
 ) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
     half = 0.5 * step_length_s
@@ -120,7 +120,7 @@ def predict_stone_at_step_end(
         ),
     )
     turn, spin = rotation_and_angular_velocity_after_step(
-        inverse_of_inertia_per_mass,
+        mass_over_inertia,
         state_at_step_start.rotation,
         momentum,
         state_at_step_start.contact_moment_per_mass,
@@ -175,7 +175,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
         constants = load_stone_constants(stone_rows, j)
         state = load_stone_state(stone_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
-        predicted = predict_stone_at_step_end(constants.inverse_of_inertia_per_mass, state, 2.0 * half)
+        predicted = predict_stone_at_step_end(constants.mass_over_inertia, state, 2.0 * half)
         axes = rotation_matrix(predicted.rotation)
         store_predicted_stone(stone_rows, j, predicted)
         store_stone_axes(stone_rows, j, axes)

@@ -86,7 +86,7 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
         most = (
             1.001
             * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
-            * load_rest_flag_and_limits(stack_states, j).rest_acceleration_limit_upper_bound_g
+            * load_rest_flag_and_limits(stack_states, j).max_possible_rest_acceleration_limit_g
             * GRAVITY
         )
         slow = most * (load_stack_limits(stack_states, j).tick_length_s * length)
@@ -148,11 +148,11 @@ def sum_and_moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> Sti
         w, at = load_point_state_at_step_start(rows, lane).joint_stiffness_share, load_point_position(rows, lane)
         total = StiffnessShareMoments(
             total.stiffness_share_sum + w,
-            total.stiffness_share_times_x + w * at.x_in_joint_frame,
-            total.stiffness_share_times_y + w * at.y_in_joint_frame,
-            total.stiffness_share_times_xx + w * at.x_in_joint_frame * at.x_in_joint_frame,
-            total.stiffness_share_times_xy + w * at.x_in_joint_frame * at.y_in_joint_frame,
-            total.stiffness_share_times_yy + w * at.y_in_joint_frame * at.y_in_joint_frame,
+            total.stiffness_share_times_x + w * at.x_in_lower_face_frame,
+            total.stiffness_share_times_y + w * at.y_in_lower_face_frame,
+            total.stiffness_share_times_xx + w * at.x_in_lower_face_frame * at.x_in_lower_face_frame,
+            total.stiffness_share_times_xy + w * at.x_in_lower_face_frame * at.y_in_lower_face_frame,
+            total.stiffness_share_times_yy + w * at.y_in_lower_face_frame * at.y_in_lower_face_frame,
         )
     return total
 
@@ -187,7 +187,7 @@ def first_point_unloading_acceleration_g(
         if not load_point_state_at_step_start(rows, lane).joint_stiffness_share > 0.0:
             continue
         at = load_point_position(rows, lane)
-        dx, dy = at.x_in_joint_frame - x, at.y_in_joint_frame - y
+        dx, dy = at.x_in_lower_face_frame - x, at.y_in_lower_face_frame - y
         gx, gy = (yy * dx - xy * dy) / area, (xx * dy - xy * dx) / area
         # Both per weight of the stones above: pressure at rest, and its change by a base acceleration of 1 g.
         pressure = 1.0 / total.stiffness_share_sum + (gx * off_x + gy * off_y)
@@ -225,7 +225,7 @@ def onset_acceleration_g_of_current_stack_state(
         joint = stack_states[first + s * size : first + (s + 1) * size]
         old = load_joint_state_at_step_start(joint[:VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane)
         friction = load_joint_constants(joint[:VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane).friction
-        if not old.normal_force > 0.0 or old.slid_in_last_step > 0.0:
+        if not old.normal_force > 0.0 or old.slid_in_last_step_or_rejected_attempt > 0.0:
             return 0.0
         origin, axes = Vector3(0.0, 0.0, 0.0), Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         level = 0.0
@@ -281,12 +281,8 @@ def unfallen_stones_are_upright_and_still(
             continue
         constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height_above_centre
-        spin = angular_velocity_from_momentum(
-            constants.inverse_of_inertia_per_mass, axes, stone.angular_momentum_per_mass
-        )
-        turning = angular_velocity_from_momentum(
-            constants.inverse_of_inertia_per_mass, axes, stone.contact_moment_per_mass
-        )
+        spin = angular_velocity_from_momentum(constants.mass_over_inertia, axes, stone.angular_momentum_per_mass)
+        turning = angular_velocity_from_momentum(constants.mass_over_inertia, axes, stone.contact_moment_per_mass)
         speed = vector_length(stone.velocity_relative_to_base) + arm * vector_length(spin)
         acceleration = vector_length(stone.acceleration_relative_to_base) + arm * vector_length(turning)
         if not body_is_still(speed, acceleration, step, rest_acceleration_limit_g):
@@ -329,7 +325,7 @@ def time_until_upright_stack_stops_sliding(
         v = old.slip_velocity_at_pressure_centre
         square = v.x * v.x + v.y * v.y + v.twist_times_radius * v.twist_times_radius
         if (
-            old.slid_in_last_step > 0.0
+            old.slid_in_last_step_or_rejected_attempt > 0.0
             and deceleration > 0.0
             and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration
         ):

@@ -57,7 +57,7 @@ def outcome_variables_of_stacks(
             "overturned": fell,
             "status": case_result_rows["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
-            "peak_tilt": tilt_deg_from_squared_sine(stone_result_rows["peak_lean_squared_sine"]),
+            "peak_tilt": tilt_deg_from_squared_sine(stone_result_rows["peak_lean_as_continued_squared_sine"]),
             "overturning_time": np.where(fell, stone_result_rows["last_upright_time_if_fallen"], np.nan),
             "residual_slip_north": np.where(fell, np.nan, x * north + y * east),
             "residual_slip_east": np.where(fell, np.nan, x * east - y * north),

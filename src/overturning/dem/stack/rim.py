@@ -92,8 +92,8 @@ def add_point_to_contact_normal_sums(
     )
     return ContactLoadSumsForNormalDirection(
         contact_normal_sums.stiffness_share_times_penetration + load,
-        contact_normal_sums.stiffness_share_times_penetration_times_x + load * point_position.x_in_joint_frame,
-        contact_normal_sums.stiffness_share_times_penetration_times_y + load * point_position.y_in_joint_frame,
+        contact_normal_sums.stiffness_share_times_penetration_times_x + load * point_position.x_in_lower_face_frame,
+        contact_normal_sums.stiffness_share_times_penetration_times_y + load * point_position.y_in_lower_face_frame,
         contact_normal_sums.stiffness_share_times_penetration_times_slope_x + load * normal_slope_xy[0],
         contact_normal_sums.stiffness_share_times_penetration_times_slope_y + load * normal_slope_xy[1],
     )
@@ -134,9 +134,11 @@ def add_rim_points_to_mean_normal_sums(
         slope_x, slope_y = slopes_of_upper_base_normal(load_relative_motion(joint_rows, j))
         rim, other = load_base_overhang(lower_side_rows, j), load_base_overhang(previous_lower_side_rows, j)
         full, corner = (
-            contact_normal_weight_of_rim_side(rim.max_base_corner_overhang, own.next_side_distance_from_face_centre),
             contact_normal_weight_of_rim_side(
-                other.max_base_corner_overhang, previous.next_side_distance_from_face_centre
+                rim.max_base_corner_distance_beyond_side, own.next_side_distance_from_face_centre
+            ),
+            contact_normal_weight_of_rim_side(
+                other.max_base_corner_distance_beyond_side, previous.next_side_distance_from_face_centre
             ),
         )
         corner = full if full < corner else corner
@@ -213,7 +215,8 @@ def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_co
         pose = contact_frame_with_mean_normal(load_sums_for_contact_normal(joint_rows, j))
         place = load_point_position(point_rows, j)
         turned = matrix_times_vector(
-            transpose(pose.axes), minus(Vector3(place.x_in_joint_frame, place.y_in_joint_frame, 0.0), pose.origin)
+            transpose(pose.axes),
+            minus(Vector3(place.x_in_lower_face_frame, place.y_in_lower_face_frame, 0.0), pose.origin),
         )
         store_point_position(
             point_rows,

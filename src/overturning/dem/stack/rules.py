@@ -90,7 +90,7 @@ class StackKernelInput(NamedTuple):
     """Contact constants of the joint below each stone, of type `JOINT_TABLE_DTYPE`, shape (stacks, stones)."""
     corner_counts_by_stone: NDArray[np.int64]
     """Number of corners of each stone's faces, shape (stones,)."""
-    face_corners_by_stack: FloatArray
+    base_and_upper_face_corners_by_stack: FloatArray
     """Corners of each stone's base and upper face, shape (stacks, stones, 2, corners, 6): fields of `FaceCorner`."""
 
 
@@ -103,7 +103,10 @@ class ParallelStacksStateArrays(NamedTuple):
 
 def allocate_workspace(kernel_input: Any) -> Any:
     """Allocate the state arrays of the stacks that are simulated in parallel, one column (lane) each."""
-    stones, corners = kernel_input.face_corners_by_stack.shape[1], kernel_input.face_corners_by_stack.shape[3]
+    stones, corners = (
+        kernel_input.base_and_upper_face_corners_by_stack.shape[1],
+        kernel_input.base_and_upper_face_corners_by_stack.shape[3],
+    )
     size = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones * (
         VALUE_COUNT_PER_STONE_IN_ALL_LANES + state_array_length_per_joint(corners)
     )
@@ -119,7 +122,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
         given,
         (kernel_input.stone_table_by_stack[given.stack], kernel_input.joint_table_by_stack[given.stack]),
         kernel_input.friction_by_case_and_joint[case_index],
-        kernel_input.face_corners_by_stack[given.stack],
+        kernel_input.base_and_upper_face_corners_by_stack[given.stack],
         kernel_input.corner_counts_by_stone,
         (settings.sampling_interval, settings.ticks_per_sample),
     )
@@ -187,7 +190,7 @@ def attempt_steps_until_next_check(
     """Attempt time steps of all stacks until the next end test; record the first stack at most once per sample."""
     settings, interval = kernel_input.settings, kernel_input.settings.sampling_interval
     corners = kernel_input.corner_counts_by_stone
-    limit = kernel_input.face_corners_by_stack.shape[3]
+    limit = kernel_input.base_and_upper_face_corners_by_stack.shape[3]
     stones = kernel_input.corner_counts_by_stone.size
     if trajectory_buffer.shape[0] > 0:
         most_rows = settings.max_trajectory_rows // trajectory_buffer.shape[1]
@@ -213,7 +216,7 @@ def mark_possibly_ended_cases(
     return mark_possibly_ended_stacks(
         workspace.state,
         kernel_input.corner_counts_by_stone.size,
-        kernel_input.face_corners_by_stack.shape[3],
+        kernel_input.base_and_upper_face_corners_by_stack.shape[3],
         active_lane_count,
         possible_end_flag_by_lane_out,
         kernel_input.settings.ticks_per_sample,
@@ -251,12 +254,15 @@ def skip_samples_too_weak_to_move_resting_cases(
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground_motion
     row = kernel_input.motion_row_by_case
-    stones, corners = kernel_input.corner_counts_by_stone.size, kernel_input.face_corners_by_stack.shape[3]
+    stones, corners = (
+        kernel_input.corner_counts_by_stone.size,
+        kernel_input.base_and_upper_face_corners_by_stack.shape[3],
+    )
     if mark_possibly_resting_stacks(state, stones, active_lane_count) == 0:
         return
     for j in range(active_lane_count):
         course = load_case_progress(state, j)
-        bound = load_rest_flag_and_limits(state, j).rest_acceleration_limit_upper_bound_g
+        bound = load_rest_flag_and_limits(state, j).max_possible_rest_acceleration_limit_g
         now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):
@@ -273,7 +279,10 @@ def skip_samples_too_weak_to_move_resting_cases(
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:
     """Stop simulating fallen stones; return the `CaseStatus` of the case in column `lane`."""
-    stones, corners = kernel_input.corner_counts_by_stone.size, kernel_input.face_corners_by_stack.shape[3]
+    stones, corners = (
+        kernel_input.corner_counts_by_stone.size,
+        kernel_input.base_and_upper_face_corners_by_stack.shape[3],
+    )
     return stop_fallen_stones_and_return_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
@@ -283,7 +292,10 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
 
 def write_results_of_ended_case(kernel_input: Any, workspace: Any, lane: int, case_index: int, status: int) -> None:
     """Write the results of case number `case_index`, stored in column `lane`, into the tables of results."""
-    stones, corners = kernel_input.corner_counts_by_stone.size, kernel_input.face_corners_by_stack.shape[3]
+    stones, corners = (
+        kernel_input.corner_counts_by_stone.size,
+        kernel_input.base_and_upper_face_corners_by_stack.shape[3],
+    )
     write_stack_results(
         workspace.state,
         lane,

@@ -63,7 +63,7 @@ def write_initial_stack_state(
     size = state_array_length_per_joint(base_and_top_corners_by_stone.shape[2])
     steps = case_table_row.steps_before_doubling_after_contact_change
     store_step_control(stack_states, lane, CaseStepLengthsAndDoublingCounts(
-        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_at_rest_ticks, steps,
+        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks, steps,
         case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
     store_stack_limits(stack_states, lane, StackTickLengthFailureAndRestLimits(
@@ -76,7 +76,7 @@ def write_initial_stack_state(
         lane,
         StackRestFlagAndLimits(
             case_table_row.rest_limit_to_onset_acceleration_ratio,
-            case_table_row.rest_acceleration_limit_upper_bound_g,
+            case_table_row.max_possible_rest_acceleration_limit_g,
             0.0,
         ),
     )
@@ -125,13 +125,13 @@ def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_ta
         stone_rows,
         lane,
         StoneConstants(
-            inverse_of_inertia_per_mass=SymmetricMatrix(
-                stone_table_row.inverse_of_inertia_per_mass_xx,
-                stone_table_row.inverse_of_inertia_per_mass_yy,
-                stone_table_row.inverse_of_inertia_per_mass_zz,
-                stone_table_row.inverse_of_inertia_per_mass_xy,
-                stone_table_row.inverse_of_inertia_per_mass_xz,
-                stone_table_row.inverse_of_inertia_per_mass_yz,
+            mass_over_inertia=SymmetricMatrix(
+                stone_table_row.mass_over_inertia_xx,
+                stone_table_row.mass_over_inertia_yy,
+                stone_table_row.mass_over_inertia_zz,
+                stone_table_row.mass_over_inertia_xy,
+                stone_table_row.mass_over_inertia_xz,
+                stone_table_row.mass_over_inertia_yz,
             ),
             inertia_per_mass=SymmetricMatrix(
                 stone_table_row.inertia_per_mass_xx,
@@ -176,10 +176,10 @@ def write_initial_joint_state(
         normal_stiffness=joint_table_row.normal_stiffness,
         normal_dashpot=joint_table_row.normal_dashpot * damping_factor,
         tangential_stiffness=joint_table_row.tangential_stiffness,
-        tangential_compliance=joint_table_row.tangential_compliance,
+        tangential_compliance_or_zero_without_spring=joint_table_row.tangential_compliance_or_zero_without_spring,
         tangential_dashpot=joint_table_row.tangential_dashpot * damping_factor, friction=friction,
         flat_landing_duration_s=joint_table_row.flat_landing_duration_s * damping_factor,
-        flat_landing_tilting_share_of_friction_moment=(
+        tilting_share_of_friction_moment_in_flat_landing=(
             0.0 if friction * centre_height_above_base <= nearest_base_side_distance else 1.0
         ),
         min_base_distance_inside_rim_to_defer_contact=joint_table_row.min_base_distance_inside_rim_to_defer_contact,
@@ -194,7 +194,7 @@ def write_initial_joint_state(
             still,
             joint_table_row.pressure_centre_x,
             joint_table_row.pressure_centre_y,
-            joint_table_row.mean_force_distance_from_pressure_centre,
+            joint_table_row.mean_distance_of_forces_from_pressure_centre,
             joint_table_row.normal_force,
             0.0,
             0.0,

@@ -48,7 +48,7 @@ class StackRestFlagAndLimits(NamedTuple):
 
     rest_limit_to_onset_acceleration_ratio: float
     """Ratio of the acceleration up to which a stack at rest stays at rest to that which slides or unloads a joint."""
-    rest_acceleration_limit_upper_bound_g: float
+    max_possible_rest_acceleration_limit_g: float
     """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     may_be_at_rest_at_sample_start: float
     """1 if the stack may be at rest at the beginning of the sample, else 0."""
@@ -65,7 +65,7 @@ class StackEnergyAccountAndPeakPenetration(NamedTuple):
     """Energy account of a stack: work of the ground and losses (J), their rates (W), and largest penetration (m)."""
 
     base_motion_work: float
-    lost_energy: float
+    dissipated_or_removed_energy: float
     base_motion_power_at_step_end: float
     dissipated_power_at_step_end: float
     peak_penetration: float
@@ -83,7 +83,7 @@ class LargestContactChangesOfStack(NamedTuple):
     """1 if the friction of a joint assumed to slide acts against the assumed direction."""
     has_sticking_loaded_joint: float
     """1 if a loaded joint sticks."""
-    has_friction_reversal: float
+    friction_sign_changed_in_step: float
     """1 if a joint slides whose friction had the opposite sign before."""
     some_point_carries_no_load: float
     """1 if a point within a joint carries no load."""
@@ -103,7 +103,7 @@ class ContactPowerLossAndLostSpringEnergy(NamedTuple):
 class StoneConstants(NamedTuple):
     """Mass, inertia, dimensions and fall limits of a stone, which do not change during a case."""
 
-    inverse_of_inertia_per_mass: SymmetricMatrix
+    mass_over_inertia: SymmetricMatrix
     """Inverse inertia in the stone's own axes, m/I, 1/m²."""
     inertia_per_mass: SymmetricMatrix
     """Inertia in the stone's own axes, I/m, m²."""
@@ -148,7 +148,7 @@ class StonePeakLeanAndLastUprightTick(NamedTuple):
     The tick is −1 if there was none in this sample.
     """
 
-    peak_lean_squared_sine: float
+    peak_lean_as_continued_squared_sine: float
     last_upright_tick_in_sample: float
 
 

@@ -71,7 +71,9 @@ def joint_constants_of_stack(
     dashpot = 2.0 * damping * np.sqrt(stiffness * above)
     rows["normal_stiffness"], rows["normal_dashpot"], rows["tangential_dashpot"] = stiffness, dashpot, dashpot
     rows["tangential_stiffness"] = ratio * stiffness
-    rows["tangential_compliance"] = np.where(ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0)
+    rows["tangential_compliance_or_zero_without_spring"] = np.where(
+        ratio > 0.0, 1.0 / np.maximum(rows["tangential_stiffness"], 1e-300), 0.0
+    )
     rows["flat_landing_duration_s"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
     rows["upper_base_corner_count"] = [len(stone.base_corners_xy_from_centre_of_mass) for stone in stones]
     rows["min_base_distance_inside_rim_to_defer_contact"] = np.where(
@@ -96,7 +98,7 @@ def stone_constants_and_initial_states_table(
     ):
         inverse = inverse_of_inertia_with_only_xz_product(stone.inertia_per_mass)
         for name, at in pairs.items():
-            row[f"inertia_per_mass_{name}"], row[f"inverse_of_inertia_per_mass_{name}"] = (
+            row[f"inertia_per_mass_{name}"], row[f"mass_over_inertia_{name}"] = (
                 stone.inertia_per_mass[at],
                 inverse[at],
             )
@@ -307,7 +309,7 @@ def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: Co
         )
         centre = share @ corners
         row["normal_force"], (row["pressure_centre_x"], row["pressure_centre_y"]) = force.sum(), centre
-        row["mean_force_distance_from_pressure_centre"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
+        row["mean_distance_of_forces_from_pressure_centre"] = share @ np.sqrt(((corners - centre) ** 2).sum(axis=1))
 
 
 def spring_energy_at_rest(stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack) -> float:

@@ -31,7 +31,7 @@ class StackCaseTableColumns(NamedTuple):
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
     rest_limit_to_onset_acceleration_ratio: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
-    rest_acceleration_limit_upper_bound_g: float
+    max_possible_rest_acceleration_limit_g: float
     """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -54,7 +54,7 @@ class JointLoadAtRest(NamedTuple):
     """Centre of pressure along x, m."""
     pressure_centre_y: float
     """Centre of pressure along y, m."""
-    mean_force_distance_from_pressure_centre: float
+    mean_distance_of_forces_from_pressure_centre: float
     """Mean distance of the normal forces from the centre of pressure, m."""
 
 
@@ -67,7 +67,7 @@ class StoneResultTableColumns(NamedTuple):
     """1 if the stone lost its support before its tilt reached the critical angle."""
     last_upright_time_if_fallen: float
     """Last time at which the stone leant less than its critical angle, s; NaN if it has not fallen."""
-    peak_lean_squared_sine: float
+    peak_lean_as_continued_squared_sine: float
     """Largest lean: sin² of the tilt up to 90°, 2 − sin² beyond."""
     slip_x_on_support_at_end: float
     """Displacement at the end relative to what the stone stands on, in the axes of that stone, m."""
@@ -108,14 +108,10 @@ STONE_TABLE_DTYPE: Final = np.dtype(
         for name in (
             *(
                 f"{tensor}_{axes}"
-                for tensor in ("inverse_of_inertia_per_mass", "inertia_per_mass")
+                for tensor in ("mass_over_inertia", "inertia_per_mass")
                 for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
             ),
-            *(
-                name
-                for name in StoneConstants._fields
-                if name not in {"inverse_of_inertia_per_mass", "inertia_per_mass"}
-            ),
+            *(name for name in StoneConstants._fields if name not in {"mass_over_inertia", "inertia_per_mass"}),
             "nearest_base_side_distance",
             "centre_height_at_rest",
         )

@@ -66,7 +66,7 @@ def read_components(source_file: SourceFile, user_declared_properties: DeclaredF
             rows[:, index] * ACCELERATION_UNITS_IN_M_S2[unit],
             interval,
             is_already_corrected=user_declared_properties.processed,
-            user_declared_unit=unit,
+            unit_declared_if_format_states_none=unit,
             extra_metadata=extra,
             notes=notes,
             shared_key_of_record_files=sisters,

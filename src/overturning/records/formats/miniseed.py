@@ -134,7 +134,7 @@ def _component_of_trace(
         station_latitude_longitude_deg=(epoch.obspy_channel.latitude, epoch.obspy_channel.longitude),
         sensor_position=classify_as_surface_or_borehole(epoch.obspy_channel.depth),
         sensor_location=obspy_trace.stats.location or BLANK_LOCATION_CODE,
-        user_declared_unit=user_declared_properties.unit
+        unit_declared_if_format_states_none=user_declared_properties.unit
         if user_declared_properties.unit and ACCELERATION_UNITS_IN_M_S2.get(user_declared_properties.unit) == scale
         else "",
         extra_metadata={"removed": removed, "network": obspy_trace.stats.network}

@@ -120,7 +120,7 @@ def _component_of_trace(
         sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
         sensor_location=obspy_trace.stats.location,
         is_already_corrected=bool(user_declared_properties.processed),
-        user_declared_unit=declared_unit,
+        unit_declared_if_format_states_none=declared_unit,
         extra_metadata={
             "network": obspy_trace.stats.network,
             "declared": user_declared_properties.declared_sample_property_texts,
